@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..joints import Coupler, Weld
+from ..kinematics._linear_solver import with_linear_solver
 from ..kinematics._mobility import with_mobility
 from ..model._pose import Pose
 from ..model._system import System
@@ -23,12 +24,15 @@ from ._validation import system_law_faults
 
 
 def build_system(
-    model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str], guess
+    model: Model, like: System | None, independent: Iterable[str] | None, cut: set[str], guess, linear_solver: str
 ) -> System:
     """The system of a model without faults; see `SystemBuilder.build`."""
     guess = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None} | guess
     model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
     system = assemble_system(model, _cut_loops(model, cut), guess)
+    if like is not None and linear_solver == "auto":
+        linear_solver = like.topology.linear_solver
+    system = with_linear_solver(system, linear_solver)
     found = system_law_faults(model.forces.values(), system.topology)
     if found:
         raise ModelError(found)

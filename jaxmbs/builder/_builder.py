@@ -230,6 +230,7 @@ class SystemBuilder:
         independent: Iterable[str] | None = None,
         cut: Iterable[str] | None = None,
         guess: Mapping[str, Any] | None = None,
+        linear_solver: str = "auto",
     ) -> System:
         """Build the system.
 
@@ -241,6 +242,9 @@ class SystemBuilder:
             guess: joint name -> coordinate of a pose of use, beside and before the guesses of the joints themselves.
                 Freedoms, the independent set and undetermined reactions are counted at the closed pose nearest to it,
                 and searches of `State.at` begin there; by default at the reference pose, all coordinates zero.
+            linear_solver: how mechanisms with loops are solved, with equal results: "dense", "frontal" (node by node,
+                for rigid bodies in rows, rings, ladders) or "multifrontal" (any graph of bodies), the last two in
+                work linear in the bodies; default the fastest for the model, which `describe` prints.
 
         Raises: ModelError with every fault of the model.
         """
@@ -250,4 +254,4 @@ class SystemBuilder:
         found = self._faults + model_faults(model) + cut_faults(model, cut) + guess_faults(model, guess)
         if found:
             raise ModelError(found)
-        return build_system(model, like, independent, set(cut), guess)
+        return build_system(model, like, independent, set(cut), guess, linear_solver)

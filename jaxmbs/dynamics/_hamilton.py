@@ -18,7 +18,6 @@ from ..kinematics._configuration import (
     with_velocities,
 )
 from ..kinematics._elastic import mass_matrix
-from ..kinematics._frontal_saddle import frontal_saddle
 from ..kinematics._kic import velocity_map
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
@@ -32,7 +31,7 @@ from ..model._topology import Topology
 from ._bodies import body_momenta, inertial_loads
 from ._efforts import efforts
 from ._loads import Loads, on_columns
-from ._sparse_saddle import sparse_saddle
+from ._saddle import saddle_without_matrix
 
 
 def momentum_rate(topology: Topology, S, V, h, F):
@@ -68,7 +67,7 @@ def velocities(system: System, at: Configuration, p):
     method = linear_solver(system)
     if method != "dense":
         rows = constraint_operator(system, at)
-        return (frontal_saddle if method == "frontal" else sparse_saddle)(system, at, rows, p, -f_t)
+        return saddle_without_matrix(method, system, at, rows, p, -f_t)
     A, M = constraints.jacobian(system, at), mass_matrix(system, at)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 

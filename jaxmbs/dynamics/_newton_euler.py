@@ -10,7 +10,6 @@ from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import mass_matrix as inertia_matrix
-from ..kinematics._frontal_saddle import frontal_saddle
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
@@ -22,7 +21,7 @@ from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
 from ._loads import Loads, on_columns
-from ._sparse_saddle import sparse_saddle
+from ._saddle import saddle_without_matrix
 
 
 def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads):
@@ -52,7 +51,7 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
     method = linear_solver(system) if method is None else method
     if method != "dense":
         rows = constraint_operator(system, at)
-        a, y = (frontal_saddle if method == "frontal" else sparse_saddle)(system, at, rows, need, gamma)
+        a, y = saddle_without_matrix(method, system, at, rows, need, gamma)
         return a, -y, rows.rates(a) / rows.unit - gamma
     A = constraints.jacobian(system, at)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))

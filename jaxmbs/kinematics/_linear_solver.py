@@ -1,27 +1,48 @@
-"""The solver for the saddle systems of a mechanism, chosen by the size of the system and the width of its front."""
+"""The solver for the saddle systems of a mechanism, chosen at build by the size of the system and its front."""
 
+import dataclasses
+
+from ..errors import ModelError
 from ..model._system import System
 from ..runtime import tuning
 from ._front_plan import front_plan
 from ._saddle_operator import row_kinds
 
-SOLVERS = ("dense", "frontal", "multifrontal")
+SOLVERS = ("auto", "dense", "frontal", "multifrontal")
 
 
-def linear_solver(system: System) -> str:
-    """The solver that the build was asked for, or by default the fastest: "dense", "frontal" or "multifrontal".
+def with_linear_solver(system: System, solver: str) -> System:
+    """The system with the solver asked for, or for "auto" the fastest.
 
     Small systems are dense.  Larger ones take the front where it is narrow and no body deforms, and the multifrontal
     factor else.
+
+    Raises: ModelError for an unknown solver, and for "frontal" where bodies deform.
     """
-    if system.topology.linear_solver != "auto":
-        return system.topology.linear_solver
-    if system.topology.num_velocities < tuning.DENSE_VELOCITIES or not system.has_constraints:
-        return "dense"
-    return "frontal" if has_narrow_front(system) else "multifrontal"
+    if solver not in SOLVERS:
+        raise ModelError([f"linear_solver must be one of {', '.join(map(repr, SOLVERS))}, got {solver!r}"])
+    if solver == "frontal" and system.elastic:
+        raise ModelError(["linear_solver='frontal' is for rigid bodies; take 'multifrontal' for elastic ones"])
+    if solver == "auto":
+        sparse, size = _block_sparse(system), system.topology.num_velocities
+        least = tuning.FRONTAL_VELOCITIES if sparse == "frontal" else tuning.MULTIFRONTAL_VELOCITIES
+        solver = sparse if system.has_constraints and size >= least else "dense"
+    return dataclasses.replace(system, topology=dataclasses.replace(system.topology, linear_solver=solver))
 
 
-def has_narrow_front(system: System) -> bool:
-    """True if no body deforms, few rows read any column, and the front is narrow enough for the frontal method."""
+def linear_solver(system: System) -> str:
+    """ "dense", "frontal" or "multifrontal"."""
+    return system.topology.linear_solver
+
+
+def solver_for(system: System, method: str) -> str:
+    """The solver for `method`: "auto", "dense", or "block-sparse", which is "frontal" or "multifrontal"."""
+    if method == "block-sparse":
+        return _block_sparse(system)
+    return linear_solver(system) if method == "auto" else method
+
+
+def _block_sparse(system):
+    """ "frontal" where no body deforms, few rows read any column and the front is narrow, else "multifrontal"."""
     is_local = not system.elastic and len(row_kinds(system).others) <= tuning.BORDER_ROWS
-    return is_local and front_plan(system).width <= tuning.FRONT_WIDTH
+    return "frontal" if is_local and front_plan(system).width <= tuning.FRONT_WIDTH else "multifrontal"

@@ -26,6 +26,8 @@ def _heading_lines(topology):
         f"{len(topology.cut_joints)} loops, {topology.num_rows} constraint rows"
     ]
     lines.append(f"mobility: {topology.mobility} (tree velocities {topology.num_velocities})")
+    if topology.linear_solver != "dense":
+        lines.append(f"linear solver: {topology.linear_solver}")
     found = topology.analysis
     if found is not None and topology.slip_rows:
         lines.append(f"freedoms of position: {len(found.independent_positions)} (rolling restricts velocities only)")

@@ -78,7 +78,7 @@ class Topology:
     for a weld, -1 on the ground).  A ball is three nodes with one quaternion.  `frame_node` says which node carries
     each frame.  `row_joint` names the joint or constraint of every constraint row; `slip_rows` are those of velocity
     alone.  `guess` are coordinates by joint where searches for a pose begin; `analysis` is of the pose they lead to;
-    `linear_solver` is what the build asked for.
+    `linear_solver` is "dense", "frontal" or "multifrontal".
     """
 
     body_names: tuple[str, ...]
@@ -98,7 +98,7 @@ class Topology:
     slip_rows: tuple[int, ...] = ()
     guess: tuple[tuple[str, tuple[float, ...]], ...] = ()
     analysis: Mobility | None = field(default=None)
-    linear_solver: str = "auto"
+    linear_solver: str = "dense"
 
     @property
     def num_velocities(self) -> int:

@@ -23,7 +23,7 @@ from ._solve import reactions
 
 
 def reaction_bonds(
-    system: System, motion: State | HasStates, compliance: Mapping | None = None, method: str = "dense"
+    system: System, motion: State | HasStates, compliance: Mapping | None = None, method: str = "auto"
 ) -> tuple[Bonds, jnp.ndarray]:
     """The bonds of a system, and the loads (..., bodies, 6) that they supply to the bodies, at a state or motion.
 

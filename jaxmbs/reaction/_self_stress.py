@@ -13,7 +13,7 @@ import numpy as np
 from jax import Array, lax
 
 from ..dynamics._newton_euler import saddle_sides
-from ..dynamics._sparse_saddle import sparse_saddle
+from ..dynamics._saddle import saddle_without_matrix
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._saddle_operator import constraint_operator, row_kinds
@@ -85,8 +85,8 @@ def project_out_range(A, y):
     return lax.fori_loop(0, min(A.shape), take_off, jnp.concatenate([A, y.T], axis=1))[:, columns:].T
 
 
-def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads) -> SaddleSolution:
-    """Accelerations by the block-sparse method with the self-stresses: one solve, so that one solver is compiled.
+def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads, method: str) -> SaddleSolution:
+    """Accelerations by a block-sparse solver with the self-stresses: one solve, so that one solver is compiled.
 
     From a random vector the least multipliers with the same efforts are subtracted; the rest exerts no effort.
     """
@@ -94,7 +94,7 @@ def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads) -
     rows, tried = constraint_operator(system, at), random_multipliers(system, at.u.dtype)
     b = jnp.concatenate([need[None], -lax.stop_gradient(jax.vmap(rows.efforts)(tried))])
     c = jnp.concatenate([gamma[None], jnp.zeros_like(tried)])
-    a, y = jax.vmap(lambda b, c: sparse_saddle(system, at, rows, b, c))(b, c)
+    a, y = jax.vmap(lambda b, c: saddle_without_matrix(method, system, at, rows, b, c))(b, c)
     gaps = rows.rates(a[0]) / rows.unit - gamma
     return SaddleSolution(a[0], -y[0], gaps, lax.stop_gradient(tried + y[1:] / rows.unit[None]))
 

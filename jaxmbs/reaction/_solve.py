@@ -21,6 +21,7 @@ from ..kinematics import _closures as closures
 from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
+from ..kinematics._linear_solver import solver_for
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
 from ..kinematics._wrench_targets import body_targets
@@ -108,8 +109,8 @@ def _balance(system, at, a, loads, options):
     system itself."""
     at = closures.with_directions(system, at)
     if a is None:
-        if options.columns is None and options.method == "block-sparse" and system.has_constraints:
-            saddle = sparse_saddle_with_stresses(system, at, loads)
+        if options.columns is None and options.method != "dense" and system.has_constraints:
+            saddle = sparse_saddle_with_stresses(system, at, loads, options.method)
             return _Balance(system, at, saddle, jnp.zeros_like(at.u))
         a, multipliers, gaps = accelerations(system, at, options.method, loads)
         if options.columns is None:
@@ -181,7 +182,7 @@ def reactions(
     frame: str = "world",
     side: str = "child",
     compliance: Mapping | None = None,
-    method: str = "dense",
+    method: str = "auto",
     accelerations: ArrayLike | Mapping[str, ArrayLike] | None = None,
     actuators: Sequence[str] | None = None,
 ) -> Reactions:
@@ -193,8 +194,9 @@ def reactions(
         side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
         compliance: name -> (6,), of joints and two-frame constraints for force x, y, z [m/N] and moment x, y, z
             [rad/(N m)] in their own axes on the child's side; default 1 and 1 / length^2 for those not named.
-        method: how loops and drives are solved, with equal results: "dense" in the tree's velocities, or
-            "block-sparse" on the graph of bodies, linear in their number.
+        method: how loops and drives are solved, with equal results: "dense" in the tree's velocities,
+            "block-sparse" on the graph of bodies, linear in their number, or by default the faster one for the size
+            of the system (`describe` prints it).
         accelerations: (nv,) along a given trajectory, with the states' leading axis if they have one, or by joint;
             default those that the drives and force elements cause.
         actuators: joints whose efforts produce the motion in place of all drives and frame paths, see
@@ -214,8 +216,8 @@ def reactions(
     """
     if frame not in ("world", "joint") or side not in ("child", "parent"):
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
-    if method not in ("dense", "block-sparse"):
-        raise ValueError(f"method must be 'dense' or 'block-sparse', got {method!r}")
+    if method not in ("auto", "dense", "block-sparse"):
+        raise ValueError(f"method must be 'auto', 'dense' or 'block-sparse', got {method!r}")
     states = states_of(system, motion)
     compliance = {} if compliance is None else dict(compliance)
     names = [name for name, *_ in reaction_map.carriers(system)]
@@ -228,5 +230,5 @@ def reactions(
         every = [name for name, *_ in system.topology.structure]
         actuators = every if actuators is None else actuators
     columns = None if actuators is None else actuated_columns(system, actuators)
-    options = _Options(frame, side, compliance, method, columns)
+    options = _Options(frame, side, compliance, solver_for(system, method), columns)
     return _along(system, states, accelerations, states.coordinates.ndim == 2, options)

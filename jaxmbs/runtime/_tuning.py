@@ -41,9 +41,9 @@ SPD_COLUMNS, SPD_BLOCK = 48, 16
 ELIMINATED_UNKNOWNS = 32
 #: Unknowns and rows of a saddle system whose inverse is formed: six products of a round are two (`closed_loop.py`).
 WHOLE_SADDLE = 16
-#: Velocities of a mechanism with loops from which on its saddle systems are solved on the graph of its bodies, not as
-#: matrices (`closed_loop.py`).
-DENSE_VELOCITIES = 24
+#: Velocities of a mechanism with loops from which on its saddle systems are solved node by node with a front, or by
+#: the multifrontal factor, not as dense matrices (`closed_loop.py`).
+FRONTAL_VELOCITIES, MULTIFRONTAL_VELOCITIES = 24, 250
 #: Slots of a front, and rows that read any column, up to which that is done node by node (`closed_loop.py`).
 FRONT_WIDTH, BORDER_ROWS = 8, 8
 #: Rows shared by indeterminate joints that are solved for in one dense system (`reactions.py`).

@@ -1,0 +1,15 @@
+"""The saddle system of a mechanism by either block-sparse solver."""
+
+from ..kinematics._configuration import Configuration
+from ..kinematics._frontal_saddle import frontal_saddle
+from ..kinematics._saddle_operator import ConstraintOperator
+from ..model._system import System
+from ._sparse_saddle import sparse_saddle
+
+
+def saddle_without_matrix(method: str, system: System, at: Configuration, rows: ConstraintOperator, b, c):
+    """Accelerations (nv,) and multipliers y (rows,) of `M a + A^T y = b`, `A a = c`.
+
+    Args: method: "frontal" or "multifrontal".
+    """
+    return (frontal_saddle if method == "frontal" else sparse_saddle)(system, at, rows, b, c)
