@@ -36,7 +36,17 @@ def linear_solver(system: System) -> str:
 
 
 def solver_for(system: System, method: str) -> str:
-    """The solver for `method`: "auto", "dense", or "block-sparse", which is "frontal" or "multifrontal"."""
+    """The solver for a `method`: one of `SOLVERS`, or "block-sparse", which is "frontal" or "multifrontal".
+
+    Raises: ValueError for any other, and for "frontal" where bodies deform.
+    """
+    if method not in (*SOLVERS, "block-sparse"):
+        names = ", ".join(map(repr, (*SOLVERS, "block-sparse")))
+        raise ValueError(f"method must be one of {names}, got {method!r}")
+    if method == "frontal" and system.elastic:
+        raise ValueError(
+            "method='frontal' is for rigid bodies; take 'multifrontal' or 'block-sparse' for elastic ones"
+        )
     if method == "block-sparse":
         return _block_sparse(system)
     return linear_solver(system) if method == "auto" else method

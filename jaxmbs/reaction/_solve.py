@@ -194,9 +194,9 @@ def reactions(
         side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
         compliance: name -> (6,), of joints and two-frame constraints for force x, y, z [m/N] and moment x, y, z
             [rad/(N m)] in their own axes on the child's side; default 1 and 1 / length^2 for those not named.
-        method: how loops and drives are solved, with equal results: "dense" in the tree's velocities,
-            "block-sparse" on the graph of bodies, linear in their number, or by default the faster one for the size
-            of the system (`describe` prints it).
+        method: how loops and drives are solved, with equal results: "dense" in the tree's velocities; "block-sparse"
+            on the graph of bodies, linear in their number, which is "frontal" or "multifrontal" as the graph is
+            narrow or wide; default that of the build, which `describe` prints.
         accelerations: (nv,) along a given trajectory, with the states' leading axis if they have one, or by joint;
             default those that the drives and force elements cause.
         actuators: joints whose efforts produce the motion in place of all drives and frame paths, see
@@ -216,8 +216,6 @@ def reactions(
     """
     if frame not in ("world", "joint") or side not in ("child", "parent"):
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
-    if method not in ("auto", "dense", "block-sparse"):
-        raise ValueError(f"method must be 'auto', 'dense' or 'block-sparse', got {method!r}")
     states = states_of(system, motion)
     compliance = {} if compliance is None else dict(compliance)
     names = [name for name, *_ in reaction_map.carriers(system)]

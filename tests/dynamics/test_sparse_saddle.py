@@ -1,4 +1,4 @@
-"""`reactions(method="block-sparse")` against the dense way: all kinds of systems, whole motions, derivatives."""
+"""Reactions by the block-sparse solvers against the dense one: all kinds of systems, whole motions, derivatives."""
 
 import jax
 import jax.numpy as jnp
@@ -181,7 +181,7 @@ SYSTEMS = {
     "ring of 12": lambda: closed_ring(12),
     "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
 }
-KEPT = ("four-bar in motion",)
+KEPT, ELASTIC = ("four-bar in motion",), ("beams", "beams that fly")
 
 #: Where the dense way itself has fewer digits: its residual there is 1e-7 of the load on the ring, ours 1e-14.
 LOOSER = {"singular pose": 1e-8, "ring of 12": 1e-6}
@@ -191,10 +191,10 @@ def _with(system):
     return system, random_state(system, size=1e-3)
 
 
-def assert_same(system, motion, rtol=1e-9, **options):
+def assert_same(system, motion, rtol=1e-9, method="block-sparse", **options):
     """Wrenches, efforts and multipliers agree to `rtol` of the largest load; the marks are the same."""
-    dense = mbs.reactions(system, motion, **options)
-    sparse = mbs.reactions(system, motion, method="block-sparse", **options)
+    dense = mbs.reactions(system, motion, method="dense", **options)
+    sparse = mbs.reactions(system, motion, method=method, **options)
     assert list(dense) == list(sparse)
     scale = max(float(jnp.max(jnp.abs(x), initial=0.0)) for x in jax.tree.leaves(dense))
     for one, other in zip(jax.tree.leaves(dense), jax.tree.leaves(sparse), strict=True):
@@ -205,18 +205,23 @@ def assert_same(system, motion, rtol=1e-9, **options):
     assert np.all(sparse.residual <= 1e-9 * scale)
 
 
-def _marked(name):
-    return pytest.param(name, marks=pytest.mark.slow if name in KEPT else pytest.mark.long)
+def _cases():
+    for name in SYSTEMS:
+        for method in ("frontal", "multifrontal"):
+            if method == "multifrontal" or name not in ELASTIC:
+                yield pytest.param(name, method, marks=pytest.mark.slow if name in KEPT else pytest.mark.long)
 
 
-@pytest.mark.parametrize("name", [*(_marked(name) for name in SYSTEMS)])
-def test_as_the_dense_way(name):
-    assert_same(*SYSTEMS[name](), rtol=LOOSER.get(name, 1e-9))
+@pytest.mark.parametrize("name, method", list(_cases()))
+def test_as_the_dense_way(name, method):
+    assert_same(*SYSTEMS[name](), rtol=LOOSER.get(name, 1e-9), method=method)
 
 
-def test_unknown_method():
-    with pytest.raises(ValueError, match="method must be 'dense' or 'block-sparse', got 'sparse'"):
+def test_methods_that_are_refused():
+    with pytest.raises(ValueError, match="method must be one of 'auto', .*, got 'sparse'"):
         mbs.reactions(*planar_loop(), method="sparse")
+    with pytest.raises(ValueError, match="'frontal' is for rigid bodies"):
+        mbs.reactions(SPECIMENS["elastic"].system, SPECIMENS["elastic"].state, method="frontal")
 
 
 def force_at_D(masses, state, system, method):
@@ -230,13 +235,14 @@ def test_gradients_and_batches_of_designs():
     system, state = planar_loop()
     masses = jnp.array([1.0, 2.0, 1.5])
     slopes = {}
-    for method in ("dense", "block-sparse"):
+    for method in ("dense", "multifrontal", "frontal"):
         value = jax.jit(lambda m, method=method: force_at_D(m, state, system, method))
         slopes[method] = jax.jit(jax.grad(value))(masses)
-    np.testing.assert_allclose(slopes["block-sparse"], slopes["dense"], rtol=1e-9)
+    np.testing.assert_allclose(slopes["frontal"], slopes["dense"], rtol=1e-9)
+    np.testing.assert_allclose(slopes["multifrontal"], slopes["dense"], rtol=1e-9)
     step = 1e-4 * np.eye(3)
     central = [(value(masses + d) - value(masses - d)) / 2e-4 for d in step]
-    np.testing.assert_allclose(slopes["block-sparse"], central, rtol=1e-6)
+    np.testing.assert_allclose(slopes["frontal"], central, rtol=1e-6)
     designs = jnp.stack([masses, 2.0 * masses])
     together = jax.jit(jax.vmap(jax.grad(value)))(designs)
     np.testing.assert_allclose(together[0], slopes["dense"], rtol=1e-9)
