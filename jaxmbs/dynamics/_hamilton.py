@@ -18,6 +18,7 @@ from ..kinematics._configuration import (
     with_velocities,
 )
 from ..kinematics._elastic import mass_matrix
+from ..kinematics._frontal_saddle import MOTION_COMPLIANCE
 from ..kinematics._kic import velocity_map
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
@@ -67,7 +68,7 @@ def velocities(system: System, at: Configuration, p):
     method = linear_solver(system)
     if method != "dense":
         rows = constraint_operator(system, at)
-        return saddle_without_matrix(method, system, at, rows, p, -f_t)
+        return saddle_without_matrix(method, system, at, rows, p, -f_t, compliance=MOTION_COMPLIANCE)
     A, M = constraints.jacobian(system, at), mass_matrix(system, at)
     return saddle_solve(M, A, p, -f_t, constraints.row_scale(system))
 

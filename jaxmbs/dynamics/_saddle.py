@@ -7,9 +7,11 @@ from ..model._system import System
 from ._sparse_saddle import sparse_saddle
 
 
-def saddle_without_matrix(method: str, system: System, at: Configuration, rows: ConstraintOperator, b, c):
+def saddle_without_matrix(method: str, system: System, at: Configuration, rows: ConstraintOperator, b, c, **options):
     """Accelerations (nv,) and multipliers y (rows,) of `M a + A^T y = b`, `A a = c`.
 
-    Args: method: "frontal" or "multifrontal".
+    Args: method: "frontal" or "multifrontal"; options: of the frontal method.
     """
-    return (frontal_saddle if method == "frontal" else sparse_saddle)(system, at, rows, b, c)
+    if method == "frontal":
+        return frontal_saddle(system, at, rows, b, c, **options)
+    return sparse_saddle(system, at, rows, b, c)

@@ -28,8 +28,14 @@ from ._front_plan import FrontPlan, front_plan
 from ._node_parameters import NodeParameters, positions
 from ._saddle_operator import ConstraintOperator, largest_of_element, loop_mobility, row_kinds, stop_gradients
 
-#: Compliance C of the rows, relative to their mobility (double, single).
-PROXIMAL_COMPLIANCE = {8: 3e-9, 4: 1e-5}
+#: Compliance C of the rows, relative to their mobility (double, single).  At a given state the smallest one that the
+#: factor bears: accelerations of a row of ten four-bars err 3e-13 at 1e-3 rad from its singular pose, 1e-7 at 1e-5
+#: (3e-9: 7e-8 and 0.8).
+PROXIMAL_COMPLIANCE = {8: 3e-12, 4: 1e-5}
+#: The same within motions.  Beside a singular pose their coordinates, which err by the tolerance, decide which way
+#: the rows lead on; there C must hide rows smaller than that.  A row of twelve through its singular pose, at 1e-10:
+#: energy to 2e-9 here, 3e-6 at 3e-11, 2e-3 at 3e-12, in 1, 25 and 160 times the time.
+MOTION_COMPLIANCE = {8: 3e-9, 4: 1e-5}
 #: Proximal rounds.
 ROUNDS = {8: 6, 4: 8}
 #: Inertia lent to every node, relative to the mean mass.
@@ -81,14 +87,25 @@ class Multipliers(NamedTuple):
     others: Array
 
 
-def frontal_saddle(system: System, at: Configuration, rows: ConstraintOperator, b, c, mass=1.0, weight=None):
+def frontal_saddle(
+    system: System,
+    at: Configuration,
+    rows: ConstraintOperator,
+    b,
+    c,
+    mass=1.0,
+    weight=None,
+    compliance=PROXIMAL_COMPLIANCE,
+):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,).
 
-    Args: mass: (), factor m of the mass matrix; weight: w (nv,), default zero.
+    Args:
+        mass: (), factor m of the mass matrix; weight: w (nv,), default zero.
+        compliance: of the rows, by the size of a number [bytes].
     """
     n = b.shape[0]
     weight = jnp.zeros(n, b.dtype) if weight is None else weight
-    matrix = _factored(*stop_gradients((system, at, rows, mass, weight)))
+    matrix = _factored(*stop_gradients((system, at, rows, mass, weight)), compliance[b.dtype.itemsize])
 
     def whole(z):
         a, y = z[:n], z[n:]
@@ -165,7 +182,7 @@ def _on_nodes(plan, factor, efforts, wrenches):
     return a[plan.step], v[plan.step]
 
 
-def _factored(system, at, rows, mass, weight):
+def _factored(system, at, rows, mass, weight, compliance):
     top, dtype = system.topology, at.psi.dtype
     length = system.length.astype(dtype)
     own, lent, J = weight, 0.0, jnp.zeros((top.num_velocities, 6, 6), dtype)
@@ -179,7 +196,7 @@ def _factored(system, at, rows, mass, weight):
     kinds = row_kinds(system)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
     sizes = loop_mobility(system, at, rows, mobility).at[kinds.others].set((B * B) @ mobility)
-    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block)
+    C = compliance * largest_of_element(sizes, constraints.row_scale(system).block)
     stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
     local = _local(system, at, rows, unit.closures, length, J, stiffness.closures)
     held = weight.at[kinds.columns].add(unit.drives**2 * stiffness.drives)
@@ -209,7 +226,7 @@ def _local(system, at, rows, unit, length, J, stiffness):
     def about(node):
         moment = D[:, :, :3] - jnp.cross(x[node][:, None], D[:, :, 3:])
         there = jnp.concatenate([moment / length, D[:, :, 3:]], axis=2)
-        return there * (node < nodes.size)[:, None, None]
+        return there * jnp.asarray(node < nodes.size, there.dtype)[:, None, None]
 
     S = jnp.concatenate([spin * length, speed], axis=1)
     return LocalKinematics(S, offset, J, jnp.zeros_like(S[:, 0]), *map(about, plan.ends.T), stiffness)

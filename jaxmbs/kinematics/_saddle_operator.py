@@ -33,7 +33,7 @@ class ConstraintOperator(NamedTuple):
 
     def masked(self, active) -> "ConstraintOperator":
         """The operator with the rows that are not active (rows,) set to zero."""
-        return self._replace(unit=self.unit * active)
+        return self._replace(unit=jnp.where(active, self.unit, 0.0))
 
     def rates(self, a):
         """Rates of the rows `A a` (rows,) for accelerations a (nv,)."""
