@@ -29,13 +29,15 @@ from ._node_parameters import NodeParameters, positions
 from ._saddle_operator import ConstraintOperator, largest_of_element, loop_mobility, row_kinds, stop_gradients
 
 #: Compliance C of the rows, relative to their mobility (double, single).  At a given state the smallest one that the
-#: factor bears: accelerations of a row of ten four-bars err 3e-13 at 1e-3 rad from its singular pose, 1e-7 at 1e-5
-#: (3e-9: 7e-8 and 0.8).
-PROXIMAL_COMPLIANCE = {8: 3e-12, 4: 1e-5}
+#: factor bears: accelerations of a row of ten four-bars err 3e-13 at 1e-3 rad from its singular pose, 7e-8 at 1e-4
+#: (3e-9: 7e-8 and 0.07).  Less leaves less digits to loads that statics does not determine.
+PROXIMAL_COMPLIANCE = {8: 3e-11, 4: 1e-5}
 #: The same within motions.  Beside a singular pose their coordinates, which err by the tolerance, decide which way
 #: the rows lead on; there C must hide rows smaller than that.  A row of twelve through its singular pose, at 1e-10:
 #: energy to 2e-9 here, 3e-6 at 3e-11, 2e-3 at 3e-12, in 1, 25 and 160 times the time.
 MOTION_COMPLIANCE = {8: 3e-9, 4: 1e-5}
+#: Least compliance of rows that may read any column: taking them in by a border loses 1e-16 / C of the solution.
+BORDER_COMPLIANCE = {8: 1e-7, 4: 1e-4}
 #: Proximal rounds.
 ROUNDS = {8: 6, 4: 8}
 #: Inertia lent to every node, relative to the mean mass.
@@ -196,7 +198,9 @@ def _factored(system, at, rows, mass, weight, compliance):
     kinds = row_kinds(system)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
     sizes = loop_mobility(system, at, rows, mobility).at[kinds.others].set((B * B) @ mobility)
-    C = compliance * largest_of_element(sizes, constraints.row_scale(system).block)
+    C = np.full(top.num_rows, compliance)
+    C[kinds.others] = max(compliance, BORDER_COMPLIANCE[dtype.itemsize])
+    C = jnp.asarray(C, dtype) * largest_of_element(sizes, constraints.row_scale(system).block)
     stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
     local = _local(system, at, rows, unit.closures, length, J, stiffness.closures)
     held = weight.at[kinds.columns].add(unit.drives**2 * stiffness.drives)
