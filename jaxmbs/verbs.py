@@ -148,7 +148,7 @@ def reactions(
     frame: str = "world",
     side: str = "child",
     compliance: Mapping | None = None,
-    method: str = "dense",
+    method: str = "auto",
     accelerations: ArrayLike | Mapping[str, ArrayLike] | None = None,
     actuators: Sequence[str] | None = None,
 ) -> Reactions: ...

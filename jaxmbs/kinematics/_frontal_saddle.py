@@ -23,8 +23,8 @@ from ..runtime import gather_static, small_call
 from . import _constraints as constraints
 from . import _tree as tree
 from ._configuration import Configuration
-from ._front_factor import FrontFactor, LocalKinematics, front_factor, solve_front
-from ._front_plan import FrontPlan, front_plan
+from ._frontal_factor import FrontalFactor, LocalKinematics, frontal_factor, frontal_solve
+from ._frontal_plan import FrontalPlan, frontal_plan
 from ._node_parameters import NodeParameters, positions
 from ._saddle_operator import ConstraintOperator, largest_of_element, loop_mobility, row_kinds, stop_gradients
 
@@ -71,8 +71,8 @@ class FrontalMatrix(NamedTuple):
         border: all other rows; weight (n,): what is added to the diagonal of M.
     """
 
-    plan: FrontPlan
-    factor: FrontFactor
+    plan: FrontalPlan
+    factor: FrontalFactor
     local: LocalKinematics
     columns: np.ndarray
     drive_unit: Array
@@ -179,8 +179,8 @@ def _solve(matrix, efforts, wrenches):
 
 
 def _on_nodes(plan, factor, efforts, wrenches):
-    """`solve_front` in the order of the nodes."""
-    a, v = solve_front(plan, factor, efforts[plan.order], wrenches[plan.order])
+    """`frontal_solve` in the order of the nodes."""
+    a, v = frontal_solve(plan, factor, efforts[plan.order], wrenches[plan.order])
     return a[plan.step], v[plan.step]
 
 
@@ -204,8 +204,8 @@ def _factored(system, at, rows, mass, weight, compliance):
     stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
     local = _local(system, at, rows, unit.closures, length, J, stiffness.closures)
     held = weight.at[kinds.columns].add(unit.drives**2 * stiffness.drives)
-    plan = front_plan(system)
-    factor = front_factor(plan, local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=held))
+    plan = frontal_plan(system)
+    factor = frontal_factor(plan, local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=held))
     border = _border(plan, factor, B, stiffness.others)
     return FrontalMatrix(plan, factor, local, kinds.columns, unit.drives, stiffness.drives, border, weight)
 
@@ -218,7 +218,7 @@ def _border(plan, factor, B, stiffness):
 
 
 def _local(system, at, rows, unit, length, J, stiffness):
-    plan, nodes = front_plan(system), system.topology.nodes
+    plan, nodes = frontal_plan(system), system.topology.nodes
     x = jnp.concatenate([positions(at.W), jnp.zeros((1, 3), at.W.dtype)])
     parent = nodes.parent_or_size
     offset = (x[:-1] - x[parent]) / length

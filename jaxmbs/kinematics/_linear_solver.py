@@ -5,7 +5,7 @@ import dataclasses
 from ..errors import ModelError
 from ..model._system import System
 from ..runtime import tuning
-from ._front_plan import front_plan
+from ._frontal_plan import frontal_plan
 from ._saddle_operator import row_kinds
 
 SOLVERS = ("auto", "dense", "frontal", "multifrontal")
@@ -55,4 +55,4 @@ def solver_for(system: System, method: str) -> str:
 def _block_sparse(system):
     """ "frontal" where no body deforms, few rows read any column and the front is narrow, else "multifrontal"."""
     is_local = not system.elastic and len(row_kinds(system).others) <= tuning.BORDER_ROWS
-    return "frontal" if is_local and front_plan(system).width <= tuning.FRONT_WIDTH else "multifrontal"
+    return "frontal" if is_local and frontal_plan(system).width <= tuning.FRONT_WIDTH else "multifrontal"

@@ -160,7 +160,7 @@ class Formulation(eqx.Module):
             f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
             momentum = jnp.where(last, self.momenta_of(at, p * self.scale), 0.0)
             gap = jnp.where(last, f_t, gather_static(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
-            solve = self._saddle_on_front if is_frontal else self._saddle_of_matrices
+            solve = self._frontal_saddle if is_frontal else self._saddle_of_matrices
             u = solve(at, last, last | is_position, momentum, -gap)
             then = self.second_of(at, u) / self.scale
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
@@ -177,7 +177,7 @@ class Formulation(eqx.Module):
         A = jnp.where(active[:, None], constraints.jacobian(system, at), 0.0)
         return saddle_solve(K, A, m, g, constraints.row_scale(system))[0]
 
-    def _saddle_on_front(self, at, of_velocities, active, m, g):
+    def _frontal_saddle(self, at, of_velocities, active, m, g):
         """The same without a matrix."""
         rows = constraint_operator(self.system, at).masked(active)
         mass = jnp.where(of_velocities, 1.0, 0.0).astype(m.dtype)

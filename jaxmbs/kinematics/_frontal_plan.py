@@ -17,7 +17,7 @@ from ..model._system import System
 
 
 @dataclass(frozen=True, eq=False)
-class FrontPlan:
+class FrontalPlan:
     """Steps of the elimination, one a node; n nodes, e closures, at most k closures a step.
 
     Attributes:
@@ -42,7 +42,7 @@ class FrontPlan:
     touching: np.ndarray
 
 
-def front_plan(system: System) -> FrontPlan:
+def frontal_plan(system: System) -> FrontalPlan:
     """The plan of a system, cached by its tree and its closures."""
     top = system.topology
     ends = tuple(end for group in system.closures for end in zip(group.first, group.second, strict=True))
@@ -70,7 +70,7 @@ def _plan(tree, ends):
     for node in range(n):
         touching[node, : len(on_node[node])] = [2 * e + int(ends[e, 1] == node) for e in on_node[node]]
     order = np.array([node for node, *_ in steps], int)
-    return FrontPlan(width, order, np.argsort(order), own, parent, far, closure, is_end_b, ends, touching)
+    return FrontalPlan(width, order, np.argsort(order), own, parent, far, closure, is_end_b, ends, touching)
 
 
 def _touching(n, ends):

@@ -5,18 +5,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from jaxmbs.kinematics._front_plan import _plan, front_plan
+from jaxmbs.kinematics._frontal_plan import _plan, frontal_plan
 from jaxmbs.model._tree import Tree
 from tests.cases import models
 from tests.dynamics.test_sparse_saddle import closed_ring
 
 
 def test_width_of_a_row_does_not_grow():
-    assert [front_plan(models.n_four_bar(n)).width for n in (1, 2, 5)] == [2, 2, 2]
+    assert [frontal_plan(models.n_four_bar(n)).width for n in (1, 2, 5)] == [2, 2, 2]
 
 
 def test_width_of_a_ring_is_three():
-    assert front_plan(closed_ring(12)[0]).width <= 3
+    assert frontal_plan(closed_ring(12)[0]).width <= 3
 
 
 @pytest.mark.parametrize("rungs", [3, 12])

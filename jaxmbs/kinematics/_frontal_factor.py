@@ -14,11 +14,11 @@ from jax import Array, lax
 
 from ..math._spatial import cross
 from ..runtime import fusion_barrier, small_call
-from ._front_plan import FrontPlan
+from ._frontal_plan import FrontalPlan
 
 
 class LocalKinematics(NamedTuple):
-    """What the factor is made of, about the nodes' points; n nodes, e closures of six rows or fewer.
+    """Kinematics and inertias about the nodes' points; n nodes, e closures of six rows or fewer.
 
     Attributes:
         S (n, 6): joint twists; offset (n, 3): from the parent's point, zero on the ground.
@@ -37,7 +37,7 @@ class LocalKinematics(NamedTuple):
     stiffness: Array
 
 
-class FrontFactor(NamedTuple):
+class FrontalFactor(NamedTuple):
     """Factor of H, in the order of the plan; w slots.
 
     Attributes:
@@ -53,7 +53,7 @@ class FrontFactor(NamedTuple):
     offset: Array
 
 
-def front_factor(plan: FrontPlan, local: LocalKinematics) -> FrontFactor:
+def frontal_factor(plan: FrontalPlan, local: LocalKinematics) -> FrontalFactor:
     """The factor of H."""
     own, parent = (jnp.asarray(x, local.S.dtype) for x in (plan.own, plan.parent))
     S, offset = local.S[plan.order], local.offset[plan.order]
@@ -69,7 +69,7 @@ def front_factor(plan: FrontPlan, local: LocalKinematics) -> FrontFactor:
     used = (mobility[:, None, None] * own[:, :, None] * S[:, None])[:, None, None]
     transfer = transfer - column[:, :, :, None, None] * used
     size = 6 * plan.width
-    return FrontFactor(transfer.reshape(-1, size, size), column.reshape(-1, size), mobility, S, offset)
+    return FrontalFactor(transfer.reshape(-1, size, size), column.reshape(-1, size), mobility, S, offset)
 
 
 def _eliminate(plan, local, S, offset, own, parent):
@@ -117,7 +117,7 @@ def _outer(a, b):
     return a[:, None, None, None] * b[None, None, :, None]
 
 
-def solve_front(plan: FrontPlan, factor: FrontFactor, efforts, wrenches):
+def frontal_solve(plan: FrontalPlan, factor: FrontalFactor, efforts, wrenches):
     """Velocities (n,) and twists (n, 6) of `H u = efforts + J^T wrenches`, in the order of the plan.
 
     Args: efforts (n,) on the columns; wrenches (n, 6) on the nodes, about their points.
