@@ -107,7 +107,7 @@ def frontal_saddle(
     """
     n = b.shape[0]
     weight = jnp.zeros(n, b.dtype) if weight is None else weight
-    matrix = _factored(*stop_gradients((system, at, rows, mass, weight)), compliance[b.dtype.itemsize])
+    matrix = _factored(*stop_gradients((system, at, rows, mass, weight, compliance[b.dtype.itemsize])))
 
     def whole(z):
         a, y = z[:n], z[n:]
