@@ -53,11 +53,11 @@ class FrontalFactor(NamedTuple):
     offset: Array
 
 
-def frontal_factor(plan: FrontalPlan, local: LocalKinematics) -> FrontalFactor:
-    """The factor of H."""
+def frontal_factor(plan: FrontalPlan, local: LocalKinematics, eliminated) -> FrontalFactor:
+    """The factor of H from what `eliminate` returned."""
     own, parent = (jnp.asarray(x, local.S.dtype) for x in (plan.own, plan.parent))
     S, offset = local.S[plan.order], local.offset[plan.order]
-    U, mobility = _eliminate(plan, local, S, offset, own, parent)
+    U, mobility = eliminated
     on_own = jnp.sum(own[:, :, None] * U, axis=1)
     rest = (1.0 - own)[:, :, None] * U
     column = rest + parent[:, :, None] * shift_wrenches(offset, on_own)[:, None]
@@ -72,8 +72,10 @@ def frontal_factor(plan: FrontalPlan, local: LocalKinematics) -> FrontalFactor:
     return FrontalFactor(transfer.reshape(-1, size, size), column.reshape(-1, size), mobility, S, offset)
 
 
-def _eliminate(plan, local, S, offset, own, parent):
+def eliminate(plan: FrontalPlan, local: LocalKinematics):
     """(U (n, w, 6), mobility (n,)) of every step: `U = H[:, own] S` and the inverse of `S . U[own]`."""
+    own, parent = (jnp.asarray(x, local.S.dtype) for x in (plan.own, plan.parent))
+    S, offset = local.S[plan.order], local.offset[plan.order]
     stiffness = local.stiffness[:, :, None]
     a, b = local.directions_a, local.directions_b
     none = jnp.zeros((1, 6, 6), S.dtype)

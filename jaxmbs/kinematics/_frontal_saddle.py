@@ -23,10 +23,17 @@ from ..runtime import gather_static, small_call
 from . import _constraints as constraints
 from . import _tree as tree
 from ._configuration import Configuration
-from ._frontal_factor import FrontalFactor, LocalKinematics, frontal_factor, frontal_solve
+from ._frontal_factor import FrontalFactor, LocalKinematics, eliminate, frontal_factor, frontal_solve
 from ._frontal_plan import FrontalPlan, frontal_plan
 from ._node_parameters import NodeParameters, positions
-from ._saddle_operator import ConstraintOperator, largest_of_element, loop_mobility, row_kinds, stop_gradients
+from ._saddle_operator import (
+    ConstraintOperator,
+    largest_of_element,
+    loop_entries,
+    loop_mobility,
+    row_kinds,
+    stop_gradients,
+)
 
 #: Compliance C of the rows, relative to their mobility (double, single).  At a given state the smallest one that the
 #: factor bears: accelerations of a row of ten four-bars err 3e-13 at 1e-3 rad from its singular pose, 7e-8 at 1e-4
@@ -42,6 +49,9 @@ BORDER_COMPLIANCE = {8: 1e-7, 4: 1e-4}
 ROUNDS = {8: 6, 4: 8}
 #: Inertia lent to every node, relative to the mean mass.
 LENT_INERTIA = {8: 1e-14, 4: 1e-8}
+#: Share of a pivot that may be rounding before C grows by `SOFTENING`, at most to `SOFTEST` times its size.
+LOST_DIGITS = {8: 1e-2, 4: 0.5}
+SOFTENING, SOFTEST = 1e3, 1e6
 _UPPER = np.zeros((6, 6), int)
 for _k, (_i, _j) in enumerate(components.UPPER):
     _UPPER[_i, _j] = _UPPER[_j, _i] = _k
@@ -197,17 +207,50 @@ def _factored(system, at, rows, mass, weight, compliance):
     mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, own))
     kinds = row_kinds(system)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
-    sizes = loop_mobility(system, at, rows, mobility).at[kinds.others].set((B * B) @ mobility)
+    entries = loop_entries(system, at, rows)
+    sizes = loop_mobility(system, entries, rows, mobility).at[kinds.others].set((B * B) @ mobility)
     C = np.full(top.num_rows, compliance)
     C[kinds.others] = max(compliance, BORDER_COMPLIANCE[dtype.itemsize])
     C = jnp.asarray(C, dtype) * largest_of_element(sizes, constraints.row_scale(system).block)
     stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
     local = _local(system, at, rows, unit.closures, length, J, stiffness.closures)
-    held = weight.at[kinds.columns].add(unit.drives**2 * stiffness.drives)
+    held = local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=weight)
     plan = frontal_plan(system)
-    factor = frontal_factor(plan, local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=held))
+    on_drives = jnp.zeros_like(own).at[kinds.columns].add(unit.drives**2 * stiffness.drives)
+    softening, eliminated = _eliminated(plan, held, own, on_drives, _on_columns(entries, 1.0 / C, len(own)) + on_drives)
+    stiffness = jax.tree.map(lambda k: k / softening, stiffness)
+    factor = frontal_factor(plan, local, eliminated)
     border = _border(plan, factor, B, stiffness.others)
+    local = local._replace(stiffness=stiffness.closures)
     return FrontalMatrix(plan, factor, local, kinds.columns, unit.drives, stiffness.drives, border, weight)
+
+
+def _on_columns(entries, stiffness, n):
+    """What the rows of closures add to the diagonal of H (n,)."""
+    return jax.ops.segment_sum(entries.square * stiffness[entries.row], jnp.asarray(entries.column), n)
+
+
+def _eliminated(plan, local, own, on_drives, on_columns):
+    """(softening, what `eliminate` returns): C grows by the softening while the factor loses too many digits.
+
+    A pivot is what the columns before it leave of the diagonal of H, `own + on_columns / softening`: the less, the
+    more digits are lost.  That is so where one link is far smaller or lighter than others.
+    """
+    most = LOST_DIGITS[own.dtype.itemsize] / np.finfo(own.dtype).eps
+
+    def loses(carry):
+        softening, (_, mobility) = carry
+        ratio = (own + on_columns / softening)[plan.order] * mobility
+        return (softening < SOFTEST) & ~jnp.all((ratio > 0.0) & (ratio <= most))
+
+    def attempt(carry):
+        softening = SOFTENING * carry[0]
+        softer = local._replace(held=local.held + on_drives / softening, stiffness=local.stiffness / softening)
+        return softening, eliminate(plan, softer)
+
+    n = len(own)
+    nothing = jnp.zeros((n, plan.width, 6), own.dtype), jnp.full(n, jnp.inf, own.dtype)
+    return lax.while_loop(loses, attempt, (jnp.asarray(1.0 / SOFTENING, own.dtype), nothing))
 
 
 def _border(plan, factor, B, stiffness):

@@ -109,20 +109,40 @@ def largest_of_element(sizes, block):
     return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))
 
 
-def loop_mobility(system: System, at: Configuration, rows: ConstraintOperator, mobility):
-    """Diagonal (rows,) of A diag(mobility) A^T for the rows of closures and drives; zero for all others.
+class LoopEntries(NamedTuple):
+    """Squares of the entries of the rows of closures in the columns of their loops, one after another.
 
     The columns between the frames of each closure are listed, so that far from the origin nothing cancels.
+
+    Attributes: row, column (c,): of each entry; square (c,): of the entry, in the units of the rows.
     """
-    kinds, (column, element) = row_kinds(system), _loop_columns(system)
-    parts, first = [jnp.zeros(0, at.S.dtype)], 0
+
+    row: np.ndarray
+    column: np.ndarray
+    square: Array
+
+
+def loop_entries(system: System, at: Configuration, rows: ConstraintOperator) -> LoopEntries:
+    """The squares of the entries at a configuration."""
+    column, element = _loop_columns(system)
+    row, on, squares, first, first_row = [], [], [jnp.zeros(0, at.S.dtype)], 0, 0
     for D in rows.directions:
-        chosen = (element >= first) & (element < first + len(D))
-        of, on = element[chosen] - first, column[chosen]
-        along = jnp.einsum("crk,ck->cr", D[of], at.S[on]) ** 2 * mobility[on][:, None]
-        parts.append(jax.ops.segment_sum(along, jnp.asarray(of), len(D), indices_are_sorted=True).reshape(-1))
-        first += len(D)
-    sizes = jnp.pad(jnp.concatenate(parts), (0, system.topology.num_rows - kinds.closures)) * rows.unit**2
+        e, k, _ = D.shape
+        chosen = (element >= first) & (element < first + e)
+        each = element[chosen] - first
+        row.append((first_row + each[:, None] * k + np.arange(k)).reshape(-1))
+        on.append(np.repeat(column[chosen], k))
+        squares.append(jnp.einsum("crk,ck->cr", D[each], at.S[column[chosen]]).reshape(-1) ** 2)
+        first, first_row = first + e, first_row + e * k
+    row, on = (np.concatenate([*x, np.zeros(0, int)]) for x in (row, on))
+    return LoopEntries(row, on, jnp.concatenate(squares) * rows.unit[row] ** 2)
+
+
+def loop_mobility(system: System, entries: LoopEntries, rows: ConstraintOperator, mobility):
+    """Diagonal (rows,) of A diag(mobility) A^T for the rows of closures and drives; zero for all others."""
+    kinds = row_kinds(system)
+    of_entries = entries.square * mobility[entries.column]
+    sizes = jax.ops.segment_sum(of_entries, jnp.asarray(entries.row), system.topology.num_rows)
     return sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
 
 
