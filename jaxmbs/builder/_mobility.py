@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse
 
 from ..errors import AssemblyError, ModelError
 from ..joints._base import HALF_TURN_RESIDUAL
@@ -53,7 +54,7 @@ def analyse_mobility(system: System, independent: Iterable[str] | None = None) -
         elif rank == best[1][0]:  # one pose with inertia will do
             fault = fault and found
         if rank == best[1][0]:
-            stresses.append(row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[2])
+            stresses.append(_self_stress_parts(row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[2], rows))
         if not top.num_rows and fault is None:
             break
         psi = _another_pose(system, psi, t, Z, weight, random)
@@ -65,10 +66,15 @@ def analyse_mobility(system: System, independent: Iterable[str] | None = None) -
 
 
 def _pose_dependent_rows(stresses):
-    """Rows whose part in the null spaces of the rows' transpose (rows, k), one at each pose, is not the same."""
-    parts = [Y @ Y.T for Y in stresses]
-    change = np.max([np.abs(part - parts[0]).max(1, initial=0.0) for part in parts], axis=0)
+    """Rows whose parts in the self-stresses (rows, k), one at each pose, are not the same."""
+    change = np.max([np.abs(part - stresses[0]).max(1, initial=0.0) for part in stresses], axis=0)
     return tuple(int(k) for k in np.nonzero(change > 1e-3)[0])  # of one
+
+
+def _self_stress_parts(Y, rows):
+    """What the self-stresses leave of vectors that are the same at each pose: the unit vectors, of sparse rows random
+    ones."""
+    return Y if scipy.sparse.issparse(rows.A) else Y @ Y.T
 
 
 def check_closure_and_inertia(system: System) -> None:
@@ -111,7 +117,7 @@ def _close_loops(system, psi, t, random):
     found, rows = search_on_host(system, psi, t, np.ones(top.num_velocities), random, BUILD_RESTARTS)
     if is_closed(rows):
         return found
-    f, steep = np.abs(rows.f), ~np.all(np.isfinite(rows.A), axis=1)
+    f, steep = np.abs(rows.f), ~rows.is_finite
     if np.any(steep):
         names = ", ".join(repr(name) for name in sorted({top.row_joint[k] for k in np.nonzero(steep)[0]}))
         raise ModelError([f"the slope of {names} is not finite at any pose that was tried; check the function"])
@@ -146,7 +152,7 @@ def _refuse_half_turns(system, f):
 
 def _inertia_fault(top, M, Z, weight) -> str | None:
     """Message where a motion among Z moves no inertia; else None."""
-    reduced = (Z * weight[:, None]).T @ M @ (Z * weight[:, None])
+    reduced = (Z * weight[:, None]).T @ (M @ (Z * weight[:, None]))
     if reduced.size == 0:
         return None
     values, vectors = np.linalg.eigh(reduced)

@@ -185,6 +185,8 @@ def _drive_faults(drive):
 
 def _place_faults(where, place):
     """Faults of a place: None, a point or a pose."""
+    if place is None:
+        return []
     try:
         return [f"{where}: {fault}" for fault in as_pose(place).faults()]
     except (TypeError, ValueError) as error:

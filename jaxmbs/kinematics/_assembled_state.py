@@ -122,7 +122,7 @@ def _rank_and_branch(system, A, columns):
     """Difference of the rank of the rows A from that of the build, and the signs of the branch."""
     rank, counted = constraint_rank(system, A), system.topology.analysis
     change = rank - (rank if counted is None else counted.rank)
-    as_float = np.asarray(change, A.dtype) if isinstance(A, np.ndarray) else change.astype(A.dtype)
+    as_float = np.asarray(change, A.dtype) if isinstance(rank, int) else change.astype(A.dtype)
     return as_float, branch_signs(system, A, columns)
 
 

@@ -5,11 +5,13 @@ the rows no longer determine the other coordinates (a dead point): there the det
 these coordinates passes through zero.  So its sign is constant along a motion on one branch.
 """
 
+import heapq
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse
 from scipy.sparse.csgraph import connected_components
 
 from ..math._determinant import determinant_signs
@@ -25,20 +27,19 @@ _SINGULAR_PIVOT = {
 _SEED = 3  # of the combinations of redundant rows: any, but always the same
 
 
-class LoopBlocks(NamedTuple):
-    """Blocks of coupled loops, in an order in which each is determined by its rows once those before it are.
+class LoopBlock(NamedTuple):
+    """A block of coupled loops, determined by its rows once the blocks before it are.
 
     Attributes:
-        columns: (n,) velocity columns that depend on the held ones, block by block.
-        block: (n,) the number of the block of each.
-        combine: (n, position rows) that makes as many rows of redundant ones as there are columns.
-        steady: (blocks,) false where the redundancy depends on the pose, so that no fixed combination is valid.
+        columns: (n,) velocity columns that depend on the held ones and blocks before.
+        rows: (m,) its position rows; combine: (n, m) that makes as many rows of redundant ones as there are columns.
+        steady: false where the redundancy depends on the pose, so that no fixed combination is valid.
     """
 
     columns: np.ndarray
-    block: np.ndarray
+    rows: np.ndarray
     combine: np.ndarray
-    steady: np.ndarray
+    steady: bool
 
 
 def branch_signs(system: System, A, held: Sequence[int] = ()):
@@ -47,18 +48,42 @@ def branch_signs(system: System, A, held: Sequence[int] = ()):
     Args: held: velocity columns whose coordinates are given.
     """
     top = system.topology
-    columns, block, combine, steady = loop_blocks(system, held)
-    xp = np if isinstance(A, np.ndarray) else jnp
-    length = np.asarray(system.length) if xp is np else system.length
-    unit = xp.where(rows_are_lengths(system)[top.position_rows], 1.0 / length, 1.0)
-    size = xp.where(np.asarray(top.spins)[columns] > 0, 1.0, length)
-    scaled = unit.astype(A.dtype)[:, None] * A[top.position_rows][:, columns] * size.astype(A.dtype)[None]
+    blocks, least = loop_blocks(system, held), _SINGULAR_PIVOT[A.dtype.itemsize]
+    is_host = isinstance(A, np.ndarray) or scipy.sparse.issparse(A)
+    xp, length = (np, np.asarray(system.length)) if is_host else (jnp, system.length)
+    unit = xp.where(rows_are_lengths(system), 1.0 / length, 1.0).astype(A.dtype)
+    size = xp.where(np.asarray(top.spins) > 0, 1.0, length).astype(A.dtype)
+    if is_host:
+        return np.array([_block_sign(A, unit, size, top.position_rows, block, least) for block in blocks], A.dtype)
+    columns, block, combine, steady = _blocks_together(blocks, len(top.position_rows))
+    scaled = unit[top.position_rows, None] * A[top.position_rows][:, columns] * size[columns][None]
     inside = block[:, None] == block[None]  # what the columns of blocks before do has no part in a sign
-    square = xp.where(inside, combine.astype(A.dtype) @ scaled, 0.0).astype(A.dtype)
-    return xp.where(steady, determinant_signs(square, block, _SINGULAR_PIVOT[A.dtype.itemsize]), 0.0).astype(A.dtype)
+    square = jnp.where(inside, combine.astype(A.dtype) @ scaled, 0.0).astype(A.dtype)
+    return jnp.where(steady, determinant_signs(square, block, least), 0.0).astype(A.dtype)
 
 
-def loop_blocks(system: System, held: Sequence[int] = ()) -> LoopBlocks:
+def _block_sign(A, unit, size, position_rows, block, least):
+    """The sign of one block, on the host."""
+    if not block.steady:
+        return 0.0
+    rows = position_rows[block.rows]
+    part = A[rows][:, block.columns]
+    part = part.toarray() if scipy.sparse.issparse(part) else part
+    square = block.combine @ (unit[rows, None] * part * size[block.columns][None])
+    return determinant_signs(square.astype(A.dtype), np.zeros(len(square), int), least)[0]
+
+
+def _blocks_together(blocks, num_rows):
+    """(columns (n,), number of the block of each (n,), combinations (n, position rows), steady (blocks,))."""
+    columns, steady = [block.columns for block in blocks], np.array([block.steady for block in blocks], bool)
+    combine = np.zeros((sum(map(len, columns)), num_rows))
+    number = np.repeat(np.arange(len(blocks)), [len(x) for x in columns])
+    for k, block in enumerate(blocks):
+        combine[np.ix_(np.nonzero(number == k)[0], block.rows)] = block.combine
+    return np.concatenate([np.zeros(0, int), *columns]), number, combine, steady
+
+
+def loop_blocks(system: System, held: Sequence[int] = ()) -> list[LoopBlock]:
     """The blocks of coupled loops that determine the columns which are not held, from the structure alone.
 
     Drives of joints make no block.
@@ -68,20 +93,14 @@ def loop_blocks(system: System, held: Sequence[int] = ()) -> LoopBlocks:
     driven = {row.name for row in system.rows if isinstance(row, Drive)}
     names, random = np.array(top.row_joint, str)[top.position_rows], np.random.default_rng(_SEED)
     turns = np.isin(np.arange(len(touched)), top.analysis.pose_dependent_rows if top.analysis else ())
-    parts: list[tuple] = []
+    blocks = []
     for columns, rows in _ordered_blocks(touched & wanted, names, dict(top.analysis.ranks if top.analysis else ())):
         if driven.issuperset(names[rows]):
             continue
-        combine = np.zeros((len(columns), len(touched)))
-        square = len(rows) == len(columns)
-        combine[:, rows] = np.eye(len(rows)) if square else _random_combinations(random, len(columns), len(rows))
-        parts.append((columns, combine, not np.any(turns[rows])))
-    return LoopBlocks(
-        np.concatenate([np.zeros(0, int), *(part[0] for part in parts)]),
-        np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts]),
-        np.concatenate([np.zeros((0, len(touched))), *(part[1] for part in parts)]),
-        np.array([part[2] for part in parts], bool),
-    )
+        n, m = len(columns), len(rows)
+        combine = np.eye(n) if n == m else _random_combinations(random, n, m)
+        blocks.append(LoopBlock(columns, rows, combine, not np.any(turns[rows])))
+    return blocks
 
 
 def _ordered_blocks(open_columns, names, ranks):
@@ -93,16 +112,24 @@ def _ordered_blocks(open_columns, names, ranks):
     Args: open_columns (rows, nv): True where a row depends on an unknown column; names: of the rows; ranks:
     of the rows of a name.
     """
-    open_columns, left = open_columns.copy(), dict(ranks)
-    while True:
-        counts = {name: np.count_nonzero(open_columns[names == name].any(0)) for name in left}
-        name = next((name for name, count in counts.items() if 0 < count <= ranks[name]), None)
-        if name is None:
-            break
-        columns = np.nonzero(open_columns[names == name].any(0))[0]
-        others = np.delete(open_columns, columns, axis=1).any(1)
-        yield columns, np.nonzero(open_columns[:, columns].any(1) & ~others)[0]
+    open_columns, reads, readers = open_columns.copy(), {}, {}
+    for row, column in zip(*np.nonzero(open_columns), strict=True):
+        reads.setdefault(str(names[row]), set()).add(column)
+        readers.setdefault(column, set()).add(str(names[row]))
+    place = {name: k for k, name in enumerate(ranks)}
+    free = sorted((place[name], name) for name in place if 0 < len(reads.get(name, ())) <= ranks[name])
+    while free:
+        _, name = heapq.heappop(free)
+        if not reads[name]:
+            continue
+        columns = np.array(sorted(reads[name]))
+        rows = np.nonzero(open_columns[:, columns].any(1))[0]
+        yield columns, rows[open_columns[rows].sum(1) == open_columns[np.ix_(rows, columns)].sum(1)]
         open_columns[:, columns] = False
+        for other in set().union(*(readers[column] for column in columns)):
+            reads[other].difference_update(columns)
+            if other in place and 0 < len(reads[other]) <= ranks[other]:
+                heapq.heappush(free, (place[other], other))
     columns = np.nonzero(open_columns.any(0))[0]
     number, block = coupled_blocks(open_columns[:, columns])
     for k in range(number):

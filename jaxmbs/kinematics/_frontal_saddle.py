@@ -207,7 +207,7 @@ def _factored(system, at, rows, mass, weight, compliance):
     mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, own))
     kinds = row_kinds(system)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
-    entries = loop_entries(system, at, rows)
+    entries = loop_entries(system, at)
     sizes = loop_mobility(system, entries, rows, mobility).at[kinds.others].set((B * B) @ mobility)
     C = np.full(top.num_rows, compliance)
     C[kinds.others] = max(compliance, BORDER_COMPLIANCE[dtype.itemsize])
@@ -217,7 +217,7 @@ def _factored(system, at, rows, mass, weight, compliance):
     held = local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=weight)
     plan = frontal_plan(system)
     on_drives = jnp.zeros_like(own).at[kinds.columns].add(unit.drives**2 * stiffness.drives)
-    softening, eliminated = _eliminated(plan, held, own, on_drives, _on_columns(entries, 1.0 / C, len(own)) + on_drives)
+    softening, eliminated = _eliminated(plan, held, own, on_drives, _on_columns(entries, rows.unit**2 / C, len(own)) + on_drives)
     stiffness = jax.tree.map(lambda k: k / softening, stiffness)
     factor = frontal_factor(plan, local, eliminated)
     border = _border(plan, factor, B, stiffness.others)
@@ -227,7 +227,7 @@ def _factored(system, at, rows, mass, weight, compliance):
 
 def _on_columns(entries, stiffness, n):
     """What the rows of closures add to the diagonal of H (n,)."""
-    return jax.ops.segment_sum(entries.square * stiffness[entries.row], jnp.asarray(entries.column), n)
+    return jax.ops.segment_sum(entries.value**2 * stiffness[entries.row], jnp.asarray(entries.column), n)
 
 
 def _eliminated(plan, local, own, on_drives, on_columns):

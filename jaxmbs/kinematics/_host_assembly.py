@@ -1,10 +1,12 @@
 """Assembly on the host, in NumPy on the rows of `evaluate_rows`; `_assembly` is the same within a trace."""
 
 import numpy as np
+import scipy.sparse
 
 from ..model._system import System
 from ._host_rows import RowEvaluation, evaluate_rows, step_on_host
 from ._levenberg_marquardt import CLOSED_RESIDUAL, minimise_on_host
+from ._sparse_rank import least_norm_solution
 
 _NEWTON_STEPS = 3  # of least size, which bring residuals of 1e-10 to rounding; one is nearly always enough
 _RANK_TOLERANCE = {8: 1e-7, 4: 1e-3}  # singular values of the rows that count as zero, relative
@@ -15,7 +17,7 @@ def assemble_on_host(system: System, psi, u, t, free_position, free_velocity, re
     top, random = system.topology, np.random.default_rng(0)  # one seed: a state is a function of its arguments
     psi, rows = search_on_host(system, psi, t, free_position, random, restarts)
     if not has_finite_rows(rows):  # infinite residuals of rows without a slope
-        smooth = np.all(np.isfinite(rows.A), axis=1)
+        smooth = rows.is_finite
         f, g = (np.where(at, x, np.inf) for at, x in ((smooth[top.position_rows], rows.f), (smooth, rows.f_t)))
         return psi, u, f, g, rows.A
     u = u + _least_norm_step(system, rows.A, free_velocity, -rows.f_t - rows.A @ u)
@@ -42,12 +44,12 @@ def close_on_host(system: System, psi, t, free) -> tuple[np.ndarray, RowEvaluati
 
     def evaluate(psi):
         rows = evaluate_rows(system, psi, t)
-        return rows.f, rows.A[top.position_rows] * (free if has_finite_rows(rows) else np.nan * free)[None], rows
+        return rows.f, _in_columns(rows.A[top.position_rows], free if has_finite_rows(rows) else np.nan * free), rows
 
     def step(psi, delta):
         return step_on_host(top, psi, delta)
 
-    psi, rows = minimise_on_host(evaluate, step, psi, np.diag(metric_root(system) ** 2))
+    psi, rows = minimise_on_host(evaluate, step, psi, metric_root(system) ** 2)
     for _ in range(_NEWTON_STEPS if has_finite_rows(rows) else 0):
         trial = step(psi, _least_norm_step(system, rows.A[top.position_rows], free, -rows.f))
         found = evaluate_rows(system, trial, t)
@@ -71,15 +73,23 @@ def is_closed(rows: RowEvaluation) -> bool:
 
 def has_finite_rows(rows: RowEvaluation) -> bool:
     """True if all rows have a slope."""
-    return bool(np.all(np.isfinite(rows.A)))
+    return bool(np.all(rows.is_finite))
+
+
+def _in_columns(A, factors):
+    """Rows A (rows, nv), dense or sparse, times factors (nv,)."""
+    return A @ scipy.sparse.diags_array(factors.astype(A.dtype)) if scipy.sparse.issparse(A) else A * factors[None]
 
 
 def _least_norm_step(system, A, free, gap):
     """The step (nv,) of least size in the metric with `A step = gap` in the free columns."""
     root = metric_root(system)
-    if not A.size:
+    if not A.shape[0]:
         return np.zeros_like(root)
-    return np.linalg.lstsq(A * (free / root)[None], gap, rcond=_RANK_TOLERANCE[A.dtype.itemsize])[0] / root
+    A, tolerance = _in_columns(A, free / root), _RANK_TOLERANCE[A.dtype.itemsize]
+    if scipy.sparse.issparse(A):
+        return (least_norm_solution(A, gap, tolerance) / root).astype(A.dtype)
+    return np.linalg.lstsq(A, gap, rcond=tolerance)[0] / root
 
 
 def _unit_quaternions(topology, psi):

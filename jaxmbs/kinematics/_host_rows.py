@@ -1,7 +1,7 @@
 """Constraint rows of a concrete system for searches on the host: one program for `build` and `State.at`."""
 
 import dataclasses
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,18 +14,27 @@ from ._configuration import configuration
 from ._elastic import mass_matrix
 from ._poses import node_parameters, step_coordinates
 from ._reaction_map import reaction_map
+from ._sparse_rows import evaluate_sparse_rows
 
 
 class RowEvaluation(NamedTuple):
     """Constraint rows at a pose, in NumPy: residual f, Jacobian A, rates f_t of the rows at rest, the map from the
-    multipliers to reactions, the mass matrix M, and the frames' positions (frames, 3)."""
+    multipliers to reactions, the mass matrix M, and the frames' positions (frames, 3).
+
+    Where the system's linear solver is not dense, A is a sparse array of SciPy, and reactions and M have products.
+    """
 
     f: np.ndarray
-    A: np.ndarray
+    A: Any
     f_t: np.ndarray
-    reactions: np.ndarray
-    M: np.ndarray
+    reactions: Any
+    M: Any
     positions: np.ndarray
+
+    @property
+    def is_finite(self) -> np.ndarray:
+        """True (rows,) where a row has a slope."""
+        return np.isfinite(abs(self.A).sum(axis=1))
 
 
 @jit(compile="quick")
@@ -41,6 +50,8 @@ def evaluate_rows(system: System, psi, t) -> RowEvaluation:
     bare = dataclasses.replace(
         system, topology=dataclasses.replace(system.topology, analysis=None, guess=()), forces=()
     )
+    if system.topology.linear_solver != "dense":
+        return RowEvaluation(*evaluate_sparse_rows(bare, psi, t))
     return RowEvaluation(*map(np.asarray, _evaluation_program(bare, psi, t)))
 
 

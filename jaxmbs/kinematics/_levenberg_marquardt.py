@@ -12,9 +12,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse
 from jax import Array, lax
 
 from ..math._spd import spd_inverse
+from ._sparse_rank import damped_solver
 
 #: Largest number of passes.  Loops that close take some ten.
 MAX_PASSES = 100
@@ -44,22 +46,33 @@ def minimise_on_host(
     """Coordinates near psi (nq,) with the least residual, and what `evaluate` returned there, on the host.
 
     Args: evaluate: residual f (rows,), Jacobian A (rows, nv) and anything else at coordinates; where A is not finite
-        the search does not go; step: `psi (+) delta`; metric W (nv, nv).
+        the search does not go; step: `psi (+) delta`; metric: diagonal of W (nv,).
     """
     (f, A, more), damping = evaluate(psi), FIRST_DAMPING
     value = f @ f
     for _ in range(MAX_PASSES):
-        if not value > CLOSED_SQUARE or damping >= STOP_DAMPING or not np.all(np.isfinite(A)):
+        if not value > CLOSED_SQUARE or damping >= STOP_DAMPING or not _is_finite(A):
             break
-        trial = step(psi, -np.linalg.solve(A.T @ A + damping * metric, A.T @ f))
+        trial = step(psi, -_damped_solution(A, damping * metric, A.T @ f))
         found = evaluate(trial)
         new = found[0] @ found[0]
-        better = new < value and np.all(np.isfinite(found[1]))
+        better = new < value and _is_finite(found[1])
         damping = np.clip(damping * (DECREASE if better else INCREASE), LEAST_DAMPING, LARGEST_DAMPING)
         if better:
             damping = LARGEST_DAMPING if value - new < STALLED_GAIN * value else damping
             psi, (f, A, more), value = trial, found, new
     return psi, more
+
+
+def _is_finite(A):
+    return bool(np.isfinite(abs(A).sum()))
+
+
+def _damped_solution(A, damping, right):
+    """`(A^T A + damping)^-1 right` of rows A (rows, nv), dense or sparse, and damping (nv,)."""
+    if scipy.sparse.issparse(A):
+        return damped_solver(A, damping)(right)
+    return np.linalg.solve(A.T @ A + np.diag(damping), right)
 
 
 def minimise_in_trace(linearise: Callable, step: Callable, psi: Array, metric: Array, num_rows: int) -> Array:

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 
 from ..checks import no_such
 from ..errors import ModelError
@@ -26,7 +27,7 @@ from . import _reaction_map as reaction_map
 from ._configuration import configuration
 from ._host_rows import RowEvaluation, evaluate_rows, runs_on_host
 from ._poses import node_parameters
-from ._rank import column_weights, constraint_rank, constraint_spaces
+from ._rank import constraint_rank, constraint_spaces, weighted_columns
 
 _SINGULAR_MOTION = 1e-6  # a set that moves less than this with some null vector of unit length does not determine it
 Function = TypeVar("Function", bound=Callable)
@@ -107,7 +108,7 @@ def is_determined(system: System, psi, t):
 def _mobility_at(system: System, psi, t) -> Mobility:
     """`Mobility` at coordinates psi (nq,) and time t; the system's own independent set is kept where it is valid."""
     rows = evaluate_rows(system, psi, t)
-    broken = np.array(system.topology.row_joint)[~np.isfinite(rows.A).all(1)]
+    broken = np.array(system.topology.row_joint)[~rows.is_finite]
     if broken.size:
         raise ValueError(f"the constraint rows of {', '.join(dict.fromkeys(broken))} are not finite at this state")
     return mobility_of(system, rows, row_spaces(system, rows))
@@ -115,7 +116,7 @@ def _mobility_at(system: System, psi, t) -> Mobility:
 
 def row_spaces(system: System, rows: RowEvaluation):
     """`constraint_spaces` of the rows that `evaluate_rows` gave."""
-    return constraint_spaces(rows.A * np.asarray(column_weights(system))[None], float(system.length))
+    return constraint_spaces(weighted_columns(system, rows.A), float(system.length))
 
 
 def mobility_of(system: System, rows: RowEvaluation, spaces, wanted: Iterable[str] | None = None) -> Mobility:
@@ -156,11 +157,17 @@ def _column_dependencies(Z, positions):
 
 def _ranks_by_name(system, rows):
     """Rank of the position rows of each joint or constraint by itself."""
-    names = np.array(system.topology.row_joint, str)[system.topology.position_rows]
-    A = rows.A[system.topology.position_rows]
-    return tuple(
-        (str(name), row_spaces(system, rows._replace(A=A[names == name]))[0]) for name in dict.fromkeys(names)
-    )
+    top, found = system.topology, []
+    A = weighted_columns(system, rows.A[top.position_rows])
+    of_name: dict[str, list[int]] = {}
+    for row, name in enumerate(np.array(top.row_joint, str)[top.position_rows]):
+        of_name.setdefault(str(name), []).append(row)
+    for name, own in of_name.items():
+        part = A[own]
+        if scipy.sparse.issparse(part):
+            part = part[:, np.unique(part.indices)].toarray()
+        found.append((name, constraint_spaces(part, float(system.length))[0]))
+    return tuple(found)
 
 
 def independent_columns(system: System) -> np.ndarray:

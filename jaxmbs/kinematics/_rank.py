@@ -1,11 +1,15 @@
 """Rank of the constraint rows at a pose, of concrete rows and within a trace."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse
 from jax import lax
 
 from ..checks import is_concrete
 from ..model._system import System
+from ._sparse_rank import sparse_spaces
 
 _RANK_TOLERANCE = {
     8: 1e-7,
@@ -19,10 +23,21 @@ def column_weights(system: System):
     return spins + (1.0 - spins) * (np.asarray(length) if is_concrete(length) else lax.stop_gradient(length))
 
 
-def constraint_spaces(A: np.ndarray, length: float) -> tuple[int, np.ndarray, np.ndarray]:
-    """Rank of weighted rows A (rows, nv), their null space (nv, freedoms) and that of A^T (rows, redundant)."""
+def weighted_columns(system: System, A: Any) -> Any:
+    """Rows A (rows, nv) of a concrete system, dense or sparse, by comparable velocities."""
+    weights = np.asarray(column_weights(system)).astype(A.dtype)
+    return A @ scipy.sparse.diags_array(weights) if scipy.sparse.issparse(A) else A * weights[None]
+
+
+def constraint_spaces(A: Any, length: float) -> tuple[int, np.ndarray, np.ndarray]:
+    """Rank of weighted rows A (rows, nv), their null space (nv, freedoms) and that of A^T (rows, redundant).
+
+    Of sparse rows, random vectors of the null space of A^T, eight at most.
+    """
     if A.shape[0] == 0:
         return 0, np.eye(A.shape[1]), np.zeros((0, 0))
+    if scipy.sparse.issparse(A):
+        return sparse_spaces(A, _RANK_TOLERANCE[A.dtype.itemsize], _least_size(length))
     U, s, Vt = np.linalg.svd(A)
     rank = int(np.sum(s > _threshold(A, length, s[0]))) if s.size else 0
     return rank, Vt[rank:].T, U[:, rank:]
@@ -33,8 +48,8 @@ def constraint_rank(system: System, A):
 
     No derivative: a rank has none.
     """
-    if isinstance(A, np.ndarray):
-        return constraint_spaces(A * np.asarray(column_weights(system))[None], float(system.length))[0]
+    if isinstance(A, np.ndarray) or scipy.sparse.issparse(A):
+        return constraint_spaces(weighted_columns(system, A), float(system.length))[0]
     A = lax.stop_gradient(A * jnp.asarray(column_weights(system), A.dtype)[None])
     return _rank_by_elimination(A, lax.stop_gradient(system.length))
 
@@ -45,8 +60,13 @@ def _threshold(A, length, largest):
     Rows have the size of 1 (angles) or of the model's length [m]; where all of them nearly cancel, rounding must not
     count as rank.
     """
-    floor = 1e-3 * (np if isinstance(length, float) else jnp).minimum(1.0, length)
-    return _RANK_TOLERANCE[A.dtype.itemsize] * (np if isinstance(length, float) else jnp).maximum(largest, floor)
+    xp = np if isinstance(length, float) else jnp
+    return _RANK_TOLERANCE[A.dtype.itemsize] * xp.maximum(largest, _least_size(length))
+
+
+def _least_size(length):
+    """The least size [m] of a row whose rounding must not count as rank."""
+    return 1e-3 * (np if isinstance(length, float) else jnp).minimum(1.0, length)
 
 
 def _rank_by_elimination(A, length):

@@ -110,39 +110,48 @@ def largest_of_element(sizes, block):
 
 
 class LoopEntries(NamedTuple):
-    """Squares of the entries of the rows of closures in the columns of their loops, one after another.
+    """Entries of the rows of closures in the columns of their loops, one after another.
 
     The columns between the frames of each closure are listed, so that far from the origin nothing cancels.
 
-    Attributes: row, column (c,): of each entry; square (c,): of the entry, in the units of the rows.
+    Attributes: row, column (c,): of each entry; value (c,): its derivative of the row, [m or rad] per unit.
     """
 
     row: np.ndarray
     column: np.ndarray
-    square: Array
+    value: Array
 
 
-def loop_entries(system: System, at: Configuration, rows: ConstraintOperator) -> LoopEntries:
-    """The squares of the entries at a configuration."""
-    column, element = _loop_columns(system)
-    row, on, squares, first, first_row = [], [], [jnp.zeros(0, at.S.dtype)], 0, 0
-    for D in rows.directions:
-        e, k, _ = D.shape
+def loop_entries(system: System, at: Configuration) -> LoopEntries:
+    """The entries at a configuration."""
+    column, element, sign = _loop_columns(system)
+    values, first = [jnp.zeros(0, at.S.dtype)], 0
+    for D in closures.directions(system, at):
+        chosen = (element >= first) & (element < first + len(D))
+        along = jnp.einsum("crk,ck->cr", D[element[chosen] - first], at.S[column[chosen]])
+        values.append((along * jnp.asarray(sign[chosen], D.dtype)[:, None]).reshape(-1))
+        first += len(D)
+    return LoopEntries(*closure_pattern(system), jnp.concatenate(values))
+
+
+def closure_pattern(system: System):
+    """Rows and columns (c,) of the `loop_entries`."""
+    column, element, _ = _loop_columns(system)
+    row, on, first, first_row = [np.zeros(0, int)], [np.zeros(0, int)], 0, 0
+    for group in system.closures:
+        e, k = len(group.names), group.kind.num_rows
         chosen = (element >= first) & (element < first + e)
-        each = element[chosen] - first
-        row.append((first_row + each[:, None] * k + np.arange(k)).reshape(-1))
+        row.append((first_row + (element[chosen] - first)[:, None] * k + np.arange(k)).reshape(-1))
         on.append(np.repeat(column[chosen], k))
-        squares.append(jnp.einsum("crk,ck->cr", D[each], at.S[column[chosen]]).reshape(-1) ** 2)
         first, first_row = first + e, first_row + e * k
-    row, on = (np.concatenate([*x, np.zeros(0, int)]) for x in (row, on))
-    return LoopEntries(row, on, jnp.concatenate(squares) * rows.unit[row] ** 2)
+    return np.concatenate(row), np.concatenate(on)
 
 
 def loop_mobility(system: System, entries: LoopEntries, rows: ConstraintOperator, mobility):
     """Diagonal (rows,) of A diag(mobility) A^T for the rows of closures and drives; zero for all others."""
     kinds = row_kinds(system)
-    of_entries = entries.square * mobility[entries.column]
-    sizes = jax.ops.segment_sum(of_entries, jnp.asarray(entries.row), system.topology.num_rows)
+    of_entries = entries.value**2 * mobility[entries.column]
+    sizes = jax.ops.segment_sum(of_entries, jnp.asarray(entries.row), system.topology.num_rows) * rows.unit**2
     return sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
 
 
@@ -154,11 +163,12 @@ def _loop_columns(system):
 
 @lru_cache(maxsize=64)
 def _columns_between(parent, ends):
-    """(columns, elements): the nodes on the way between both ends of every closure."""
-    columns, elements = [], []
+    """(columns, elements, signs): the nodes on the way between both ends of every closure, + where they move end B."""
+    columns, elements, signs = [], [], []
     for e, (a, b) in enumerate(ends):
         while a != b:  # a parent has the lower number
             columns.append(max(a, b))
             elements.append(e)
+            signs.append(1.0 if b > a else -1.0)
             a, b = (parent[a], b) if a > b else (a, parent[b])
-    return np.array(columns, int), np.array(elements, int)
+    return np.array(columns, int), np.array(elements, int), np.array(signs)

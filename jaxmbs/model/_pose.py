@@ -1,12 +1,25 @@
 """Poses: position and rotation of one frame in another."""
 
+from functools import lru_cache
+
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, are_axes, faults_if
-from ..runtime import as_array
+from ..runtime import as_array, not_tracing
 from ..typing import ArrayLike
+
+
+def _no_rotation():
+    """The unit matrix, one array for all poses outside of traces."""
+    return _unit_matrix(jnp.result_type(float)) if not_tracing() else jnp.eye(3)
+
+
+@lru_cache
+def _unit_matrix(dtype):
+    return as_array(np.eye(3), dtype)
 
 
 class Pose(eqx.Module):
@@ -20,7 +33,7 @@ class Pose(eqx.Module):
 
     def __init__(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> None:
         self.position = as_array(position)
-        self.rotation = as_array(np.eye(3) if rotation is None else rotation)
+        self.rotation = _no_rotation() if rotation is None else as_array(rotation)
         if self.position.shape[-1:] != (3,):
             raise ValueError(f"a point needs three numbers, got shape {self.position.shape}")
         if self.rotation.shape[-2:] != (3, 3):

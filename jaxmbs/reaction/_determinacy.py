@@ -15,7 +15,7 @@ from ..kinematics._reaction_map import carriers
 from ..model._system import System
 from ..runtime import gather_static
 from ._self_stress import UNIQUE_TOLERANCE, project_out_range, relative_share
-from ._wrenches import joint_wrenches
+from ..kinematics._joint_wrenches import joint_wrenches
 
 
 class JointDeterminacy(NamedTuple):

@@ -17,7 +17,7 @@ from ..model._system import System
 from ..runtime import gather_static, tuning
 from ..statics import BodyNetwork, Bonds, bond_reactions
 from ..statics._network_sums import body_wrenches
-from ._wrenches import wrenches_at_frames
+from ..kinematics._joint_wrenches import wrenches_at_frames
 
 
 def bond_network(system: System) -> BodyNetwork:

@@ -37,7 +37,7 @@ from ._result import JointReaction, Reactions
 from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
 from ._self_stress import SaddleSolution, self_stresses, sparse_saddle_with_stresses
 from ._without_drives import without_drives
-from ._wrenches import joint_wrenches, wrenches_at_frames
+from ..kinematics._joint_wrenches import joint_wrenches, wrenches_at_frames
 
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
