@@ -54,7 +54,9 @@ def analyse_mobility(system: System, independent: Iterable[str] | None = None) -
         elif rank == best[1][0]:  # one pose with inertia will do
             fault = fault and found
         if rank == best[1][0]:
-            stresses.append(_self_stress_parts(row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[2], rows))
+            stresses.append(
+                _self_stress_parts(row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[2], rows)
+            )
         if not top.num_rows and fault is None:
             break
         psi = _another_pose(system, psi, t, Z, weight, random)

@@ -217,7 +217,9 @@ def _factored(system, at, rows, mass, weight, compliance):
     held = local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=weight)
     plan = frontal_plan(system)
     on_drives = jnp.zeros_like(own).at[kinds.columns].add(unit.drives**2 * stiffness.drives)
-    softening, eliminated = _eliminated(plan, held, own, on_drives, _on_columns(entries, rows.unit**2 / C, len(own)) + on_drives)
+    softening, eliminated = _eliminated(
+        plan, held, own, on_drives, _on_columns(entries, rows.unit**2 / C, len(own)) + on_drives
+    )
     stiffness = jax.tree.map(lambda k: k / softening, stiffness)
     factor = frontal_factor(plan, local, eliminated)
     border = _border(plan, factor, B, stiffness.others)

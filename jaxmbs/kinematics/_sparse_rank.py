@@ -42,13 +42,16 @@ def sparse_spaces(A: Any, tolerance: float, least: float) -> tuple[int, np.ndarr
 def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray:
     """The least x (nv,) with the least |A x - gap|; singular values below the tolerance, relative, take no part."""
     A = scipy.sparse.csr_array(A, dtype=float)
-    damping = 10.0 * (tolerance * _largest_singular_value(A, np.random.default_rng(_SEED))) ** 2
-    solve, x, left = damped_solver(A, damping), np.zeros(A.shape[1]), np.inf
-    for _ in range(_ROUNDS):
-        rest = gap - A @ x
-        if not np.linalg.norm(rest) < 0.5 * left:  # rounding, or what no step closes
-            break
-        x, left = x + solve(A.T @ rest), np.linalg.norm(rest)
+    largest, x = _largest_singular_value(A, np.random.default_rng(_SEED)), np.zeros(A.shape[1])
+    # rounding over the damping adds motions of the null space, so the smaller damping only closes what the larger left
+    for damping in (1e-8, 10.0 * tolerance**2):
+        solve, left = damped_solver(A, damping * largest**2 + 1e-300), np.inf
+        for _ in range(_ROUNDS):
+            rest = gap - A @ x
+            size = np.linalg.norm(rest)
+            if not 1e-12 * np.linalg.norm(gap) < size < 0.5 * left:  # rounding, or what no step closes
+                break
+            x, left = x + solve(A.T @ rest), size
     return x
 
 

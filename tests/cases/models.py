@@ -18,7 +18,7 @@ def simple_pendulum(mass=1.0, length=1.0):
     return b.build()
 
 
-def n_four_bar(n):
+def n_four_bar(n, linear_solver="auto"):
     """A02: n windows of cranks and couplers, uniform rods of 1 kg, 1 m; coordinates are zero, cranks up."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     upright, level = mbs.inertia.rod(1.0, 1.0, axis="y"), mbs.inertia.rod(1.0, 1.0, axis="x")
@@ -33,7 +33,7 @@ def n_four_bar(n):
         b.joint(f"left_{i}", pin, parent=f"crank_{i}", child=f"coupler_{i}", at=(float(i), 1.0, 0.0))
         b.joint(f"right_{i}", pin, parent=f"coupler_{i}", child=f"crank_{i + 1}", at=(i + 1.0, 1.0, 0.0))
     b.frame("B0", on="crank_0", position=(0.0, 1.0, 0.0))
-    return b.build()
+    return b.build(linear_solver=linear_solver)
 
 
 ANDREWS = {
