@@ -81,6 +81,6 @@ def _smallest_singular_values(A, threshold, start):
 def _without_range(A, threshold, probes):
     """Vectors (rows, k) less their parts in the range of A."""
     solve = damped_solver(A, 10.0 * threshold**2)
-    for _ in range(3):
+    for _ in range(2 * _PASSES):
         probes = probes - A @ solve(A.T @ probes)
     return probes
