@@ -13,7 +13,16 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import PyTree
 
 from ..checks import is_concrete
-from ..runtime import compile_batch, compile_kind, is_motion, jaxpr_function, not_tracing, tuning, working_bytes
+from ..runtime import (
+    bytes_of_arrays,
+    compile_batch,
+    compile_kind,
+    is_motion,
+    jaxpr_function,
+    not_tracing,
+    tuning,
+    working_bytes,
+)
 from ._result import count_steps, design_status
 from ._table import design_shape, num_designs, select_designs
 
@@ -71,7 +80,10 @@ class BatchedFunction:
         return self._programs[chunk, devices]
 
     def program_within_memory(self, chunk: int, devices: tuple = ()) -> tuple[jax.stages.Compiled, int]:
-        """(program, chunk) for this chunk, or for the next power of two below within `tuning.CHUNK_BYTES`."""
+        """(program, chunk) for this chunk, or for a power of two below within the bytes of `tuning`."""
+        within_cache = tuning.CACHED_CHUNK // max(bytes_of_arrays(self._jaxpr), 1)
+        if jax.default_backend() == "cpu" and chunk > tuning.SMALL_CHUNK:
+            chunk = max(min(chunk, 2 ** max(within_cache.bit_length() - 1, 0)), tuning.SMALL_CHUNK)
         program = self.program(chunk, devices)
         excess = max(working_bytes(program) / tuning.CHUNK_BYTES, 1.0)
         smaller = round_to_devices(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)

@@ -2,8 +2,8 @@
 
 All twists are about the nodes' own points, all angles in units of 1 / length.  One step of the factor is the step of
 the articulated-body algorithm on a front of open nodes: the closures that end on the node join as springs, its column
-is eliminated by a rank-one update, and its slot merges into that of its parent.  The steps then stand as matrices, so
-that a solve is two scans, up with the matrices and down with their transposes.
+is eliminated by a rank-one update, and its slot merges into that of its parent.  A solve is two scans: wrenches up
+the tree, twists down.
 """
 
 from typing import NamedTuple
@@ -41,12 +41,10 @@ class FrontalFactor(NamedTuple):
     """Factor of H, in the order of the plan; w slots.
 
     Attributes:
-        transfer (n, 6 w, 6 w): a step up maps the wrenches on the front.
-        column (n, 6 w): wrenches on the front per unit effort of the node's joint.
+        column (n, w, 6): wrenches on the front per unit effort of the node's joint.
         mobility (n,): inverse of the inertia that its joint sees; S (n, 6), offset (n, 3) as in `LocalKinematics`.
     """
 
-    transfer: Array
     column: Array
     mobility: Array
     S: Array
@@ -59,17 +57,8 @@ def frontal_factor(plan: FrontalPlan, local: LocalKinematics, eliminated) -> Fro
     S, offset = local.S[plan.order], local.offset[plan.order]
     U, mobility = eliminated
     on_own = jnp.sum(own[:, :, None] * U, axis=1)
-    rest = (1.0 - own)[:, :, None] * U
-    column = rest + parent[:, :, None] * shift_wrenches(offset, on_own)[:, None]
-    kept = np.eye(plan.width)[None] * (1.0 - plan.own)[:, None]
-    moved = plan.parent[:, :, None] * plan.own[:, None, :]
-    eye = np.eye(6, dtype=S.dtype)[None, None, :, None, :]
-    transfer = jnp.asarray(kept, S.dtype)[:, :, None, :, None] * eye
-    transfer = transfer + jnp.asarray(moved, S.dtype)[:, :, None, :, None] * _shift_matrices(offset)[:, None, :, None]
-    used = (mobility[:, None, None] * own[:, :, None] * S[:, None])[:, None, None]
-    transfer = transfer - column[:, :, :, None, None] * used
-    size = 6 * plan.width
-    return FrontalFactor(transfer.reshape(-1, size, size), column.reshape(-1, size), mobility, S, offset)
+    column = (1.0 - own)[:, :, None] * U + parent[:, :, None] * shift_wrenches(offset, on_own)[:, None]
+    return FrontalFactor(column, mobility, S, offset)
 
 
 def eliminate(plan: FrontalPlan, local: LocalKinematics):
@@ -125,21 +114,28 @@ def frontal_solve(plan: FrontalPlan, factor: FrontalFactor, efforts, wrenches):
     Args: efforts (n,) on the columns; wrenches (n, 6) on the nodes, about their points.
     """
     own, parent = (jnp.asarray(x, efforts.dtype) for x in (plan.own, plan.parent))
-    A, column, mobility, S, offset = factor
+    column, mobility, S, offset = factor
     first = mobility * (efforts + jnp.sum(S * wrenches, axis=1))
-    given = (parent[:, :, None] * shift_wrenches(offset, wrenches)[:, None]).reshape(A.shape[:2])
-    given = given - column * first[:, None]
-    zero = jnp.zeros(A.shape[1], efforts.dtype)
-    up = lambda front, x: (jnp.sum(x[0] * front[None], axis=1) + x[1], front)  # noqa: E731
-    front = lax.scan(up, zero, (A, given))[1].reshape(*own.shape, 6)
-    on_own = jnp.sum(own[:, :, None] * front, axis=1)
-    rate = first + mobility * jnp.sum(S * on_own, axis=1)
-    given = (own[:, :, None] * (S * rate[:, None])[:, None]).reshape(A.shape[:2])
-    down = lambda front, x: (jnp.sum(x[0] * front[:, None], axis=0) + x[1], front)  # noqa: E731
-    front = lax.scan(down, zero, (A, given), reverse=True)[1]
-    velocity = rate - mobility * jnp.sum(column * front, axis=1)
-    above = jnp.sum(parent[:, :, None] * front.reshape(*own.shape, 6), axis=1)
-    return velocity, shift_twists(offset, above) + S * velocity[:, None]
+    pull = mobility[:, None] * S
+
+    def up(front, x):
+        own, parent, column, pull, r, first, given = x
+        on_own = jnp.sum(own[:, None] * front, axis=0)
+        rate = first + jnp.sum(pull * on_own)
+        moved = _shift_wrench(r, on_own) + given
+        return (1.0 - own)[:, None] * front + parent[:, None] * moved[None] - column * rate, rate
+
+    zero = jnp.zeros(column.shape[1:], efforts.dtype)
+    _, rate = lax.scan(up, zero, (own, parent, column, pull, offset, first, shift_wrenches(offset, wrenches)))
+
+    def down(front, x):
+        own, parent, column, S, r, mobility, rate = x
+        velocity = rate - mobility * jnp.sum(column * front)
+        above = jnp.sum(parent[:, None] * front, axis=0)
+        twist = jnp.concatenate([above[:3], above[3:] + _cross(above[:3], r)]) + S * velocity
+        return (1.0 - own)[:, None] * front + own[:, None] * twist[None], (velocity, twist)
+
+    return lax.scan(down, zero, (own, parent, column, S, offset, mobility, rate), reverse=True)[1]
 
 
 def shift_wrenches(offset, wrenches):
@@ -152,17 +148,12 @@ def shift_twists(offset, twists):
     return jnp.concatenate([twists[:, :3], twists[:, 3:] + cross(twists[:, :3], offset)], axis=1)
 
 
+def _cross(a, b):
+    return jnp.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def _shift_wrench(r, wrench):
     """A wrench (6, ...) about the parent's point."""
     m, f = wrench[:3], wrench[3:]
     moment = [r[1] * f[2] - r[2] * f[1], r[2] * f[0] - r[0] * f[2], r[0] * f[1] - r[1] * f[0]]
     return jnp.concatenate([m + jnp.stack(moment), f])
-
-
-def _shift_matrices(offset):
-    """Matrices (n, 6, 6) that shift wrenches to the parents' points."""
-    x, y, z = offset.T
-    o = jnp.zeros_like(x)
-    skew = jnp.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)
-    eye = jnp.broadcast_to(np.eye(3, dtype=offset.dtype), skew.shape)
-    return jnp.concatenate([jnp.concatenate([eye, skew], 2), jnp.concatenate([jnp.zeros_like(skew), eye], 2)], 1)

@@ -19,7 +19,7 @@ from ..math import _components as components
 from ..math._spatial import cross, dot, momentum, world_inertia
 from ..math._spd import spd_inverse
 from ..model._system import System
-from ..runtime import gather_static, small_call
+from ..runtime import chunked_vmap, gather_static, small_call
 from . import _constraints as constraints
 from . import _tree as tree
 from ._configuration import Configuration
@@ -140,10 +140,11 @@ def _proximal_rounds(matrix: FrontalMatrix, b, c: Multipliers):
     Fixed, since a number that depends on the state would make the solution jump where the rounds have not converged,
     beside singular poses; an integrator then shortens its steps.
     """
-    stiffness = Multipliers(matrix.local.stiffness, matrix.drive_stiffness, matrix.border.stiffness)
+    known = matrix.plan, matrix.columns
 
-    def all_rounds(start):
-        b, c = start
+    def all_rounds(matrix, b, c):
+        matrix = matrix._replace(plan=known[0], columns=known[1])
+        stiffness = Multipliers(matrix.local.stiffness, matrix.drive_stiffness, matrix.border.stiffness)
 
         def one_round(_, carry):
             a, v, y = carry
@@ -157,7 +158,10 @@ def _proximal_rounds(matrix: FrontalMatrix, b, c: Multipliers):
         a, _, y = lax.fori_loop(0, ROUNDS[b.dtype.itemsize], one_round, zero)
         return a, y
 
-    return small_call(all_rounds)((b, c))
+    # a batch of factors is too large for the cache: all rounds of a few of them before those of the next
+    return chunked_vmap(lambda *given: small_call(lambda x: all_rounds(*x))(given))(
+        matrix._replace(plan=None, columns=None), b, c
+    )
 
 
 def _rates(matrix, a, v):

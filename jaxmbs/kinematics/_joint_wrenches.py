@@ -7,13 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..math._linalg import skew
+from ..model._system import System
+from ..runtime import gather_static
 from . import _closures as closures
 from ._configuration import Configuration
 from ._tree import subtrees
 from ._wrench_targets import body_targets
-from ..math._linalg import skew
-from ..model._system import System
-from ..runtime import gather_static
 
 
 class JointWrenches(NamedTuple):

@@ -163,7 +163,7 @@ def _loop_columns(system):
 
 @lru_cache(maxsize=64)
 def _columns_between(parent, ends):
-    """(columns, elements, signs): the nodes on the way between both ends of every closure, + where they move end B."""
+    """(columns, elements, signs): the nodes between both ends of every closure, + where they move end B."""
     columns, elements, signs = [], [], []
     for e, (a, b) in enumerate(ends):
         while a != b:  # a parent has the lower number

@@ -43,7 +43,7 @@ def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray
     """The least x (nv,) with the least |A x - gap|; singular values below the tolerance, relative, take no part."""
     A = scipy.sparse.csr_array(A, dtype=float)
     largest, x = _largest_singular_value(A, np.random.default_rng(_SEED)), np.zeros(A.shape[1])
-    # rounding over the damping adds motions of the null space, so the smaller damping only closes what the larger left
+    # rounding over the damping adds motions of the null space: the smaller one only closes what the larger left
     for damping in (1e-8, 10.0 * tolerance**2):
         solve, left = damped_solver(A, damping * largest**2 + 1e-300), np.inf
         for _ in range(_ROUNDS):
@@ -56,7 +56,7 @@ def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray
 
 
 def damped_solver(A: Any, damping: Any):
-    """Function that solves with `A^T A + damping` (a number, or one for each column) for right-hand sides (nv, ...)."""
+    """Function that solves with `A^T A + damping`, a number or one for each column, for right-hand sides (nv, ...)."""
     normal = A.T @ A + scipy.sparse.diags_array(np.broadcast_to(damping, A.shape[1]).astype(A.dtype))
     options = {"SymmetricMode": True}
     return splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve

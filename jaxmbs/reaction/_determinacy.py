@@ -11,11 +11,11 @@ from jax import Array, lax
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
+from ..kinematics._joint_wrenches import joint_wrenches
 from ..kinematics._reaction_map import carriers
 from ..model._system import System
 from ..runtime import gather_static
 from ._self_stress import UNIQUE_TOLERANCE, project_out_range, relative_share
-from ..kinematics._joint_wrenches import joint_wrenches
 
 
 class JointDeterminacy(NamedTuple):

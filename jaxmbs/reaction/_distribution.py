@@ -8,6 +8,7 @@ from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import Configuration
+from ..kinematics._joint_wrenches import wrenches_at_frames
 from ..kinematics._saddle_operator import row_kinds
 from ..math._linalg import RowScale, saddle_solve
 from ..math._spatial import from_public_order, to_public_order
@@ -17,7 +18,6 @@ from ..model._system import System
 from ..runtime import gather_static, tuning
 from ..statics import BodyNetwork, Bonds, bond_reactions
 from ..statics._network_sums import body_wrenches
-from ..kinematics._joint_wrenches import wrenches_at_frames
 
 
 def bond_network(system: System) -> BodyNetwork:

@@ -21,6 +21,7 @@ from ..kinematics import _closures as closures
 from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
+from ..kinematics._joint_wrenches import joint_wrenches, wrenches_at_frames
 from ..kinematics._linear_solver import solver_for
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
@@ -37,7 +38,6 @@ from ._result import JointReaction, Reactions
 from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
 from ._self_stress import SaddleSolution, self_stresses, sparse_saddle_with_stresses
 from ._without_drives import without_drives
-from ..kinematics._joint_wrenches import joint_wrenches, wrenches_at_frames
 
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:

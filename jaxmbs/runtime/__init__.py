@@ -7,7 +7,7 @@ Other rooms import from this face alone, and nothing of JAX's inner parts: `jax.
 from . import _lapack as lapack
 from . import _tuning as tuning
 from ._barrier import fusion_barrier
-from ._batch_program import compile_batch, is_motion, working_bytes
+from ._batch_program import bytes_of_arrays, compile_batch, is_motion, working_bytes
 from ._batched import any_in_batch, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
@@ -15,7 +15,7 @@ from ._compiler_options import flag_advice, set_quick_flags
 from ._content import KnownFunction, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
-from ._gather import constant_product, gather_static, map_chunked, segment_sum_static
+from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
 from ._jaxpr import jaxpr_function
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._packing import Packing
@@ -38,7 +38,9 @@ __all__ = [
     "any_in_batch",
     "as_array",
     "as_dtype",
+    "bytes_of_arrays",
     "cache",
+    "chunked_vmap",
     "compile_batch",
     "compile_kind",
     "constant_product",

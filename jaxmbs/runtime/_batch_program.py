@@ -1,5 +1,6 @@
 """Programs for many designs at once, compiled ahead of their first run."""
 
+import math
 from collections.abc import Callable, Sequence
 
 import jax
@@ -42,6 +43,12 @@ def _with_sums(function, columns, name):
 def is_motion(jaxpr: ClosedJaxpr) -> bool:
     """True for a traced function with a loop that ends by a condition."""
     return any(equation.primitive.name == "while" for equation in equations(jaxpr))
+
+
+def bytes_of_arrays(jaxpr: ClosedJaxpr) -> int:
+    """Bytes of all arrays that a traced function makes, one after another; some 20 times what it holds at once."""
+    avals = [out.aval for equation in equations(jaxpr) for out in equation.outvars]
+    return sum(math.prod(x.shape) * x.dtype.itemsize for x in avals if hasattr(x, "shape"))
 
 
 def working_bytes(program: jax.stages.Compiled) -> int:

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jax.custom_batching import custom_vmap
 
 from . import _tuning as tuning
 from ._remat import remat
@@ -30,6 +31,32 @@ def map_chunked(function, rows):
     # A gradient keeps the rows themselves and works out again what a row makes: some 50 kB each, dearer to fetch.
     found = lax.map(remat(jax.vmap(function)), jax.tree.map(grouped, rows))
     return jax.tree.map(lambda x: x.reshape(count * tuning.ROWS_TOGETHER, *x.shape[2:])[:number], found)
+
+
+def chunked_vmap(function):
+    """A function of pytrees whose `vmap` over the first one works on a few rows at a time, as `map_chunked`.
+
+    Over the other arguments alone it works on all rows at once.  No derivative passes.
+    """
+    single = custom_vmap(function)
+
+    @single.def_vmap
+    def _(size, batched, *args):
+        leaves, shape = jax.tree.flatten(args)
+        moves = jax.tree.leaves(batched)
+        fixed = [x for x, is_batched in zip(leaves, moves, strict=True) if not is_batched]
+
+        def of_row(row, *fixed):
+            row, fixed = iter(row), iter(fixed)
+            return function(*jax.tree.unflatten(shape, [next(row if is_batched else fixed) for is_batched in moves]))
+
+        # itself a `chunked_vmap`, for a batch of batches
+        by_rows = map_chunked if any(jax.tree.leaves(batched[0])) else lambda one, rows: jax.vmap(one)(rows)
+        together = chunked_vmap(lambda rows, *fixed: by_rows(lambda row: of_row(row, *fixed), rows))
+        found = together([x for x, is_batched in zip(leaves, moves, strict=True) if is_batched], *fixed)
+        return found, jax.tree.map(lambda _: True, found)
+
+    return single
 
 
 def gather_static(x, places):
