@@ -56,7 +56,7 @@ def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray
 
 
 def damped_solver(A: Any, damping: Any):
-    """Function that solves with `A^T A + damping`, a number or one for each column, for right-hand sides (nv, ...)."""
+    """Function that solves with `A^T A + damping`, one number or (nv,), for right-hand sides (nv, ...)."""
     normal = A.T @ A + scipy.sparse.diags_array(np.broadcast_to(damping, A.shape[1]).astype(A.dtype))
     options = {"SymmetricMode": True}
     return splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve

@@ -71,7 +71,7 @@ FRONT_SHAPES = 24
 CHUNK = 32
 #: Bytes of all arrays that a chunk makes, above which it has fewer designs, and the fewest: what is in use is to stay
 #: in the cache (`closed_loop.py`: a row of 160 four-bars, 8 designs in 1.0 ms each, 32 in 1.6).
-CACHED_CHUNK, SMALL_CHUNK = 256 * 2**20, 8
+CACHED_CHUNK, SMALL_CHUNK = 128 * 2**20, 8
 #: Bytes that the intermediate and returned arrays of one chunk may take (`batch_of_motions.py`: loads of wishbones).
 CHUNK_BYTES = 256 * 2**20
 #: Chunks for each thread before designs are first grouped by what they cost (`batch_of_motions.py`).
