@@ -8,6 +8,7 @@ compliance C, then proximal rounds.  With `H = m M + diag(w) + A^T C^-1 A` each 
 with the right-hand side on the nodes as wrenches, so that a round is one pass up the tree and one down.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -198,32 +199,57 @@ def _on_nodes(plan, factor, efforts, wrenches):
     return a[plan.step], v[plan.step]
 
 
+def frontal_damped_solver(system: System, at: Configuration, rows: ConstraintOperator, damping):
+    """Function that solves with `diag(damping) + A^T A` for right-hand sides (nv,), in one pass; no derivative."""
+    system, at, rows, damping = stop_gradients((system, at, rows, damping))
+    one = jnp.ones(system.topology.num_rows, damping.dtype)
+    still = jnp.zeros((len(damping), 6, 6), damping.dtype)
+    matrix = _with_factor(system, at, rows, damping, still, still[0], damping, one, softens=False)
+    return lambda b: _solve(matrix, b, still[:, 0])[0]
+
+
 def _factored(system, at, rows, mass, weight, compliance):
     top, dtype = system.topology, at.psi.dtype
-    length = system.length.astype(dtype)
-    own, lent, J = weight, 0.0, jnp.zeros((top.num_velocities, 6, 6), dtype)
+    own, lent, J = weight, jnp.zeros((), dtype), jnp.zeros((top.num_velocities, 6, 6), dtype)
     if at.J is not None:
-        J = mass * _own_inertias(at, length)
+        J = mass * _own_inertias(at, system.length.astype(dtype))
         own = own + mass * dot(at.S, momentum(tree.subtrees(top.nodes, at.J), at.S))
         # a node without inertia may be held by its rows alone; the factor lends it some, the rounds take it back
         lent = LENT_INERTIA[dtype.itemsize] * mass * jnp.sum(at.J[:, 0]) / top.num_velocities
-    massless = own <= 1e-9 * jnp.max(own, initial=1e-30)
+    C = _compliances(system, at, rows, own, compliance)
+    return _with_factor(system, at, rows, weight, J, lent * np.eye(6, dtype=dtype), own, C)
+
+
+def _compliances(system, at, rows, own, compliance):
+    """Compliances C (rows,): a share of the mobility of the rows, as inertias `own` (nv,) of the columns give it."""
+    massless, kinds = own <= 1e-9 * jnp.max(own, initial=1e-30), row_kinds(system)
     mobility = jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, own))
-    kinds = row_kinds(system)
-    B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
-    entries = loop_entries(system, at)
-    sizes = loop_mobility(system, entries, rows, mobility).at[kinds.others].set((B * B) @ mobility)
-    C = np.full(top.num_rows, compliance)
-    C[kinds.others] = max(compliance, BORDER_COMPLIANCE[dtype.itemsize])
-    C = jnp.asarray(C, dtype) * largest_of_element(sizes, constraints.row_scale(system).block)
+    sizes = loop_mobility(system, loop_entries(system, at), rows, mobility)
+    sizes = sizes.at[kinds.others].set(_other_rows(system, rows) ** 2 @ mobility)
+    share = np.full(system.topology.num_rows, compliance)
+    share[kinds.others] = max(compliance, BORDER_COMPLIANCE[own.dtype.itemsize])
+    return jnp.asarray(share, own.dtype) * largest_of_element(sizes, constraints.row_scale(system).block)
+
+
+def _other_rows(system, rows):
+    """Rows (k, nv) that may read any column."""
+    others = row_kinds(system).others
+    return jax.vmap(rows.efforts)(jnp.asarray(np.eye(system.topology.num_rows)[others], rows.unit.dtype))
+
+
+def _with_factor(system, at, rows, weight, J, lent, own, C, softens=True):
+    """The system with its factor, whose rows soften where it would lose too many digits."""
+    kinds, plan, B = row_kinds(system), frontal_plan(system), _other_rows(system, rows)
     stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
-    local = _local(system, at, rows, unit.closures, length, J, stiffness.closures)
-    held = local._replace(J=J + lent * np.eye(6, dtype=dtype)[None], held=weight)
-    plan = frontal_plan(system)
+    local = _local(system, at, rows, unit.closures, system.length.astype(J.dtype), J, stiffness.closures)
     on_drives = jnp.zeros_like(own).at[kinds.columns].add(unit.drives**2 * stiffness.drives)
-    softening, eliminated = _eliminated(
-        plan, held, own, on_drives, _on_columns(entries, rows.unit**2 / C, len(own)) + on_drives
-    )
+    held = local._replace(J=J + lent[None], held=weight)
+    if softens:
+        entries = loop_entries(system, at)
+        on_columns = _on_columns(entries, rows.unit**2 / C, len(own)) + on_drives
+        softening, eliminated = chunked_vmap(partial(_eliminated, plan))(held, own, on_drives, on_columns)
+    else:
+        softening, eliminated = 1.0, eliminate(plan, held._replace(held=weight + on_drives))
     stiffness = jax.tree.map(lambda k: k / softening, stiffness)
     factor = frontal_factor(plan, local, eliminated)
     border = _border(plan, factor, B, stiffness.others)
