@@ -19,6 +19,7 @@ from ._cut_joints import with_cut_values
 from ._host_assembly import assemble_on_host
 from ._host_rows import evaluate_rows
 from ._levenberg_marquardt import CLOSED_RESIDUAL, STATE_RESTARTS
+from ._linear_rows import rows_of_numbers
 from ._named_values import StateRequest, coordinate_mask, free_column_mask
 from ._poses import node_parameters
 from ._rank import constraint_rank
@@ -111,19 +112,23 @@ def close_state(system: System, psi, u, t, columns, rate_columns, cuts, search: 
     if cuts:
         psi, _, f, *_ = assemble_in_trace(with_cut_values(system, cuts), psi, u, t, free, free_rates, search)
         rows.append(f)
-    psi, u, f, g, A = assemble_in_trace(system, psi, u, t, free, free_rates, search)
+    psi, u, f, g, numbers = assemble_in_trace(system, psi, u, t, free, free_rates, search)
+    every = rows_of_numbers(system, numbers, jnp.ones_like(u), np.arange(system.topology.num_rows))
     left = lax.stop_gradient((jnp.concatenate([*rows, f]), g))
-    found = AssembledState(t, psi, u, *left, *_rank_and_branch(system, A, columns))
+    found = AssembledState(t, psi, u, *left, *_rank_and_branch(system, every.for_ranks, columns))
     factor = jnp.where(found.residual <= CLOSED_RESIDUAL[psi.dtype.itemsize], 1.0, jnp.nan).astype(psi.dtype)
     return found._replace(coordinates=psi * factor, velocities=u * factor, branch=found.branch * factor)
 
 
 def _rank_and_branch(system, A, columns):
-    """Difference of the rank of the rows A from that of the build, and the signs of the branch."""
+    """Difference of the rank of the rows A from that of the build, and the signs of the branch.
+
+    Args: A: a matrix, dense or sparse, or `FrontalRows`.
+    """
     rank, counted = constraint_rank(system, A), system.topology.analysis
     change = rank - (rank if counted is None else counted.rank)
-    as_float = np.asarray(change, A.dtype) if isinstance(rank, int) else change.astype(A.dtype)
-    return as_float, branch_signs(system, A, columns)
+    signs = branch_signs(system, A, columns)
+    return np.asarray(change, signs.dtype) if isinstance(rank, int) else change.astype(signs.dtype), signs
 
 
 def stop_gradients(tree):

@@ -16,9 +16,9 @@ from ..math._determinant import determinant_signs
 from ..math._rotation import quaternion_log, quaternion_product
 from ..math._spd import spd_inverse
 from ..model._system import System
-from ._assembly import linearise_rows
 from ._branches import coupled_blocks, row_dependence
-from ._constraints import row_scale
+from ._configuration import configuration
+from ._constraints import residual_and_jacobian, row_scale
 from ._poses import simple_columns, step_coordinates
 
 _LONGEST_STEP = 0.2  # the longest step, in rad or characteristic lengths: a curve of that radius leaves it by a tenth
@@ -127,11 +127,18 @@ def _first_step(way):
     )
 
 
+def _rows_at(way, psi, t):
+    """Residual of the positions (rows,) and its Jacobian (rows, nv) in the free columns."""
+    at = configuration(way.system, way.P, psi, t, inertias=False)
+    f, A = residual_and_jacobian(way.system, at)
+    return f, A[way.system.topology.position_rows] * way.free[None, :]
+
+
 def _correct_step(way, step):
     """One correction of the trial, and the next step where it was the last one."""
     precision, end = way.motion.dtype.itemsize, step.share + step.length
     is_last = end > 1.0 - _SHORTEST_SHARE
-    f, A = linearise_rows(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
+    f, A = _rows_at(way, step.trial, way.place.t + end * way.duration)
     opening = jnp.where(step.passes == 0, f, step.opening)
     rows, gap = way.unit[:, None] * A * way.size[None], way.unit * (f - (1.0 - end) * opening)
     eye = np.eye(len(way.size), dtype=A.dtype)

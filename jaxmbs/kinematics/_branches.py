@@ -9,9 +9,11 @@ import heapq
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.sparse
+from jax import lax
 from scipy.sparse.csgraph import connected_components
 
 from ..math._determinant import determinant_signs
@@ -19,6 +21,7 @@ from ..model._rows import Drive
 from ..model._system import System
 from . import _closures as closures
 from ._constraints import rows_are_lengths
+from ._linear_rows import FrontalRows
 
 _SINGULAR_PIVOT = {
     8: 1e-7,
@@ -45,9 +48,11 @@ class LoopBlock(NamedTuple):
 def branch_signs(system: System, A, held: Sequence[int] = ()):
     """Signs -1, 0 or 1 (blocks,) of the branch from the rows A (rows, nv), in NumPy or traced; no derivative passes.
 
-    Args: held: velocity columns whose coordinates are given.
+    Args: A: a matrix, dense or sparse of SciPy, or `FrontalRows`; held: velocity columns whose coordinates are given.
     """
     top = system.topology
+    if isinstance(A, FrontalRows):
+        return _signs_by_blocks(system, A, loop_blocks(system, held))
     blocks, least = loop_blocks(system, held), _SINGULAR_PIVOT[A.dtype.itemsize]
     is_host = isinstance(A, np.ndarray) or scipy.sparse.issparse(A)
     xp, length = (np, np.asarray(system.length)) if is_host else (jnp, system.length)
@@ -71,6 +76,29 @@ def _block_sign(A, unit, size, position_rows, block, least):
     part = part.toarray() if scipy.sparse.issparse(part) else part
     square = block.combine @ (unit[rows, None] * part * size[block.columns][None])
     return determinant_signs(square.astype(A.dtype), np.zeros(len(square), int), least)[0]
+
+
+def _signs_by_blocks(system, rows, blocks):
+    """The signs from the entries of the rows, for all blocks of one size at once."""
+    top, (row, column, values) = system.topology, rows.entries()
+    values = jnp.append(lax.stop_gradient(values), 0.0)
+    place = scipy.sparse.csr_array((np.arange(1, len(row) + 1), (row, column)), (top.num_rows, top.num_velocities))
+    unit = jnp.where(rows_are_lengths(system), 1.0 / system.length, 1.0).astype(values.dtype)
+    size = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(values.dtype)
+    signs, least = jnp.zeros(len(blocks), values.dtype), _SINGULAR_PIVOT[values.dtype.itemsize]
+    shapes = [block.combine.shape if block.steady else None for block in blocks]
+    for shape in dict.fromkeys(shapes):
+        alike = np.array([k for k, each in enumerate(shapes) if each == shape is not None], int)
+        if not len(alike):
+            continue
+        own = np.array([top.position_rows[blocks[k].rows] for k in alike])
+        columns = np.array([blocks[k].columns for k in alike])
+        at = np.array([place[r][:, c].toarray() - 1 for r, c in zip(own, columns, strict=True)])
+        part = values[at] * unit[own][:, :, None] * size[columns][:, None]
+        square = jnp.asarray(np.array([blocks[k].combine for k in alike]), values.dtype) @ part
+        one = lambda A: determinant_signs(A, np.zeros(len(A), int), least)[0]  # noqa: E731
+        signs = signs.at[alike].set(jax.vmap(one)(square))
+    return signs
 
 
 def _blocks_together(blocks, num_rows):

@@ -41,11 +41,16 @@ def rows_together(system, at, parts):
 
 def jacobian(system: System, at: Configuration):
     """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T.  Source: S2 (3), (5)."""
-    n, parts = system.topology.num_velocities, closures.jacobian(system, at)
-    if system.rows:
-        along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
-        parts.append(along(np.eye(n, dtype=at.psi.dtype)))
-    return jnp.concatenate(parts) if parts else jnp.zeros((0, n), at.psi.dtype)
+    return jnp.concatenate([*closures.jacobian(system, at), other_rows(system, at)])
+
+
+def other_rows(system: System, at: Configuration):
+    """The rows of A (k, nv) of drives, couplers and user functions."""
+    n = system.topology.num_velocities
+    if not system.rows:
+        return jnp.zeros((0, n), at.psi.dtype)
+    along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
+    return along(np.eye(n, dtype=at.psi.dtype))
 
 
 def row_scale(system: System) -> RowScale:

@@ -15,7 +15,6 @@ import numpy as np
 import scipy.sparse
 from jax import Array, lax
 
-from ..math._spd import spd_inverse
 from ._sparse_rank import damped_solver
 
 #: Largest number of passes.  Loops that close take some ten.
@@ -75,11 +74,13 @@ def _damped_solution(A, damping, right):
     return np.linalg.solve(A.T @ A + np.diag(damping), right)
 
 
-def minimise_in_trace(linearise: Callable, step: Callable, psi: Array, metric: Array, num_rows: int) -> Array:
+def minimise_in_trace(linearise: Callable, damped_step: Callable, step: Callable, psi: Array) -> Array:
     """Coordinates near psi (nq,) with the least residual, within a trace; no derivative passes.
 
     Each pass evaluates a trial, keeps it if it is better and makes the next one, so that the rows are traced once.
-    Args: see `minimise_on_host`; num_rows: of position.
+
+    Args: linearise: residual f (rows,) and arrays of the linearised rows at coordinates; damped_step:
+        `(A^T A + damping W)^-1 A^T f` of these arrays, f and a damping; step: `psi (+) delta`.
     """
 
     def evaluate_trial(carry: Any) -> Any:
@@ -92,15 +93,15 @@ def minimise_in_trace(linearise: Callable, step: Callable, psi: Array, metric: A
         damping = jnp.clip(damping * jnp.where(better, DECREASE, INCREASE), LEAST_DAMPING, LARGEST_DAMPING)
         damping = jnp.where(stalled, LARGEST_DAMPING, damping)
         psi, f, A, _ = best
-        delta = -(spd_inverse(A.T @ A + damping * metric) @ (A.T @ f))
-        return k + 1, step(psi, delta), damping, better, best
+        return k + 1, step(psi, -damped_step(A, f, damping)), damping, better, best
 
     def continues(carry: Any) -> Array:
         k, _, damping, better, (*_, value) = carry
         return (k <= MAX_PASSES) & (better | (value > CLOSED_SQUARE)) & (damping < STOP_DAMPING)
 
     number = lambda x: jnp.full((), x, psi.dtype)  # noqa: E731
-    nothing = (psi, jnp.zeros(num_rows, psi.dtype), jnp.zeros((num_rows, len(metric)), psi.dtype), number(jnp.inf))
+    blank = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(linearise, psi))
+    nothing = (psi, *blank, number(jnp.inf))
     start = (
         0,
         psi,

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.sparse
@@ -9,12 +10,16 @@ from jax import lax
 
 from ..checks import is_concrete
 from ..model._system import System
+from ._linear_rows import FrontalRows
 from ._sparse_rank import sparse_spaces
 
 _RANK_TOLERANCE = {
     8: 1e-7,
     4: 1e-3,
 }  # singular values or pivots, relative, that count as zero: about the root of rounding
+_MORE_MOTIONS = 4  # than the build counted that are looked at where a rank is counted by iteration
+_PASSES = 4  # of this iteration, as in `_sparse_rank`
+_SEED = 11  # of the motions that it starts from: any, but always the same
 
 
 def column_weights(system: System):
@@ -44,14 +49,49 @@ def constraint_spaces(A: Any, length: float) -> tuple[int, np.ndarray, np.ndarra
 
 
 def constraint_rank(system: System, A):
-    """Rank () of the rows A (rows, nv) of a system; by singular values on the host, within a trace by elimination.
+    """Rank () of the rows A (rows, nv) of a system; by singular values on the host, within a trace by elimination, of
+    `FrontalRows` by inverse iteration.
 
     No derivative: a rank has none.
     """
+    if isinstance(A, FrontalRows):
+        return _rank_by_iteration(system, A)
     if isinstance(A, np.ndarray) or scipy.sparse.issparse(A):
         return constraint_spaces(weighted_columns(system, A), float(system.length))[0]
     A = lax.stop_gradient(A * jnp.asarray(column_weights(system), A.dtype)[None])
-    return _rank_by_elimination(A, lax.stop_gradient(system.length))
+    return _rank_by_elimination(A, _threshold(A, lax.stop_gradient(system.length), jnp.max(jnp.abs(A), initial=0.0)))
+
+
+def _rank_by_iteration(system, rows):
+    """As `sparse_spaces` counts, in a trace: the motions that change the rows least, and how many of them do.
+
+    The count of the build and some more motions are looked at, so that a rank that is lower still shows as less.
+    """
+    top, counted = system.topology, system.topology.analysis
+    n, dtype = top.num_velocities, rows.at.psi.dtype
+    k = min(n, (n - counted.rank if counted else n) + _MORE_MOTIONS)
+    weight = jnp.asarray(column_weights(system), dtype)
+    values = rows.entries()[2] * weight[rows.entries()[1]]
+    least = _threshold(values, lax.stop_gradient(system.length), jnp.max(jnp.abs(values), initial=0.0))
+    Z = jnp.asarray(np.random.default_rng(_SEED).normal(size=(k, n)), dtype)
+    solve = rows.normal_solver(weight, 10.0 * least**2)
+    for _ in range(_PASSES):
+        Z = _orthonormal(jax.vmap(solve)(Z))
+    changes = jax.vmap(lambda z: rows.rates(weight * z))(Z)
+    return n - k + _rank_by_elimination(changes, least)
+
+
+def _orthonormal(Z):
+    """Vectors (k, n) by Gram-Schmidt, twice."""
+
+    def take(k, Z):
+        q = Z[k] * lax.rsqrt(jnp.sum(Z[k] ** 2))
+        later = (jnp.arange(len(Z)) > k).astype(Z.dtype)
+        return (Z - later[:, None] * (Z @ q)[:, None] * q[None]).at[k].set(q)
+
+    for _ in range(2):
+        Z = lax.fori_loop(0, len(Z), take, Z)
+    return Z
 
 
 def _threshold(A, length, largest):
@@ -69,12 +109,12 @@ def _least_size(length):
     return 1e-3 * (np if isinstance(length, float) else jnp).minimum(1.0, length)
 
 
-def _rank_by_elimination(A, length):
-    """Number of pivots above rounding in a Gaussian elimination with complete pivoting: cheaper to compile than
+def _rank_by_elimination(A, least):
+    """Number of pivots larger than `least` in a Gaussian elimination with complete pivoting: cheaper to compile than
     singular values, and the same under `vmap`."""
     if not min(A.shape):
         return jnp.zeros((), int)
-    least, places = _threshold(A, length, jnp.max(jnp.abs(A))), np.arange(A.size).reshape(A.shape)
+    places = np.arange(A.size).reshape(A.shape)
 
     def eliminate(carry, _):
         A, rank = carry

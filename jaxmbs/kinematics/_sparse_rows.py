@@ -11,7 +11,6 @@ from ..model._system import System
 from ..runtime import gather_static, jit
 from . import _closures as closures
 from . import _constraints as constraints
-from . import _coordinate_rows as coordinate_rows
 from . import _reaction_map as reaction_map
 from ._configuration import configuration
 from ._elastic import mass_matrix
@@ -61,12 +60,8 @@ def evaluate_sparse_rows(system: System, psi, t):
 def _rows(system, psi, t):
     at = configuration(system, node_parameters(system), psi, t, inertias=False)
     parts, at = closures.residual_and_directions(system, at)
-    n, others = system.topology.num_velocities, jnp.zeros((0, system.topology.num_velocities), at.psi.dtype)
-    if system.rows:
-        along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
-        others = along(np.eye(n, dtype=at.psi.dtype))
     f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
-    return f, loop_entries(system, at).value, others, f_t, at.x
+    return f, loop_entries(system, at).value, constraints.other_rows(system, at), f_t, at.x
 
 
 @jit(compile="quick")

@@ -14,10 +14,11 @@ from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import accelerations
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._assembly import metric, metric_matrix, newton_step
+from ..kinematics._assembly import newton_step
 from ..kinematics._configuration import Configuration, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._frontal_saddle import frontal_saddle
+from ..kinematics._linear_rows import metric, metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
 from ..kinematics._saddle_operator import constraint_operator

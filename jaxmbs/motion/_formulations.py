@@ -12,10 +12,10 @@ from ..dynamics import _hamilton as hamilton
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import accelerations
 from ..kinematics import _constraints as constraints
-from ..kinematics._assembly import metric_matrix
 from ..kinematics._configuration import with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._kic import velocity_map
+from ..kinematics._linear_rows import metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._tree import subtrees

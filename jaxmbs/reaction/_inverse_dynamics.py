@@ -15,8 +15,8 @@ from ..dynamics._newton_euler import accelerations, required_efforts
 from ..errors import ModelError
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._assembly import metric
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
+from ..kinematics._linear_rows import metric
 from ..kinematics._state import HasStates, State
 from ..math._linalg import RowScale, relative, saddle_solve
 from ..model._entry_points import map_states, rates_of, states_of
