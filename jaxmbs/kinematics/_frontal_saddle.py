@@ -41,9 +41,10 @@ from ._saddle_operator import (
 #: (3e-9: 7e-8 and 0.07).  Less leaves less digits to loads that statics does not determine.
 PROXIMAL_COMPLIANCE = {8: 3e-11, 4: 1e-5}
 #: The same within motions.  Beside a singular pose their coordinates, which err by the tolerance, decide which way
-#: the rows lead on; there C must hide rows smaller than that.  A row of forty through a singular pose at 1e-10: angle
-#: to 1e-10 at 1e-6, 4e-11 at 3e-8, 8e-9 at 3e-9, in 98, 109 and 225 steps; the dense solver 4e-11 in 275.
-MOTION_COMPLIANCE = {8: 3e-8, 4: 1e-5}
+#: the rows lead on; there C must hide rows smaller than that.  Angle of a row of forty after 10 s and twelve singular
+#: poses, at tolerances of 1e-10 and 1e-11: 1e-7 and 9e-8 with C = 1e-6, 1e-8 and 5e-8 with 1e-7, 7e-9 and 1e-6 with
+#: 3e-8 in 780 to 2500 steps; the dense solver 4e-9 in 3000 to 5500 steps.
+MOTION_COMPLIANCE = {8: 1e-7, 4: 1e-5}
 #: Least compliance of rows that may read any column: taking them in by a border loses 1e-16 / C of the solution.
 BORDER_COMPLIANCE = {8: 1e-7, 4: 1e-4}
 #: Proximal rounds.
@@ -241,6 +242,8 @@ def _with_factor(system, at, rows, weight, J, lent, own, C, softens=True):
     """The system with its factor, whose rows soften where it would lose too many digits."""
     kinds, plan, B = row_kinds(system), frontal_plan(system), _other_rows(system, rows)
     stiffness, unit = (_by_kind(system, rows, x) for x in (1.0 / C, rows.unit))
+    if rows.free is not None:
+        unit = unit._replace(drives=unit.drives * rows.free[kinds.columns])
     local = _local(system, at, rows, unit.closures, system.length.astype(J.dtype), J, stiffness.closures)
     on_drives = jnp.zeros_like(own).at[kinds.columns].add(unit.drives**2 * stiffness.drives)
     held = local._replace(J=J + lent[None], held=weight)

@@ -123,7 +123,7 @@ class FrontalRows(eqx.Module):
         free = self.free.astype(self.at.S.dtype)
         held = eqx.tree_at(lambda at: at.S, self.at, self.at.S * free[:, None])
         rows = constraint_operator(self.system, held)
-        return rows._replace(unit=jnp.zeros_like(unit).at[self.places].set(unit[self.places]))
+        return rows._replace(unit=jnp.zeros_like(unit).at[self.places].set(unit[self.places]), free=free)
 
 
 def linear_rows(system: System, at: Configuration, free, places=None) -> Any:

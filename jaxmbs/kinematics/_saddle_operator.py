@@ -20,11 +20,15 @@ from ._poses import frame_twists
 
 
 class ConstraintOperator(NamedTuple):
-    """The constraint rows A at a configuration as a linear operator, scaled to one unit."""
+    """The constraint rows A at a configuration as a linear operator, scaled to one unit.
+
+    Columns where `free` (nv,) is zero are left out; None for none.
+    """
 
     system: System
     at: Configuration
     unit: Array
+    free: Array | None = None
 
     @property
     def directions(self) -> tuple:
@@ -37,6 +41,7 @@ class ConstraintOperator(NamedTuple):
 
     def rates(self, a):
         """Rates of the rows `A a` (rows,) for accelerations a (nv,)."""
+        a = a if self.free is None else self.free * a
         system, parts, twist = self.system, [jnp.zeros(0, a.dtype)], frame_twists(self.system, self.twists(a))
         for group, D in zip(system.closures, self.directions, strict=True):
             relative = gather_static(twist, group.second) - gather_static(twist, group.first)
