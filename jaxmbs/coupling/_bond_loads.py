@@ -112,21 +112,35 @@ class Determinacy:
         return "\n".join(lines)
 
 
-def bond_loads(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
+def bond_loads(bonds, ties: Array, residual: Array, rounding: Array) -> BondLoads:
+    """Loads by bond from those of all ties (ties, ...), times last.
+
+    Args: bonds: `(name, Ties)`.
+    """
+    f, at, found = jnp.moveaxis(ties, 0, -1), 0, {}
+    for name, bond in bonds:
+        sides = []
+        for pairs in bond.pairs:
+            sides.append(_spread(f[..., at : at + len(pairs)], bond))
+            at += len(pairs)
+        found[name] = BondLoad(sides[0], -sides[-1], bond.labels)
+    return BondLoads(found, residual, rounding)
+
+
+def _spread(f, bond):
+    """Loads (..., k) in all directions of a bond, zero in those that it leaves free."""
+    if len(bond.kept) == len(bond.labels):
+        return f
+    return jnp.zeros((*f.shape[:-1], len(bond.labels)), f.dtype).at[..., np.array(bond.kept, int)].set(f)
+
+
+def tie_loads(rows: np.ndarray | Array, forces: Array) -> Array:
     """Loads f of the ties from the forces r on the components, `B^T f = r`; ties form no ring, so B has full rank.
 
-    Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.
+    Args: rows: B (ties, interface coordinates of all components); forces: r, times last.
     """
     if isinstance(rows, np.ndarray):
         solve = jnp.asarray(np.linalg.solve(rows @ rows.T, rows)).astype(forces.dtype)
     else:  # with lever arms of rigid bodies, which have derivatives
         solve = square.solve(rows @ rows.T, rows).astype(forces.dtype)
-    f, at, found = jnp.moveaxis(jnp.tensordot(solve, forces, axes=1), 0, -1), 0, {}
-    for name, bond in bonds:
-        sides = []
-        for pairs in bond.pairs:
-            zero = jnp.zeros((*f.shape[:-1], len(bond.labels)), f.dtype)
-            sides.append(zero.at[..., np.array(bond.kept, int)].set(f[..., at : at + len(pairs)]))
-            at += len(pairs)
-        found[name] = BondLoad(sides[0], -sides[-1], bond.labels)
-    return BondLoads(found, residual, rounding)
+    return jnp.tensordot(solve, forces, axes=1)

@@ -10,6 +10,8 @@ from jax import lax
 from jaxtyping import Array, Bool, Complex, Float
 
 from ..blocksparse import BlockMatrix, analyse, factor, solve
+from ..linear._block_rows import from_blocks, to_blocks
+from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
 from ..linear._system import LinearSystem
 from ..typing import ArrayLike
@@ -91,10 +93,10 @@ def _solver(system, elastic):
     K = K.astype(np.result_type(dtype_of(K), np.complex64)) * elastic
     if not isinstance(K, BlockMatrix):
         return lambda w, load: refined_solve.solve(dynamic_stiffness(K, C, M, w), load[:, None])[:, 0]
-    plan = analyse(K.pattern)
+    plan, kind = analyse(K.pattern), factor_kind(K, C, M)
 
     def of_blocks(w, load):
         Z = dynamic_stiffness(K, C, M, w)
-        return solve(factor(Z, "ldl", plan), load.reshape(K.pattern.shape)).reshape(-1)
+        return from_blocks(system, solve(factor(Z, kind, plan), to_blocks(system, load)))
 
     return of_blocks
