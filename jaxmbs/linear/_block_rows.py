@@ -1,17 +1,13 @@
 """Rows of a linear system at the places of its blocks, and vectors in either order."""
 
 import hashlib
-from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..blocksparse import Pattern
 from ..typing import AnyArray, ArrayLike
-
-if TYPE_CHECKING:
-    from ._system import LinearSystem
-
 
 class NumberTable:
     """A static table of whole numbers; equal ones hash alike."""
@@ -46,16 +42,15 @@ class BlockRows(NumberTable):
         return len(self.places)
 
 
-def to_blocks(system: "LinearSystem", x: AnyArray) -> Array:
-    """Vectors x (n, ...) in blocks (blocks, size, ...), zero on padding."""
-    x, shape = jnp.asarray(x), system.stiffness.pattern.shape
-    if system.block_rows is None:
-        return x.reshape(*shape, *x.shape[1:])
-    rows = system.block_rows.numbers
-    return jnp.concatenate([x, jnp.zeros_like(x[:1])])[np.where(rows < 0, len(x), rows)]
+def to_blocks(x: AnyArray, pattern: Pattern, rows: BlockRows | None = None) -> Array:
+    """Vectors x (n, ...) in blocks (blocks, size, ...), zero on padding; by default all places in turn."""
+    x = jnp.asarray(x)
+    if rows is None:
+        return x.reshape(*pattern.shape, *x.shape[1:])
+    return jnp.concatenate([x, jnp.zeros_like(x[:1])])[np.where(rows.numbers < 0, len(x), rows.numbers)]
 
 
-def from_blocks(system: "LinearSystem", X: AnyArray) -> Array:
-    """Vectors X (blocks, size, ...) in the order of the rows (n, ...)."""
+def from_blocks(X: AnyArray, rows: BlockRows | None = None) -> Array:
+    """Vectors X (blocks, size, ...) in the order of the rows (n, ...); by default all places in turn."""
     flat = X.reshape(-1, *X.shape[2:])
-    return flat if system.block_rows is None else flat[system.block_rows.places]
+    return flat if rows is None else flat[rows.places]

@@ -31,19 +31,19 @@ def solve_statics(system, load: Array, rigid: Array | None) -> tuple[Array, Arra
 
     Args: load: (n, cases); rigid: (n, d) or None.
     """
-    f, R = to_blocks(system, load), None if rigid is None else to_blocks(system, rigid.astype(load.dtype))
-    x, a, error = _solve(system.stiffness, system.mass, f, R, is_concrete(system.stiffness))
-    return from_blocks(system, x), a, error
+    rigid = None if rigid is None else jnp.asarray(rigid, load.dtype)
+    return _solve(system.stiffness, system.mass, system.block_rows, load, rigid, is_concrete(system.stiffness))
 
 
 @jit
-def _solve(K, M, f, R, tested):
+def _solve(K, M, rows, load, rigid, tested):
+    f = to_blocks(load, K.pattern, rows)
+    R = None if rigid is None else to_blocks(rigid, K.pattern, rows)
     kind = factor_kind(K)
     F = factor(K if R is None else _supported(K, R), kind)
     error = _probe(F) if tested else jnp.zeros((), F.matrix.diagonal.dtype)
-    if R is None:
-        return solve(F, f, 1), jnp.zeros((0, f.shape[2]), f.dtype), error
-    return *_relieve_inertia(F, K, M, f, R), error
+    x, a = (solve(F, f, 1), f[0, :0]) if R is None else _relieve_inertia(F, K, M, f, R)
+    return from_blocks(x, rows), a, error
 
 
 def _relieve_inertia(F, K, M, f, R):

@@ -5,9 +5,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..blocksparse import BlockMatrix
 from ..checks import any_concrete, is_concrete
 from ..math import _square as square
 from ..typing import AnyArray
+from ._block_rows import from_blocks
 from ._condensation import interface_basis
 from ._system import LinearSystem
 
@@ -59,9 +61,19 @@ class Condensation(eqx.Module):
 
 def massless_rows(system: LinearSystem) -> tuple[int, ...]:
     """Rows without mass: zero rows of a concrete mass matrix; under tracing those declared as `massless`."""
-    if is_concrete(system.mass):
-        return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
-    return tuple(sorted(system.massless))
+    if not is_concrete(system.mass):
+        return tuple(sorted(system.massless))
+    if isinstance(system.mass, BlockMatrix):
+        return _massless_block_rows(system)
+    return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
+
+
+def _massless_block_rows(system):
+    mass = system.mass
+    used = np.any(np.asarray(mass.diagonal), axis=2) | mass.pattern.padding
+    for half, which in ((mass.upper, 0), (mass.lower_blocks, 1)):
+        np.logical_or.at(used, mass.pattern.edges[:, which], np.any(np.asarray(half), axis=2))
+    return tuple(np.flatnonzero(~from_blocks(used, system.block_rows)).tolist())
 
 
 def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:

@@ -10,7 +10,7 @@ from jax import lax
 from ..blocksparse import BlockMatrix, Factor, factor, matrix_inertia, solve
 from ..checks import is_concrete
 from ..linear._rigid_flags import block_rigid_flags
-from ..linear._symmetric import ASYMMETRY_TOLERANCE
+from ..linear._symmetric import symmetric_blocks
 from ..math._eigen import of_groups, same
 from ..runtime import jit, lapack
 from ._modes import Modes
@@ -49,24 +49,11 @@ def block_modes(stiffness: BlockMatrix, mass: BlockMatrix, num: int) -> Modes:
 
     Source: S1 (33)-(37).
     """
-    K, M = _symmetric(stiffness), _symmetric(mass)
+    K, M = symmetric_blocks(stiffness), symmetric_blocks(mass)
     shift = _spectral_shift(lax.stop_gradient(K), lax.stop_gradient(M))
     found = lowest_modes(factor(K + shift * M), M, num)
     values = found.values - shift
     return Modes(values, found.shapes, block_rigid_flags(K, values, found.shapes))
-
-
-def _symmetric(A):
-    """A symmetric matrix without its lower blocks; NaN if traced and unsymmetric.
-
-    Raises: ValueError, if concrete, for an unsymmetric matrix.
-    """
-    if A.is_symmetric:
-        return A
-    gap = jnp.max(jnp.abs(A.upper - jnp.swapaxes(A.lower, 1, 2)), initial=0.0)
-    uneven = gap > ASYMMETRY_TOLERANCE * jnp.max(jnp.abs(A.diagonal))
-    spoilt = jnp.where(uneven, jnp.nan, 0.0).astype(A.diagonal.dtype)
-    return BlockMatrix(A.pattern, lax.stop_gradient(spoilt) + (A.diagonal + A.T.diagonal) / 2, A.upper)
 
 
 def _spectral_shift(K, M):

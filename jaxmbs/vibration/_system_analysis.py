@@ -13,8 +13,10 @@ from ..errors import ModelError
 from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._labels import format_label
 from ..linear._massless import condense_massless
+from ..linear._storage import dtype_of
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
+from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ._damping import complex_modes
 from ._direct_response import dense_response, direct_response
@@ -44,8 +46,8 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     names = tuple(map(format_label, system.coordinates))
     if isinstance(system.stiffness, BlockMatrix) and not _becomes_dense(system, num, damped):
         found = block_modes(system.stiffness, system.mass, num)
-        shapes = from_blocks(system, found.shapes.reshape(*system.stiffness.pattern.shape, -1))
-        return dataclasses.replace(found, shapes=shapes, coordinates=names)
+        shapes = found.shapes.reshape(*system.stiffness.pattern.shape, -1)
+        return dataclasses.replace(found, shapes=from_blocks(shapes, system.block_rows), coordinates=names)
     whole = condense_massless(system.to_dense(), damped=damped)
     K, M, C = whole.system.stiffness, whole.system.mass, whole.system.damping
     if damped and C is not None:
@@ -130,14 +132,16 @@ def _modal_frequency_response(system, matrices, out, load, options):
 
 
 def _block_frequency_response(system, omega, into, out, loss, options):
-    K, loss = system.stiffness, jnp.asarray(loss, system.dtype)
-    complex_type = np.result_type(system.dtype, np.complex64)
-    K = K.astype(complex_type) * lax.complex(jnp.ones_like(loss), loss)
-    load, rows = to_blocks(system, into.T), out.astype(complex_type)
-
-    def select(x):
-        return rows @ from_blocks(system, x)
-
     options = {name: value for name, value in options.items() if name not in ("num", "residual")}
+    matrices = system.stiffness, system.damping, system.mass
+    omega, loss = (jnp.asarray(value, system.dtype) for value in (omega, loss))
+    return _block_receptances(*matrices, system.block_rows, omega, into, out, loss, options)
 
-    return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
+
+@jit
+def _block_receptances(K, C, M, rows, omega, into, out, loss, options):
+    complex_type = np.result_type(dtype_of(K), np.complex64)
+    K = K.astype(complex_type) * lax.complex(jnp.ones_like(loss), loss)
+    load, out = to_blocks(into.T, K.pattern, rows), out.astype(complex_type)
+    select = lambda x: out @ from_blocks(x, rows)  # noqa: E731
+    return direct_response(K=K, M=M, C=C, load=load, omega=omega, select=select, **options)
