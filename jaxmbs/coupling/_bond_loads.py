@@ -6,6 +6,7 @@ from collections.abc import ItemsView
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Bool, Inexact
 
 from ..checks import no_such
@@ -118,17 +119,21 @@ def bond_loads(bonds, ties: Array, residual: Array, rounding: Array) -> BondLoad
     Args: bonds: `(name, Ties)`.
     """
     f, at, found = jnp.moveaxis(ties, 0, -1), 0, {}
+    opposite = -f
     for name, bond in bonds:
-        sides = []
-        for pairs in bond.pairs:
-            sides.append(_spread(f[..., at : at + len(pairs)], bond))
-            at += len(pairs)
-        found[name] = BondLoad(sides[0], -sides[-1], bond.labels)
+        last = at + sum(map(len, bond.pairs[:-1]))
+        sides = _directions(f, at, bond), _directions(opposite, last, bond)
+        at = last + len(bond.pairs[-1])
+        found[name] = BondLoad(*sides, bond.labels)
     return BondLoads(found, residual, rounding)
 
 
-def _spread(f, bond):
-    """Loads (..., k) in all directions of a bond, zero in those that it leaves free."""
+def _directions(f, at, bond):
+    """Loads (..., k) in all directions of a bond, zero in those that it leaves free, from those of its ties on.
+
+    A dynamic slice: outside of a program it is compiled once for all bonds of one size.
+    """
+    f = lax.dynamic_slice_in_dim(f, at, len(bond.kept), axis=-1)
     if len(bond.kept) == len(bond.labels):
         return f
     return jnp.zeros((*f.shape[:-1], len(bond.labels)), f.dtype).at[..., np.array(bond.kept, int)].set(f)

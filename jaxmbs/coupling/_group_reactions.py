@@ -17,7 +17,8 @@ def group_coordinates(groups: Sequence[ComponentGroup], xi: Array) -> tuple[Arra
     """Coordinates (r_c, ...) of every component from rows xi (N, ...) of the network.  Source: S1 (7), (11)."""
     padded, found = _pad(xi), {}
     for group in groups:
-        found |= dict(zip(group.members.numbers.tolist(), group.coordinates(padded), strict=True))
+        own = group.coordinates(padded)
+        found |= {k: own[i] for i, k in enumerate(group.members.numbers.tolist())}
     return tuple(found[k] for k in range(len(found)))
 
 

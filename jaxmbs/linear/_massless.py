@@ -69,10 +69,12 @@ def massless_rows(system: LinearSystem) -> tuple[int, ...]:
 
 
 def _massless_block_rows(system):
-    mass = system.mass
+    mass, (i, j) = system.mass, system.mass.pattern.edges.T
+    upper = np.asarray(mass.upper)
+    lower = upper.swapaxes(1, 2) if mass.lower is None else np.asarray(mass.lower)
     used = np.any(np.asarray(mass.diagonal), axis=2) | mass.pattern.padding
-    for half, which in ((mass.upper, 0), (mass.lower_blocks, 1)):
-        np.logical_or.at(used, mass.pattern.edges[:, which], np.any(np.asarray(half), axis=2))
+    for half, rows in ((upper, i), (lower, j)):
+        np.logical_or.at(used, rows, np.any(half, axis=2))
     return tuple(np.flatnonzero(~from_blocks(used, system.block_rows)).tolist())
 
 
