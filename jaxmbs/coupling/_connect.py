@@ -30,7 +30,10 @@ class HasSystem(Protocol):
 
 @overload
 def connect(  # type: ignore[overload-overlap]
-    components: Mapping[str, LinearSystem | HasSystem], bonds: Mapping[str, Bond], places: bool = True, linear_solver: str = "auto"
+    components: Mapping[str, LinearSystem | HasSystem],
+    bonds: Mapping[str, Bond],
+    places: bool = True,
+    linear_solver: str = "auto",
 ) -> ComponentNetwork:
     """Join models only; the result is a linear system."""
 

@@ -24,8 +24,9 @@ def group_coordinates(groups: Sequence[ComponentGroup], xi: Array) -> tuple[Arra
 
 def gather_group_forces(groups: Sequence[ComponentGroup], shares: Sequence, num_rows: int) -> Array:
     """Joined forces (N, ...) of generalised forces (r_c, ...) on the components, None for none."""
-    first = next(share for share in shares if share is not None)
-    total = jnp.zeros((num_rows + 1, *first.shape[1:]), np.result_type(*(f for f in shares if f is not None)))
+    given = [share for share in shares if share is not None]
+    dtype = np.result_type(*(share.dtype for share in given))
+    total = jnp.zeros((num_rows + 1, *given[0].shape[1:]), dtype)
     for group, own in zip(groups, group_shares(groups, shares), strict=True):
         total = total if own is None else group.add_forces(total, own)
     return total[:-1]
@@ -37,9 +38,12 @@ def group_shares(groups: Sequence[ComponentGroup], shares: Sequence) -> tuple[Ar
     for group in groups:
         own = [shares[k] for k in group.members.numbers]
         at = [i for i, share in enumerate(own) if share is not None]
-        given = jnp.stack([own[i] for i in at]) if at else None
-        zero = None if given is None else jnp.zeros((len(own), *given.shape[1:]), given.dtype)
-        found.append(None if zero is None else zero.at[np.array(at)].set(given))
+        if not at:
+            found.append(None)
+            continue
+        dtype = np.result_type(*(own[i].dtype for i in at))
+        given = jnp.stack([own[i].astype(dtype) for i in at])
+        found.append(jnp.zeros((len(own), *given.shape[1:]), dtype).at[np.array(at)].set(given))
     return tuple(found)
 
 
@@ -55,18 +59,17 @@ def group_reactions(groups, num_rows, motions, shares) -> tuple[Array, Array, Ar
     Source: S1 (3), (17)-(25).
     """
     padded = [None if x is None else _pad(x) for x in motions]
-    dtype = padded[0].dtype
-    sums = sizes = jnp.zeros_like(padded[0])
-    found = []
+    dtype, real = padded[0].dtype, padded[0].real.dtype
+    sums, sizes, found = jnp.zeros_like(padded[0]), jnp.zeros_like(padded[0].real), []
     for group, load in zip(groups, shares, strict=True):
-        b, force, size = group.num_interface, 0.0, 0.0
+        b, force, size = group.num_interface, jnp.zeros((), dtype), jnp.zeros((), real)
         for A, x in zip((group.stiffness, group.damping, group.mass), padded, strict=True):
             if A is not None and x is not None:
                 rho = group.coordinates(x)
                 force = force + contract(A[:, :b], rho)
                 size = size + contract(jnp.abs(A[:, :b]), jnp.abs(rho))
         if load is not None:
-            force, size = force - load[:, :b].astype(dtype), size + jnp.abs(load[:, :b])
+            force, size = force - load[:, :b].astype(dtype), size + jnp.abs(load[:, :b]).astype(real)
         found.append(force)
         sums, sizes = group.add_forces(sums, force), group.absolute().add_forces(sizes, size)
     starts = _interface_starts(groups)
@@ -97,7 +100,7 @@ def tie_forces(ties, size, forces):
         ring; size: number of interface coordinates.
     """
     which, place, share = _shares_of_ties(ties, size)
-    share = jnp.asarray(share, forces.real.dtype).reshape(-1, *[1] * (forces.ndim - 1))
+    share = jnp.asarray(share, forces.dtype).reshape(-1, *[1] * (forces.ndim - 1))
     return jnp.zeros((len(ties.numbers), *forces.shape[1:]), forces.dtype).at[which].add(share * forces[place])
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Array
 from ..blocksparse import Pattern
 from ..typing import AnyArray, ArrayLike
 
+
 class NumberTable:
     """A static table of whole numbers; equal ones hash alike."""
 

@@ -54,7 +54,7 @@ def _relieve_inertia(F, K, M, f, R):
     size = jnp.max(jnp.abs(K.diagonal))
     weight = lax.stop_gradient(jnp.where(size > 0, size, 1.0) / jnp.max(jnp.abs(carried)))
     E, B = E.astype(f.dtype), weight * carried
-    found = solve(F, jnp.concatenate([f, E * springs, B], axis=2), 1)
+    found = solve(F, jnp.concatenate([f, E * springs[None, None], B], axis=2), 1)
     by_load, by_spring, by_inertia = jnp.split(found, [cases, cases + d], axis=2)
     dot = lambda X, Y: X.reshape(-1, d).T @ Y.reshape(-1, Y.shape[2])  # noqa: E731
     matrix = jnp.block(
@@ -70,7 +70,7 @@ def _relieve_inertia(F, K, M, f, R):
 
 def _supported(K, R):
     E, springs = _supports(K, R)
-    added = jnp.sum(E * springs, axis=2)
+    added = E @ springs
     diagonal = K.diagonal + jnp.eye(K.pattern.size, dtype=added.dtype)[None] * added[:, :, None]
     return BlockMatrix(K.pattern, diagonal, K.upper, K.lower)
 
@@ -86,7 +86,7 @@ def _supports(K, R):
     most = jnp.max(own)
     own = jnp.maximum(own, jnp.where(most > 0, 1e-12 * most, 1.0))
     A = jnp.sqrt(own)[:, None] * R.reshape(-1, d)
-    A = A / jnp.sqrt(jnp.sum(A**2, axis=0))
+    A = A / jnp.sqrt(jnp.sum(A**2, axis=0, keepdims=True))
     Q = square.solve(lapack.cholesky(A.T @ A), A.T).T
     chosen = []
     for _ in range(d):

@@ -9,7 +9,6 @@ from ..blocksparse import BlockMatrix
 from ..checks import any_concrete, is_concrete
 from ..math import _square as square
 from ..typing import AnyArray
-from ._block_rows import from_blocks
 from ._condensation import interface_basis
 from ._system import LinearSystem
 
@@ -75,7 +74,8 @@ def _massless_block_rows(system):
     used = np.any(np.asarray(mass.diagonal), axis=2) | mass.pattern.padding
     for half, rows in ((upper, i), (lower, j)):
         np.logical_or.at(used, rows, np.any(half, axis=2))
-    return tuple(np.flatnonzero(~from_blocks(used, system.block_rows)).tolist())
+    flat = used.reshape(-1) if system.block_rows is None else used.reshape(-1)[system.block_rows.places]
+    return tuple(np.flatnonzero(~flat).tolist())
 
 
 def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:

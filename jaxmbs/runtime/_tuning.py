@@ -48,7 +48,7 @@ FRONTAL_VELOCITIES, MULTIFRONTAL_VELOCITIES = 24, 250
 FRONT_WIDTH, BORDER_ROWS = 8, 8
 #: Bonds of a network of components and its coordinates from which on its matrices are stored in blocks and solved by the
 #: multifrontal factor (`substructures.py`).
-NETWORK_BONDS, NETWORK_ROWS = 24, 200
+NETWORK_BONDS, NETWORK_ROWS = 24, 240
 #: Rows shared by indeterminate joints that are solved for in one dense system (`reactions.py`).
 SHARED_ROWS = 120
 #: Loops of a network up to which `method="auto"` solves for their parameters at once (`networks.py`).

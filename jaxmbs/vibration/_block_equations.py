@@ -16,7 +16,6 @@ from ..linear._block_rows import BlockRows, from_blocks, to_blocks
 from ..linear._massless import NEGLIGIBLE_DAMPING, massless_rows
 from ..linear._symmetric import symmetric_blocks
 from ..linear._system import LinearSystem
-from ..typing import AnyArray
 from ._linear_equations import coefficient_rows
 from ._linear_motion import CoordinateLaw, LinearState
 

@@ -87,7 +87,7 @@ def has_range(mass: BlockMatrix, num: int) -> bool:
     """True if the mass may have a range for `num` modes and one more block of vectors; spurious shapes else."""
     if not is_concrete(mass.diagonal):
         return int(mass.pattern.sizes.sum()) >= num + BLOCK_WIDTH
-    return _heavy_rows(mass) >= num + BLOCK_WIDTH
+    return bool(_heavy_rows(mass) >= num + BLOCK_WIDTH)
 
 
 def _heavy_rows(mass):
