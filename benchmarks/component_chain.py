@@ -1,8 +1,8 @@
 """Chains of components of 24 coordinates: every verb of a network in blocks, SciPy beside, and where blocks pay.
 
 Every component is a free bar: six coordinates at either end and twelve of its own; the chain is held at one end, or
-free.  SciPy has the same assembled matrices as sparse ones: SuperLU for statics and harmonics, ARPACK with it for modes,
-DOP853 for motions.  Each verb is called as a user calls it; the first call less one run is counted as compilation.
+free.  SciPy has the same assembled matrices as sparse ones: SuperLU for statics and harmonics, ARPACK with it for
+modes, DOP853 for motions.  Each verb is called as a user calls it; the first call less one run is counted as compilation.
 CPU time throughout, one thread.
 """
 
@@ -241,18 +241,20 @@ def break_even_rows(quick):
     rows = []
     for count in (4, 6) if quick else (6, 12, 18, 24, 48):
         M, K = bars(count)
-        verbs = {"reactions of equilibrium": _static_loads, "12 modes": _lowest_values}
-        for verb, function in verbs.items():
-            run = {
-                kind: jax.jit(lambda K, kind=kind, f=function: f(chain(M, K, kind)))
-                for kind in ("dense", "multifrontal")
-            }
-            times = common.cpu_seconds({k: lambda r=r: r(jnp.asarray(K)) for k, r in run.items()}, 1 if quick else 5)
+        name = f"{count} bonds, {18 * count} coordinates"
+        for verb, function in (("reactions of equilibrium", _static_loads), ("12 modes", _lowest_values)):
+            run = {kind: _compiled(function, M, K, kind) for kind in ("dense", "multifrontal")}
+            times = common.cpu_seconds(run, 1 if quick else 5)
             milli = {k: 1e3 * t for k, t in times.items()}
-            name = f"{count} bonds, {12 + 18 * (count - 1) + 6} coordinates"
             rows.append(common.row(name, verb, milli["multifrontal"], "ms CPU", "dense", milli["dense"]))
         print(f"{count} bonds done", flush=True)
     return rows
+
+
+def _compiled(function, M, K, kind):
+    """Function without arguments that runs the program from the stiffnesses of the components on."""
+    program = jax.jit(lambda K: function(chain(M, K, kind)))
+    return lambda: program(jnp.asarray(K))
 
 
 def _static_loads(net):

@@ -1,4 +1,4 @@
-"""Forces of the bonds on groups of components, all of a group at once, and what the ties of the bonds carry of them."""
+"""Forces of the bonds on groups of components, all of a group at once, and the forces of the ties of the bonds."""
 
 from collections.abc import Sequence
 from functools import lru_cache

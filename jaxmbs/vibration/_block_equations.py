@@ -160,7 +160,8 @@ def _check_light_rows(system, whole: BlockCondensation):
         )
     if system.damping is None:
         return
-    size = BlockMatrix(system.damping.pattern, *(jnp.abs(A) for A in (system.damping.diagonal, system.damping.upper)))
+    C = system.damping
+    size = BlockMatrix(C.pattern, jnp.abs(C.diagonal), jnp.abs(C.upper))
     force, terms = whole._times(system.damping, v), whole._times(size, jnp.abs(v))
     if np.any(np.abs(force[light]) > NEGLIGIBLE_DAMPING * np.max(terms[light], initial=1e-300)):
         raise ValueError(

@@ -45,7 +45,7 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
 
 @jit
 def block_modes(stiffness: BlockMatrix, mass: BlockMatrix, num: int) -> Modes:
-    """Lowest modes of block matrices, those of a free system included: `K + s M` is factorised, its values are less s.
+    """Lowest modes of block matrices, of a free system too: `K + s M` is factorised, s is taken from its values.
 
     Source: S1 (33)-(37).
     """

@@ -81,7 +81,7 @@ def largest_squares(text, size):
 
 
 def test_designs_to_gradient_in_blocks():
-    """Designs, connect, reactions and gradient of 16 designs at once: no matrix of the whole, and the dense values."""
+    """Designs, connect, reactions and gradient, 16 designs at once: no matrix of the whole, and the dense values."""
     designs = 1.0 + np.random.default_rng(0).uniform(size=(16, BARS))
     programs = [
         jax.jit(jax.vmap(jax.value_and_grad(lambda d, kind=kind: tip_and_load(d, kind))))
@@ -209,7 +209,7 @@ def test_motion_with_rows_without_mass():
     np.testing.assert_allclose(slope, (last(1.0 + 1e-5) - last(1.0 - 1e-5)) / 2e-5, rtol=1e-4)
 
 
-# ---------------------------------------------------------------------------------------------------------- the choice
+# -------------------------------------------------------------------------------------------------------- the choice
 def test_choice_by_size():
     """Dense below the break-even, in blocks above it; both can be asked for, and other names are refused."""
     assert tuning.NETWORK_BONDS <= 24
