@@ -2,7 +2,7 @@
 
 Every component is a free bar: six coordinates at either end and twelve of its own; the chain is held at one end, or
 free.  SciPy has the same assembled matrices as sparse ones: SuperLU for statics and harmonics, ARPACK with it for
-modes, DOP853 for motions.  Each verb is called as a user calls it; the first call less one run is counted as compilation.
+modes, DOP853 for motions.  Each verb is called as a user calls it; the first call less one run counts as compilation.
 CPU time throughout, one thread.
 """
 

@@ -69,8 +69,9 @@ def component_groups(components: Sequence[Reduced], places: Sequence, num_rows: 
     groups = []
     for own in members.values():
         rows = np.array([places[k] for k in own], int)
-        kinds = ([getattr(components[k], kind) for k in own] for kind in ("mass", "stiffness", "damping"))
-        mass, stiffness, damping = (None if A[0] is None else _stack(A) for A in kinds)
+        mass, stiffness = (_stack([getattr(components[k], kind) for k in own]) for kind in ("mass", "stiffness"))
+        given = [components[k].damping for k in own]
+        damping = None if given[0] is None else _stack(given)
         table = NumberTable(np.where(rows < 0, num_rows, rows))
         b = components[own[0]].num_interface
         groups.append(ComponentGroup(NumberTable(own), table, mass, stiffness, damping, b))
@@ -158,7 +159,7 @@ def _block_tables(places, pattern, rows):
     place_of[:-1] = rows.places
     touched = place_of[places.numbers]
     own = [np.unique(blocks[blocks < n]) for blocks in touched // b]
-    s, k, m = *touched.shape, max(map(len, own))
+    (s, k), m = touched.shape, max(map(len, own))
     coordinates, blocks = np.full((s, m, b), k), np.full((s, m), -1)
     for c, used in enumerate(own):
         blocks[c, : len(used)] = used

@@ -34,7 +34,7 @@ def gather_group_forces(groups: Sequence[ComponentGroup], shares: Sequence, num_
 
 def group_shares(groups: Sequence[ComponentGroup], shares: Sequence) -> tuple[Array | None, ...]:
     """Generalised forces (s, r, ...) of every group, None for none, from those (r_c, ...) by component."""
-    found = []
+    found: list[Array | None] = []
     for group in groups:
         own = [shares[k] for k in group.members.numbers]
         at = [i for i, share in enumerate(own) if share is not None]
@@ -59,8 +59,9 @@ def group_reactions(groups, num_rows, motions, shares) -> tuple[Array, Array, Ar
     Source: S1 (3), (17)-(25).
     """
     padded = [None if x is None else _pad(x) for x in motions]
-    dtype, real = padded[0].dtype, padded[0].real.dtype
-    sums, sizes, found = jnp.zeros_like(padded[0]), jnp.zeros_like(padded[0].real), []
+    sums = jnp.zeros((num_rows + 1, *motions[0].shape[1:]), motions[0].dtype)
+    sizes, found = jnp.zeros_like(sums.real), []
+    dtype, real = sums.dtype, sizes.dtype
     for group, load in zip(groups, shares, strict=True):
         b, force, size = group.num_interface, jnp.zeros((), dtype), jnp.zeros((), real)
         for A, x in zip((group.stiffness, group.damping, group.mass), padded, strict=True):

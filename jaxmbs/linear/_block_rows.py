@@ -53,5 +53,5 @@ def to_blocks(x: AnyArray, pattern: Pattern, rows: BlockRows | None = None) -> A
 
 def from_blocks(X: AnyArray, rows: BlockRows | None = None) -> Array:
     """Vectors X (blocks, size, ...) in the order of the rows (n, ...); by default all places in turn."""
-    flat = X.reshape(-1, *X.shape[2:])
+    flat = jnp.reshape(X, (-1, *X.shape[2:]))
     return flat if rows is None else flat[rows.places]

@@ -156,7 +156,8 @@ def _check_light_rows(system, whole: BlockCondensation):
     if not np.all(np.isfinite(v)):
         names = ", ".join(system.label(k) for k in light[:6])
         raise ValueError(
-            f"some of {names} have neither mass nor stiffness: fix these coordinates, leave them out or give them mass"
+            f"some of {names} have neither mass nor stiffness: fix these coordinates, leave them out or give them "
+            "mass"
         )
     if system.damping is None:
         return

@@ -45,6 +45,7 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
         raise ValueError(f"num = {num}: there are {system.num_rows} modes")
     names = tuple(map(format_label, system.coordinates))
     if isinstance(system.stiffness, BlockMatrix) and not _becomes_dense(system, num, damped):
+        assert num is not None
         found = block_modes(system.stiffness, system.mass, num)
         shapes = found.shapes.reshape(*system.stiffness.pattern.shape, -1)
         return dataclasses.replace(found, shapes=from_blocks(shapes, system.block_rows), coordinates=names)
