@@ -56,6 +56,15 @@ def test_blocks_are_the_dense_matrices(pair):
         np.testing.assert_allclose(getattr(again, kind), getattr(dense, kind), atol=1e-12)
 
 
+def test_displacements_of_the_components(pair):
+    """Of every component by name, from one vector of the network."""
+    xi = np.random.default_rng(5).normal(size=(3, pair[0].num_rows))
+    exact, found = (net.expand(xi) for net in pair)
+    assert list(found) == list(exact)
+    for name, x in exact.items():
+        np.testing.assert_allclose(found[name], x, atol=1e-14)
+
+
 # ----------------------------------------------------------------------------------------------- one program for all
 def tip_and_load(designs, linear_solver):
     """Sum of squares of the loads at the sixth weld under a force at the tip, with a spring to the ground there."""
