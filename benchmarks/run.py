@@ -14,6 +14,7 @@ NAMES = (
     "closed_loop",
     "reactions",
     "substructures",
+    "component_chain",
     "elastic_bodies",
     "batch_of_motions",
     "cold_start",

@@ -18,6 +18,7 @@ PACKAGES = {
     "closed_loop": (),
     "reactions": (),
     "substructures": (),
+    "component_chain": (),
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
     "cold_start": (),
@@ -30,6 +31,7 @@ PACKAGES = {
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start",)
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures")
+LONG += ("component_chain",)
 
 
 def _marked(name):

@@ -6,6 +6,7 @@ from collections.abc import ItemsView
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Bool, Inexact
 
 from ..checks import no_such
@@ -112,21 +113,39 @@ class Determinacy:
         return "\n".join(lines)
 
 
-def bond_loads(bonds, rows: np.ndarray | Array, forces: Array, residual: Array, rounding: Array) -> BondLoads:
+def bond_loads(bonds, ties: Array, residual: Array, rounding: Array) -> BondLoads:
+    """Loads by bond from those of all ties (ties, ...), times last.
+
+    Args: bonds: `(name, Ties)`.
+    """
+    f, at, found = jnp.moveaxis(ties, 0, -1), 0, {}
+    opposite = -f
+    for name, bond in bonds:
+        last = at + sum(map(len, bond.pairs[:-1]))
+        sides = _directions(f, at, bond), _directions(opposite, last, bond)
+        at = last + len(bond.pairs[-1])
+        found[name] = BondLoad(*sides, bond.labels)
+    return BondLoads(found, residual, rounding)
+
+
+def _directions(f, at, bond):
+    """Loads (..., k) in all directions of a bond, zero in those that it leaves free, from those of its ties on.
+
+    A dynamic slice: outside of a program it is compiled once for all bonds of one size.
+    """
+    f = lax.dynamic_slice_in_dim(f, at, len(bond.kept), axis=-1)
+    if len(bond.kept) == len(bond.labels):
+        return f
+    return jnp.zeros((*f.shape[:-1], len(bond.labels)), f.dtype).at[..., np.array(bond.kept, int)].set(f)
+
+
+def tie_loads(rows: np.ndarray | Array, forces: Array) -> Array:
     """Loads f of the ties from the forces r on the components, `B^T f = r`; ties form no ring, so B has full rank.
 
-    Args: bonds: `(name, Ties)`; rows: B (ties, interface coordinates of all components); forces: r, times last.
+    Args: rows: B (ties, interface coordinates of all components); forces: r, times last.
     """
     if isinstance(rows, np.ndarray):
         solve = jnp.asarray(np.linalg.solve(rows @ rows.T, rows)).astype(forces.dtype)
     else:  # with lever arms of rigid bodies, which have derivatives
         solve = square.solve(rows @ rows.T, rows).astype(forces.dtype)
-    f, at, found = jnp.moveaxis(jnp.tensordot(solve, forces, axes=1), 0, -1), 0, {}
-    for name, bond in bonds:
-        sides = []
-        for pairs in bond.pairs:
-            zero = jnp.zeros((*f.shape[:-1], len(bond.labels)), f.dtype)
-            sides.append(zero.at[..., np.array(bond.kept, int)].set(f[..., at : at + len(pairs)]))
-            at += len(pairs)
-        found[name] = BondLoad(sides[0], -sides[-1], bond.labels)
-    return BondLoads(found, residual, rounding)
+    return jnp.tensordot(solve, forces, axes=1)

@@ -11,6 +11,7 @@ from ..linear._transfer import TransferFunctions
 from ..reductions._base import interface_first
 from ._alignment import alignment_faults
 from ._bonds import Bond, resolve_interface
+from ._linear_solver import solver_for
 from ._measured_network import MeasuredNetwork, bond_channels
 from ._network import ComponentNetwork
 from ._primal_assembly import joined_system
@@ -29,7 +30,10 @@ class HasSystem(Protocol):
 
 @overload
 def connect(  # type: ignore[overload-overlap]
-    components: Mapping[str, LinearSystem | HasSystem], bonds: Mapping[str, Bond], places: bool = True
+    components: Mapping[str, LinearSystem | HasSystem],
+    bonds: Mapping[str, Bond],
+    places: bool = True,
+    linear_solver: str = "auto",
 ) -> ComponentNetwork:
     """Join models only; the result is a linear system."""
 
@@ -39,12 +43,13 @@ def connect(
     components: Mapping[str, LinearSystem | HasSystem | TransferFunctions],
     bonds: Mapping[str, Bond],
     places: bool = True,
+    linear_solver: str = "auto",
 ) -> MeasuredNetwork:
     """Join components of which some are measured; the result has receptances only."""
 
 
 def connect(
-    components: Mapping, bonds: Mapping[str, Bond], places: bool = True
+    components: Mapping, bonds: Mapping[str, Bond], places: bool = True, linear_solver: str = "auto"
 ) -> ComponentNetwork | MeasuredNetwork:
     """Join components by bonds (`rigid_bond`, `hinge`, `bushing`), all by name, into a linear system with bonds.
 
@@ -58,6 +63,9 @@ def connect(
             `frequency_response` only.
         bonds: by name; a bushing becomes a component with the name of the bond.
         places: check that bonded nodes coincide, where their positions are known.
+        linear_solver: how the network is stored and solved, with equal results: "dense", or "multifrontal" (in
+            blocks, for many components).  "auto" takes the faster one by the number of bonds and coordinates, which
+            `describe` and the repr of the network name.
 
     Raises: ModelError with every fault: unknown names, ends that do not match, bonds between coordinates that are
     tied already, nodes that do not coincide, rigid bonds of rigid bodies whose forces statics does not determine.
@@ -84,7 +92,8 @@ def connect(
     }
     parts, points = _resolve_ends(parts, {name: c.motions for name, c in bodies.items()}, bonds, found)
     at, labels = _joint_labels(parts, joints, points)
-    fields = joined_system(tuple(parts.values()), at, labels)
+    solver = solver_for(linear_solver, len(bonds), len(labels), _obstacle(points))
+    fields = joined_system(tuple(parts.values()), at, labels, solver)
     if points:
         own, places_of = (dict(zip(parts, numbers, strict=True)) for numbers in (joints, at))
         fields = dependent_system(fields, dependence(points, own, places_of, labels, fields["massless"], found))
@@ -98,6 +107,11 @@ def connect(
         points=points,
         **fields,
     )
+
+
+def _obstacle(points):
+    """Reason why a network cannot be stored in blocks, or ""."""
+    return "rigid bodies" if points else ""
 
 
 def _linear_system(component):

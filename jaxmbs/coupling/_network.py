@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from ..checks import is_concrete
 from ..errors import ModelError
+from ..linear._block_rows import NumberTable
 from ..linear._static_response import StaticResponse
 from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
@@ -17,8 +18,9 @@ from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._harmonic_response import HarmonicResponse
 from ..vibration._linear_motion import LinearMotion
-from ._bond_loads import BondLoads, Determinacy, bond_loads
-from ._primal_assembly import Assembly, interface_reactions
+from ._bond_loads import BondLoads, Determinacy, bond_loads, tie_loads
+from ._group_reactions import tie_forces
+from ._primal_assembly import Assembly, interface_reactions, joint_reactions
 from ._self_stresses import self_stresses
 from ._ties import Ties, split_component
 
@@ -26,6 +28,8 @@ from ._ties import Ties, split_component
 def _table_rows(net):
     """Summary line and table of a network: components with their coordinates, bonds with their tied directions."""
     summary = f"{net.num_rows} coordinates of {len(net.names)} components, {len(net.bonds)} bonds"
+    if net.linear_solver != "dense":
+        summary += f", linear solver: {net.linear_solver}"
     rows = [
         (name, "component", f"{c.num_rows} coordinates, {c.num_interface} of them interface")
         for name, c in zip(net.names, net.components, strict=True)
@@ -142,16 +146,22 @@ class ComponentNetwork(Assembly):
         labels = {name: tuple(bond.labels[k] for k in bond.kept) for name, bond in self.bonds}
         return Determinacy(stresses.shape[1], free, certain, labels)
 
+    def _tie_table(self):
+        """Pairs (ties, 2) of interface coordinates of all components that the ties join, -1 for the ground."""
+        starts = np.cumsum([0, *map(len, self.joints)])
+        place = dict(zip(self.names, starts.tolist(), strict=False))
+        pairs = [pair for _, bond in self.bonds for side in bond.pairs for pair in side]
+        table = [[-1 if c is None else place[c[0]] + c[1] for c in pair] for pair in pairs]
+        return NumberTable(np.array(table, int).reshape(-1, 2))
+
     def _rows(self):
         """Rows of the ties (ties, b) over all interface coordinates; of rigid bodies over their own six."""
         starts = np.cumsum([0, *map(len, self.joints)])
-        place = {name: start for name, start in zip(self.names, starts, strict=False)}
-        pairs = [pair for _, bond in self.bonds for side in bond.pairs for pair in side]
-        rows = np.zeros((len(pairs), starts[-1]))
-        for row, pair in zip(rows, pairs, strict=True):
-            for sign, coordinate in zip((1.0, -1.0), pair, strict=True):
-                if coordinate is not None:
-                    row[place[coordinate[0]] + coordinate[1]] = sign
+        pairs = self._tie_table().numbers
+        rows = np.zeros((len(pairs), starts[-1] + 1))  # the last column is the ground
+        every = np.arange(len(pairs))
+        rows[every, pairs[:, 0]], rows[every, pairs[:, 1]] = 1.0, -1.0
+        rows = rows[:, :-1]
         if not self.points:
             return rows
         parts = zip(self.names, np.split(rows, starts[1:-1], axis=1), strict=True)
@@ -192,8 +202,13 @@ def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | Har
             for s in network.component_forces(given)
         ]
         shares = [b if a is None else a if b is None else a + b for a, b in zip(shares, new, strict=True)]
+    if network.groups:
+        forces, *checks = joint_reactions(network, (elastic, viscous, inertial), shares)
+        return bond_loads(network.bonds, tie_forces(network._tie_table(), len(forces), forces), *checks)
     found = interface_reactions(network, elastic, inertial, viscous, shares)
-    return bond_loads(network.bonds, network._rows(), jnp.concatenate(found.forces), found.residual, found.rounding)
+    return bond_loads(
+        network.bonds, tie_loads(network._rows(), jnp.concatenate(found.forces)), found.residual, found.rounding
+    )
 
 
 def _coordinates_first(share, times):

@@ -8,11 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..blocksparse import BlockMatrix
 from ..elements._base import as_real
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced, interface_first
 from ..runtime import jit
 from ..typing import ArrayLike
+from ._component_groups import ComponentGroup, assemble_groups, block_layout, component_groups
+from ._group_reactions import gather_group_forces, group_coordinates, group_reactions, group_shares
 
 #: Roundings of its terms by which a sum of forces may differ from zero.
 ROUNDING_FACTOR = 16.0
@@ -26,11 +29,13 @@ class Assembly(LinearSystem):
         components: reduced systems, interface first.
         places: index of each component's coordinates among the joined ones, -1 for the ground: the columns of beta.
         transformation: (all, N) of the joined coordinates by xi, where some follow from rigid bodies, else None.
+        groups: the components by size, where the matrices are stored in blocks, else ().
     """
 
     components: tuple[Reduced, ...]
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     transformation: Array | None
+    groups: tuple[ComponentGroup, ...]
 
     def __init__(
         self,
@@ -38,10 +43,17 @@ class Assembly(LinearSystem):
         components: Iterable[Reduced],
         places: Iterable[tuple[int, ...]],
         transformation: Array | None = None,
+        groups: Iterable[ComponentGroup] = (),
         **options: Any,
     ) -> None:
         super().__init__(**options)
         self.components, self.places, self.transformation = tuple(components), tuple(places), transformation
+        self.groups = tuple(groups)
+
+    @property
+    def linear_solver(self) -> str:
+        """ "dense", or "multifrontal" of matrices in blocks."""
+        return "multifrontal" if isinstance(self.stiffness, BlockMatrix) else "dense"
 
     @property
     def num_joined(self) -> int:
@@ -51,6 +63,8 @@ class Assembly(LinearSystem):
     def component_coordinates(self, xi: ArrayLike) -> tuple[Array, ...]:
         """Coordinates `rho_c = beta_c xi` (r_c, ...) of every component.  Source: S1 (7), (11), (21)-(24)."""
         xi = jnp.asarray(xi)
+        if self.groups:
+            return group_coordinates(self.groups, xi)
         if self.transformation is not None:
             xi = _matmul(self.transformation, xi)
         padded = jnp.concatenate([xi, jnp.zeros_like(xi[:1])])
@@ -61,6 +75,8 @@ class Assembly(LinearSystem):
 
         Source: S1 (18), (21)-(25).
         """
+        if self.groups:
+            return gather_group_forces(self.groups, shares, self.num_rows)
         joined = _sum(self.places, shares, self.num_joined)
         return joined if self.transformation is None else _matmul(self.transformation.T, joined)
 
@@ -93,14 +109,21 @@ def join(components: Sequence[LinearSystem], joints: Sequence[Sequence[int]]) ->
     return Assembly(**joined_system(parts, places, labels), components=parts, places=places)
 
 
-def joined_system(parts: Sequence[Reduced], places, labels) -> dict:
-    """Arguments of a `LinearSystem` of components on common coordinates.  Source: S1 (9)-(12)."""
-    matrices = {
-        kind: _assemble(places, [getattr(c, kind) for c in parts], len(labels))
-        for kind in ("mass", "stiffness", "damping")
-    }
+def joined_system(parts: Sequence[Reduced], places, labels, linear_solver: str = "dense") -> dict:
+    """Arguments of an `Assembly` of components on common coordinates.  Source: S1 (9)-(12)."""
+    matrices = _joined_matrices(parts, places, len(labels), linear_solver)
     heavy = {p for place, c in zip(places, parts, strict=True) for k, p in enumerate(place) if k not in c.massless}
     return matrices | {"coordinates": labels, "massless": [i for i in range(len(labels)) if i not in heavy]}
+
+
+def _joined_matrices(parts, places, size, linear_solver):
+    """Matrices of joined components, dense or in blocks, and in blocks the groups of the components."""
+    if linear_solver == "multifrontal":
+        groups = component_groups(parts, places, size)
+        pattern, rows = block_layout(groups, size)
+        return {**assemble_groups(groups, pattern, rows), "block_rows": rows, "groups": groups}
+    kinds = ("mass", "stiffness", "damping")
+    return {kind: _assemble(places, [getattr(c, kind) for c in parts], size) for kind in kinds}
 
 
 def elastic_bond(stiffness, damping=None, mass=None) -> LinearSystem:
@@ -134,6 +157,8 @@ def interface_reactions(
 
     With fixed-interface modes these forces are those of mode acceleration.  Source: S1 (3), (17)-(25).
     """
+    if assembly.groups:
+        return _split_reactions(assembly, *joint_reactions(assembly, (xi, xi_dot, xi_ddot), shares))
     motions = [
         assembly.component_coordinates(x) if x is not None else (None,) * len(assembly.components)
         for x in (xi, xi_dot, xi_ddot)
@@ -148,6 +173,23 @@ def interface_reactions(
         found.append(sum(_matmul(A, x) for A, x in terms) - load)
         sizes.append(sum(_matmul(jnp.abs(A), jnp.abs(x)) for A, x in terms) + jnp.abs(load))
     return balance_reactions(assembly, found, sizes)
+
+
+def joint_reactions(assembly: Assembly, motions, shares: Sequence | None = None) -> tuple[Array, Array, Array]:
+    """Forces (b, ...) of the bonds on all interfaces of an assembly in blocks, their residual and its rounding.
+
+    Args: motions: displacement, velocity, acceleration (N, ...), None for zero; shares as in `interface_reactions`.
+    """
+    own = group_shares(assembly.groups, shares or (None,) * len(assembly.components))
+    forces, gap, rounding = group_reactions(assembly.groups, assembly.num_rows, tuple(motions), own)
+    largest = jnp.max(jnp.abs(forces), initial=0.0)
+    largest, eps = jnp.where(largest > 0, largest, 1.0), jnp.finfo(largest.dtype).eps
+    return forces, gap / largest, ROUNDING_FACTOR * eps * rounding / largest
+
+
+def _split_reactions(assembly, forces, residual, rounding):
+    ends = np.cumsum([c.num_interface for c in assembly.components])[:-1]
+    return InterfaceReactions(tuple(jnp.split(forces, ends)), residual, rounding)
 
 
 def balance_reactions(assembly: Assembly, forces: Sequence, sizes: Sequence | None = None) -> InterfaceReactions:

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..blocksparse import BlockMatrix
 from ..checks import any_concrete, is_concrete
 from ..math import _square as square
 from ..typing import AnyArray
@@ -59,9 +60,22 @@ class Condensation(eqx.Module):
 
 def massless_rows(system: LinearSystem) -> tuple[int, ...]:
     """Rows without mass: zero rows of a concrete mass matrix; under tracing those declared as `massless`."""
-    if is_concrete(system.mass):
-        return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
-    return tuple(sorted(system.massless))
+    if not is_concrete(system.mass):
+        return tuple(sorted(system.massless))
+    if isinstance(system.mass, BlockMatrix):
+        return _massless_block_rows(system)
+    return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
+
+
+def _massless_block_rows(system):
+    mass, (i, j) = system.mass, system.mass.pattern.edges.T
+    upper = np.asarray(mass.upper)
+    lower = upper.swapaxes(1, 2) if mass.lower is None else np.asarray(mass.lower)
+    used = np.any(np.asarray(mass.diagonal), axis=2) | mass.pattern.padding
+    for half, rows in ((upper, i), (lower, j)):
+        np.logical_or.at(used, rows, np.any(half, axis=2))
+    flat = used.reshape(-1) if system.block_rows is None else used.reshape(-1)[system.block_rows.places]
+    return tuple(np.flatnonzero(~flat).tolist())
 
 
 def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:

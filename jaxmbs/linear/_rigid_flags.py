@@ -2,7 +2,9 @@
 
 import jax.numpy as jnp
 from jax import lax
+from jaxtyping import Array
 
+from ..blocksparse import BlockMatrix
 from ..runtime import jit
 
 #: A mode is rigid where its eigenvalue is at most RIGID times the rounding of the stiffness in its shape and, below
@@ -19,9 +21,20 @@ def rigid_flags(K, values, shapes):
     distinguished from a rigid motion by the stiffness where it moves, not by the highest frequency of the system.  A
     reduced matrix that was symmetrised by its user hides its rounding: give `num_rigid`.
     """
-    eps, size = jnp.finfo(values.dtype).eps, jnp.abs(shapes)
+    size = jnp.abs(shapes)
     stored = jnp.sum(jnp.abs(jnp.diagonal(K))[:, None] * shapes**2, axis=0)
     uneven = jnp.sum(size * (jnp.abs(K - K.T) @ size), axis=0)
-    vectors = eps**1.5 * len(K) * jnp.max(jnp.abs(values))  # the square of their own error
+    return _flags(values, stored, uneven, len(K))
+
+
+def block_rigid_flags(K: BlockMatrix, values: Array, shapes: Array) -> Array:
+    """Flags (m,) as `rigid_flags` of a symmetric block matrix and shapes (blocks * size, m)."""
+    own = jnp.diagonal(K.diagonal, axis1=1, axis2=2).reshape(-1)
+    return _flags(values, jnp.sum(jnp.abs(own)[:, None] * shapes**2, axis=0), 0.0, len(own))
+
+
+def _flags(values, stored, uneven, rows):
+    eps = jnp.finfo(values.dtype).eps
+    vectors = eps**1.5 * rows * jnp.max(jnp.abs(values))  # the square of their own error
     noise = eps * stored + 10 * (uneven + vectors)
     return lax.stop_gradient((values <= RIGID * noise) & (values >= -NEGATIVE * noise))

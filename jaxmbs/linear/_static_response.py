@@ -9,9 +9,11 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
+from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
 from ..math import _square as square
 from ..typing import AnyArray, ArrayLike
+from ._block_statics import PROBE_ERROR, solve_statics
 from ._rigid_motions import rigid_rows
 from ._system import LinearSystem
 
@@ -68,9 +70,7 @@ def static_response(
         weight = lax.stop_gradient(size / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
         K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
         f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
-    _check_nonsingular(
-        K, "other than those given" if d else "and the structure's mass and rigid motions are not given"
-    )
+    _check_nonsingular(K, _missing(d > 0))
     found = square.solve(K, f).T
     acceleration = weight * found[:, n:].reshape(*load.shape[:-1], d)
     return StaticResponse(found[:, :n].reshape(load.shape), acceleration, rigid)
@@ -88,13 +88,34 @@ def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = 
     missing.
     Source: S1 (3), (30).
     """
-    system, rigid = system.to_dense(), None
+    rigid = None
     if free:
         rigid = rigid_rows(system)
         if is_concrete(rigid):
             rigid = rigid[:, np.any(np.asarray(rigid) != 0, axis=0)]
+    if isinstance(system.stiffness, BlockMatrix):
+        return _block_equilibrium(system, forces, rigid)
+    system = system.to_dense()
     found = static_response(K=system.stiffness, M=system.mass, load=system.load(forces), rigid=rigid)
     return dataclasses.replace(found, forces=(forces,))
+
+
+def _block_equilibrium(system, forces, rigid):
+    load = system.load(forces)
+    columns = load.reshape(-1, load.shape[-1]).T
+    x, a, error = solve_statics(system, columns, rigid)
+    if is_concrete(error) and not error < PROBE_ERROR:
+        raise ValueError(_SINGULAR + _missing(rigid is not None))
+    rigid = jnp.zeros((system.num_rows, 0), x.dtype) if rigid is None else rigid
+    acceleration = a.T.reshape(*load.shape[:-1], rigid.shape[1])
+    return StaticResponse(x.T.reshape(load.shape), acceleration, rigid, (forces,))
+
+
+_SINGULAR = "the stiffness is singular: there is a motion without strain, "
+
+
+def _missing(free):
+    return "other than those given" if free else "and the structure's mass and rigid motions are not given"
 
 
 def _check_nonsingular(K, left):
@@ -103,4 +124,4 @@ def _check_nonsingular(K, left):
     K = np.asarray(K)
     size = np.sqrt(np.maximum(np.max(np.abs(K), axis=1), 1e-300))
     if not np.linalg.cond(K / np.outer(size, size), 1) < 0.01 / np.finfo(K.dtype).eps:
-        raise ValueError(f"the stiffness is singular: there is a motion without strain, {left}")
+        raise ValueError(_SINGULAR + left)

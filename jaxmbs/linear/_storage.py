@@ -12,6 +12,7 @@ from ..checks import is_concrete
 from ..elements._base import as_real
 from ..errors import ModelError
 from ..typing import ArrayLike
+from ._block_rows import BlockRows
 
 #: Matrices with more rows are not made dense: at 10 000 rows one takes 0.8 GB in double precision.
 MAX_DENSE_ROWS = 10000
@@ -64,8 +65,13 @@ def num_rows(A) -> int:
     return A.pattern.num_blocks * A.pattern.size if isinstance(A, BlockMatrix) else A.shape[0]
 
 
-def to_dense(A):
-    """Convert a matrix of any storage to a dense array.  Raises: ModelError for one that is too large."""
+def to_dense(A, rows: BlockRows | None = None):
+    """Convert a matrix of any storage to a dense array.
+
+    Args: rows: of a block matrix, the rows at the places of its blocks; default all places in turn.
+
+    Raises: ModelError for one that is too large.
+    """
     if not isinstance(A, BlockMatrix) and not scipy.sparse.issparse(A):
         return A
     if num_rows(A) > MAX_DENSE_ROWS:
@@ -75,7 +81,10 @@ def to_dense(A):
                 "component first"
             ]
         )
-    return A.to_dense() if isinstance(A, BlockMatrix) else jnp.asarray(A.toarray())
+    if not isinstance(A, BlockMatrix):
+        return jnp.asarray(A.toarray())
+    full = A.to_dense()
+    return full if rows is None else full[np.ix_(rows.places, rows.places)]
 
 
 def as_inexact(value: Any) -> Array:

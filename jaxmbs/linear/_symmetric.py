@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
 
 #: Allowed asymmetry relative to the largest entry: that of matrices written to files with six digits.
@@ -53,3 +54,22 @@ def check_mass(M) -> None:
             "frequency_response, simulate or "
             "reduce, which condense such rows, or condense the matrices first (Guyan)"
         )
+
+
+def symmetric_blocks(A: BlockMatrix) -> BlockMatrix:
+    """A symmetric block matrix without lower blocks; under tracing an unsymmetric one becomes NaN.
+
+    Raises: ValueError, if concrete, for an unsymmetric matrix.
+    """
+    if A.is_symmetric:
+        return A
+    part = jnp.maximum(_largest(A.upper - jnp.swapaxes(A.lower_blocks, 1, 2)), A.asymmetry * _largest(A.diagonal))
+    uneven = part > ASYMMETRY_TOLERANCE * jnp.maximum(_largest(A.diagonal), _largest(A.upper))
+    if is_concrete(uneven) and uneven:
+        raise ValueError("a matrix in blocks is unsymmetric, but this function needs symmetric ones")
+    spoilt = jnp.where(uneven, jnp.nan, 0.0).astype(A.diagonal.dtype)
+    return BlockMatrix(A.pattern, (A.diagonal + A.T.diagonal) / 2 + lax.stop_gradient(spoilt), A.upper)
+
+
+def _largest(A):
+    return jnp.max(jnp.abs(A), initial=0.0)

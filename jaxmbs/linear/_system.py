@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ..errors import ModelError, UnknownNameError
 from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
+from ._block_rows import BlockRows
 from ._labels import coordinate_labels, find_rows, format_label, node_positions
 from ._storage import Matrix, MatrixLike, dtype_of, num_rows, to_dense, unify_storage
 
@@ -44,6 +45,8 @@ class LinearSystem(eqx.Module):
             strings; default "0", "1", ...
         positions: (3,) [m] by name of node, or the names and an array (nodes, 3); needed for rigid motions.
         massless: rows known to have no mass, also under tracing: `modes` condenses them, which is exact.
+        block_rows: of block matrices, the rows at the places of their blocks; default `size * block + place`, the
+            padding of smaller blocks included.
 
     Raises: ModelError with every fault: shapes, repeated or missing labels, an unknown interface.
     """
@@ -56,6 +59,7 @@ class LinearSystem(eqx.Module):
     interface: tuple[int, ...] = eqx.field(static=True)
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
+    block_rows: BlockRows | None = eqx.field(static=True)
 
     __repr__, _repr_html_ = table_repr(_table_rows)
 
@@ -69,6 +73,7 @@ class LinearSystem(eqx.Module):
         coordinates: Iterable | None = None,
         positions: Mapping | Sequence | None = None,
         massless: Iterable[int] = (),
+        block_rows: BlockRows | None = None,
     ) -> None:
         faults = []
         self.mass, self.stiffness, self.damping = unify_storage(
@@ -76,8 +81,9 @@ class LinearSystem(eqx.Module):
         )
         if faults:
             raise ModelError(faults)
-        n = num_rows(self.stiffness)
-        faults += _size_faults(n, mass=self.mass, damping=self.damping)
+        self.block_rows = block_rows
+        n = num_rows(self.stiffness) if block_rows is None else len(block_rows)
+        faults += _size_faults(num_rows(self.stiffness), mass=self.mass, damping=self.damping)
         self.coordinates = coordinate_labels(coordinates, n, faults)
         self.interface = _interface_rows(interface, self.coordinates, faults)
         self.nodes, self.positions = node_positions(positions, self.coordinates, faults)
@@ -175,7 +181,7 @@ class LinearSystem(eqx.Module):
         """
         faults: list[str] = []
         mass, stiffness, damping = unify_storage(faults, mass=self.mass, stiffness=self.stiffness, damping=damping)
-        faults = faults or _size_faults(self.num_rows, damping=damping)
+        faults = faults or _size_faults(num_rows(stiffness), damping=damping)
         if faults:
             raise ModelError(faults)
         return self.replace(mass=mass, stiffness=stiffness, damping=damping)
@@ -183,7 +189,8 @@ class LinearSystem(eqx.Module):
     def to_dense(self: SystemT) -> SystemT:
         """The same system with dense matrices.  Raises: ModelError for one that is too large."""
         names = ("mass", "stiffness", "damping")
-        return self.replace(**{n: to_dense(getattr(self, n)) for n in names})
+        matrices = {name: to_dense(getattr(self, name), self.block_rows) for name in names}
+        return self.replace(**matrices, block_rows=None)
 
     def replace(self: SystemT, **fields: Any) -> SystemT:
         """The same system with some fields replaced, which are not validated."""

@@ -46,6 +46,10 @@ WHOLE_SADDLE = 16
 FRONTAL_VELOCITIES, MULTIFRONTAL_VELOCITIES = 24, 250
 #: Slots of a front, and rows that read any column, up to which that is done node by node (`closed_loop.py`).
 FRONT_WIDTH, BORDER_ROWS = 8, 8
+#: Bonds of a network of components and its coordinates from which on its matrices are stored in blocks and solved by
+#: the multifrontal factor (`component_chain.py`).  Runs break even at 12 bonds and 216 coordinates; blocks take some
+#: seconds more to compile.
+NETWORK_BONDS, NETWORK_ROWS = 24, 240
 #: Rows shared by indeterminate joints that are solved for in one dense system (`reactions.py`).
 SHARED_ROWS = 120
 #: Loops of a network up to which `method="auto"` solves for their parameters at once (`networks.py`).

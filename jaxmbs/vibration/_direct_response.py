@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array, Complex
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
+from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
 from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
@@ -40,7 +41,7 @@ def direct_response(
     """Displacements x of `(K + i w C - w^2 M) x = f` at every frequency, from block matrices.
 
     Args:
-        K, M, C: symmetric, on one pattern.
+        K, M, C: on one pattern.
         load: (blocks, size) or (blocks, size, columns), real or complex, the same at all frequencies.
         omega: (frequencies,) angular frequencies [rad/s].
         select: function of x that returns the part to keep; default all of it.
@@ -50,13 +51,13 @@ def direct_response(
 
     Returns: (frequencies, ...) complex, the results of `select`.  Source: S1 (40)-(41).
     """
-    plan = analyse(K.pattern) if plan is None else plan
+    plan, kind = analyse(K.pattern) if plan is None else plan, factor_kind(K, C, M)
     keep = (lambda x: x) if select is None else select
 
     @jax.checkpoint
     def at(w):
         Z = dynamic_stiffness(K, C, M, w)
-        return keep(solve(factor(Z, "ldl", plan), load))
+        return keep(solve(factor(Z, kind, plan), load))
 
     return lax.map(at, as_dtype(omega, M.diagonal.dtype), batch_size=chunk)
 

@@ -10,8 +10,11 @@ from jax import lax
 from jaxtyping import Array, Bool, Complex, Float
 
 from ..blocksparse import BlockMatrix, analyse, factor, solve
+from ..linear._block_rows import from_blocks, to_blocks
+from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
 from ..linear._system import LinearSystem
+from ..runtime import jit
 from ..typing import ArrayLike
 from . import _refined_solve as refined_solve
 from ._direct_response import dynamic_stiffness
@@ -79,22 +82,23 @@ def harmonic_response(
             f"the load has shape {load.shape} for omega of shape {omega.shape}: the frequencies must be "
             "its first axis"
         )
-    solved = jax.checkpoint(_solver(system, lax.complex(jnp.ones_like(loss), loss)))
     load = jnp.broadcast_to(load, shape)
-    found = lax.map(lambda row: solved(*row), (omega, load), batch_size=chunk)
+    found = _respond(system.stiffness, system.damping, system.mass, system.block_rows, omega, load, loss, chunk)
     return HarmonicResponse(omega, found, loss, (forces,))
 
 
-def _solver(system, elastic):
-    """Function (w, load (n,)) -> displacements (n,) at one frequency."""
-    K, C, M = system.stiffness, system.damping, system.mass
-    K = K.astype(np.result_type(dtype_of(K), np.complex64)) * elastic
-    if not isinstance(K, BlockMatrix):
-        return lambda w, load: refined_solve.solve(dynamic_stiffness(K, C, M, w), load[:, None])[:, 0]
-    plan = analyse(K.pattern)
+@jit
+def _respond(K, C, M, rows, omega, load, loss, chunk):
+    """Displacements (frequencies, n) under loads (frequencies, n)."""
+    K = K.astype(np.result_type(dtype_of(K), np.complex64)) * lax.complex(jnp.ones_like(loss), loss)
+    is_dense = not isinstance(K, BlockMatrix)
+    plan, kind = (None, None) if is_dense else (analyse(K.pattern), factor_kind(K, C, M))
 
-    def of_blocks(w, load):
+    @jax.checkpoint
+    def at(w, load):
         Z = dynamic_stiffness(K, C, M, w)
-        return solve(factor(Z, "ldl", plan), load.reshape(K.pattern.shape)).reshape(-1)
+        if is_dense:
+            return refined_solve.solve(Z, load[:, None])[:, 0]
+        return from_blocks(solve(factor(Z, kind, plan), to_blocks(load, K.pattern, rows)), rows)
 
-    return of_blocks
+    return lax.map(lambda row: at(*row), (omega, load), batch_size=chunk)

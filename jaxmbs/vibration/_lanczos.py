@@ -7,14 +7,18 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..blocksparse import BlockMatrix, Factor, solve
+from ..blocksparse import BlockMatrix, Factor, factor, matrix_inertia, solve
 from ..checks import is_concrete
+from ..linear._rigid_flags import block_rigid_flags
+from ..linear._symmetric import symmetric_blocks
 from ..math._eigen import of_groups, same
-from ..runtime import lapack
+from ..runtime import jit, lapack
 from ._modes import Modes
 
 #: Vectors per block: groups of up to so many equal eigenvalues are certainly found complete.
 BLOCK_WIDTH = 8
+#: Power of rounding: modes below it times a typical squared frequency count as rigid in the choice of a shift.
+LEAST_ELASTIC = 5 / 8
 
 
 def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 30) -> Modes:
@@ -39,14 +43,64 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
     return Modes(values, X.reshape(-1, num), jnp.zeros(num, bool))
 
 
+@jit
+def block_modes(stiffness: BlockMatrix, mass: BlockMatrix, num: int) -> Modes:
+    """Lowest modes of block matrices, of a free system too: `K + s M` is factorised, s is taken from its values.
+
+    Source: S1 (33)-(37).
+    """
+    K, M = symmetric_blocks(stiffness), symmetric_blocks(mass)
+    shift = _spectral_shift(lax.stop_gradient(K), lax.stop_gradient(M))
+    found = lowest_modes(factor(K + shift * M), M, num)
+    values = found.values - shift
+    return Modes(values, found.shapes, block_rigid_flags(K, values, found.shapes))
+
+
+def _spectral_shift(K, M):
+    """Shift (): zero of a constrained system, of a free one about its lowest elastic squared frequency.
+
+    With less the rigid motions would take the digits of the elastic ones, with more these would lie close together.
+    It is found by bisection over powers of four times a typical value, by the number of modes below each.
+    """
+    k, m = (jnp.diagonal(A.diagonal, axis1=1, axis2=2).reshape(-1) for A in (K, M))
+    typical = jnp.nanmedian(jnp.where(m > 0, jnp.abs(k) / jnp.where(m > 0, m, 1.0), jnp.nan))
+    least = jnp.finfo(k.dtype).eps ** LEAST_ELASTIC
+    level = lambda power: least * 4.0**power * typical  # noqa: E731
+    below = lambda power: matrix_inertia(factor(K + (-level(power)) * M, "ldl"))[1]  # noqa: E731
+
+    most = int(np.ceil(-np.log(least) / np.log(4.0)))
+
+    def step(count_step, state):
+        low, high, rigid = state
+        middle = jnp.where(count_step == 0, 0, (low + high) // 2)
+        count = below(middle)
+        rigid = jnp.where(count_step == 0, count, rigid)
+        is_above = count > rigid
+        return jnp.where(is_above, low, middle), jnp.where(is_above, middle, high), rigid
+
+    steps = 1 + int(np.ceil(np.log2(most)))
+    _, high, rigid = lax.fori_loop(0, steps, step, (jnp.asarray(0), jnp.asarray(most), jnp.asarray(0)))
+    return jnp.where(rigid > 0, level(high), 0.0)
+
+
+def has_range(mass: BlockMatrix, num: int) -> bool:
+    """True if the mass may have a range for `num` modes and one more block of vectors; spurious shapes else."""
+    if not is_concrete(mass.diagonal):
+        return int(mass.pattern.sizes.sum()) >= num + BLOCK_WIDTH
+    return bool(_heavy_rows(mass) >= num + BLOCK_WIDTH)
+
+
+def _heavy_rows(mass):
+    return np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
+
+
 def _check_size(mass, num):
     """Refuse a mass of too low rank: the block of vectors must fit into its range, or spurious shapes are found."""
-    if is_concrete(mass.diagonal):
-        heavy = np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
-        if heavy < num + BLOCK_WIDTH:
-            raise ValueError(
-                f"{heavy} coordinates with mass are too few for {num} modes of block matrices: use `to_dense()`"
-            )
+    if is_concrete(mass.diagonal) and not has_range(mass, num):
+        raise ValueError(
+            f"{_heavy_rows(mass)} coordinates with mass are too few for {num} modes of block matrices: use "
+            "`to_dense()`"
+        )
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))

@@ -8,16 +8,19 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..blocksparse import BlockMatrix, factor
+from ..blocksparse import BlockMatrix
 from ..errors import ModelError
+from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._labels import format_label
 from ..linear._massless import condense_massless
+from ..linear._storage import dtype_of
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
+from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ._damping import complex_modes
 from ._direct_response import dense_response, direct_response
-from ._lanczos import lowest_modes
+from ._lanczos import block_modes, has_range
 from ._modes import Modes, natural_modes
 from ._receptance import receptance
 
@@ -31,22 +34,21 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
         damped: False for natural modes whatever the damping; by default complex modes of a system with damping.
 
     Rows without mass, declared `massless` or zero, are condensed first, which is exact: there are as many modes as
-    rows with mass.  A system of block matrices must be constrained (no rigid motion), and needs `num`.
+    rows with mass.  Of block matrices the lowest natural modes are found by `lowest_modes`, of free systems too;
+    for complex modes, all modes, or nearly all, a network becomes dense.
 
-    Raises: as `natural_modes` and `complex_modes`; ValueError for complex modes, or all modes, of block matrices.
+    Raises: as `natural_modes` and `complex_modes`; ValueError for such modes of other block matrices.
     Source: S1 (33)-(37), (39).
     """
     damped = system.damping is not None if damped is None else damped
     if num is not None and not 0 <= num <= system.num_rows:
         raise ValueError(f"num = {num}: there are {system.num_rows} modes")
     names = tuple(map(format_label, system.coordinates))
-    if isinstance(system.stiffness, BlockMatrix):
-        if damped or num is None:
-            raise ValueError(
-                "of block matrices only a given number of natural modes is found: modes(system, num, damped=False)"
-            )
-        found = lowest_modes(factor(system.stiffness), system.mass, num)
-        return dataclasses.replace(found, coordinates=names)
+    if isinstance(system.stiffness, BlockMatrix) and not _becomes_dense(system, num, damped):
+        assert num is not None
+        found = block_modes(system.stiffness, system.mass, num)
+        shapes = found.shapes.reshape(*system.stiffness.pattern.shape, -1)
+        return dataclasses.replace(found, shapes=from_blocks(shapes, system.block_rows), coordinates=names)
     whole = condense_massless(system.to_dense(), damped=damped)
     K, M, C = whole.system.stiffness, whole.system.mass, whole.system.damping
     if damped and C is not None:
@@ -57,6 +59,21 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
         left = None if found.left is None else whole.expand(found.left)
         found = dataclasses.replace(found, shapes=whole.expand(found.shapes.T).T, left=left)
     return dataclasses.replace(found, coordinates=names)
+
+
+def _becomes_dense(system, num, damped):
+    """True if these modes of a system in blocks are found from dense matrices.
+
+    Raises: ValueError where blocks are padded by rows of the system, so that dense matrices would be singular.
+    """
+    few = num is not None and not damped and has_range(system.mass, num)
+    if not few and system.block_rows is None:
+        if num is None or damped:
+            raise ValueError(
+                "of block matrices only a given number of natural modes is found: modes(system, num, damped=False)"
+            )
+        return False
+    return not few
 
 
 def frequency_response(
@@ -75,7 +92,8 @@ def frequency_response(
         into, out: inputs and outputs as in `LinearSystem.outputs`: "tip z", ("tip", "z"), or a node for all of its
             coordinates, also reduced ones; "stage.top z" of a network.
         method: "direct" (one solution per frequency, any damping) or "modal" (`receptance`, much cheaper at many
-            frequencies; for damping that does not couple the modes; rows without mass are condensed).
+            frequencies; for damping that does not couple the modes; rows without mass are condensed).  Block matrices
+            are always solved directly.
         loss: loss factor of the whole stiffness.
         options: `chunk`, and `num`, `residual` of the modal method.
 
@@ -115,13 +133,16 @@ def _modal_frequency_response(system, matrices, out, load, options):
 
 
 def _block_frequency_response(system, omega, into, out, loss, options):
-    K, loss = system.stiffness, jnp.asarray(loss, system.dtype)
-    complex_type = np.result_type(system.dtype, np.complex64)
+    options = {name: value for name, value in options.items() if name not in ("num", "residual")}
+    matrices = system.stiffness, system.damping, system.mass
+    omega, loss = (jnp.asarray(value, system.dtype) for value in (omega, loss))
+    return _block_receptances(*matrices, system.block_rows, omega, into, out, loss, options)
+
+
+@jit
+def _block_receptances(K, C, M, rows, omega, into, out, loss, options):
+    complex_type = np.result_type(dtype_of(K), np.complex64)
     K = K.astype(complex_type) * lax.complex(jnp.ones_like(loss), loss)
-    load = into.T.reshape(*K.pattern.shape, -1)
-    rows = out.astype(complex_type)
-
-    def select(x):
-        return rows @ x.reshape(rows.shape[1], -1)
-
-    return direct_response(K=K, M=system.mass, C=system.damping, load=load, omega=omega, select=select, **options)
+    load, out = to_blocks(into.T, K.pattern, rows), out.astype(complex_type)
+    select = lambda x: out @ from_blocks(x, rows)  # noqa: E731
+    return direct_response(K=K, M=M, C=C, load=load, omega=omega, select=select, **options)

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
 from ..errors import SimulationError
 from ..linear._massless import condense_massless
@@ -22,6 +23,7 @@ from ..ode._save_times import save_times, valid_times
 from ..runtime import as_dtype, jit
 from ..status import Status, succeeded
 from ..typing import AnyArray, ArrayLike, WordedError
+from ._block_equations import BlockCondensation, BlockEquations
 from ._linear_equations import LinearEquations, coefficient_rows, forces_at, load_function, sampled_load
 from ._linear_motion import CoordinateLaw, LinearMotion, LinearState, ModalSuperposition
 from ._modal_response import modal_response
@@ -86,17 +88,21 @@ def simulate(
     TypeError for an event that is no function to one number; SimulationError: the motion failed; carries what was
     computed as `.motion`.  Source: S1 (3), (9)-(12).
     """
-    system, laws = system.to_dense(), tuple(laws)
+    laws = tuple(laws)
     forces = None if isinstance(forces, Mapping) and not forces else forces
     modal = solver if isinstance(solver, ModalSuperposition) else None
     solver = diffrax.Dopri8() if solver is None or modal else solver
     check_options(solver, controller, dt, rtol, atol, gradient)
+    system = system if _keeps_blocks(system, modal, solver) else system.to_dense()
     t0, x0 = _start(system, start, ts)
     ts = save_times(t0, t1, ts, system.dtype)
     t1 = ts[-1] if t1 is None else as_dtype(t1, ts.dtype)
     if forces is not None and not callable(forces):
         _check_samples(t0, ts, t1)
-    condensation = condense_massless(system, damped=modal is None or modal.ratios is None)
+    if isinstance(system.stiffness, BlockMatrix):
+        condensation = BlockCondensation.of(system)
+    else:
+        condensation = condense_massless(system, damped=modal is None or modal.ratios is None)
     if condensation.light:
         _check_light(system, condensation, laws, forces, ts)
     if modal is not None:
@@ -121,6 +127,12 @@ def simulate(
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(_explain(motion, float(np.asarray(t0))), motion)
     return motion
+
+
+def _keeps_blocks(system, modal, solver):
+    """True for block matrices and methods that only take products with them: all but modes and implicit stages."""
+    is_implicit = isinstance(solver, diffrax.AbstractImplicitSolver) or getattr(solver, "newton", False)
+    return isinstance(system.stiffness, BlockMatrix) and modal is None and not is_implicit
 
 
 def _explain(motion, t0):
@@ -156,7 +168,8 @@ def _start(system, start, ts):
 @jit
 def _integrate(system, condensation, start, ts, t1, forces, laws, event, options):
     ts, valid = valid_times(ts, start.t, t1)
-    equations = LinearEquations.of(system, condensation, laws, load_function(system, ts, forces))
+    kind = BlockEquations if isinstance(condensation, BlockCondensation) else LinearEquations
+    equations = kind.of(system, condensation, laws, load_function(system, ts, forces))
     if event is not None:
         event = eqx.filter_closure_convert(event, start)
     args = Arguments(equations, event)
@@ -235,8 +248,15 @@ def _check_light(system, condensation, laws, forces, ts):
     if load is None or not is_concrete(system.damping, ts):
         return
     loaded = jax.vmap(load)(ts)[:, light]
-    damped = np.any(np.asarray(system.damping)[np.ix_(light, light)], axis=1)
+    damped = _damped_rows(system.damping, light)
     bad = light[damped & np.any(np.asarray(loaded) != 0, axis=0)] if is_concrete(loaded) else ()
     if len(bad):
         names = ", ".join(system.label(k) for k in bad)
         raise ValueError(f"loads act on {names}, which have damping and no mass: give them some mass")
+
+
+def _damped_rows(damping, light):
+    """Flags of rows without mass that have damping of their own; none of a system in blocks, which refuses them."""
+    if isinstance(damping, BlockMatrix):
+        return np.zeros(len(light), bool)
+    return np.any(np.asarray(damping)[np.ix_(light, light)], axis=1)

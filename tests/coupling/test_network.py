@@ -1,5 +1,7 @@
 """Named bonds of every kind against one dense model of all components, in which the bonds' forces are unknowns."""
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -38,7 +40,7 @@ GIRDER = ({"a": np.zeros(3), "b": np.array([1.0, 0, 0])}, {"tube": (TUBE, [("a",
 FORCE = np.random.default_rng(1).normal(size=18)
 
 
-def network(stiffness, axes):
+def network(stiffness, axes, linear_solver="auto"):
     """Bolted to the ground, a bushing, a hinge about an axis of its own, a ball joint to the ground."""
     parts = {
         "stage": PARTS["stage"],
@@ -51,7 +53,7 @@ def network(stiffness, axes):
         "pin": hinge("mast.end", "panel.hinge", free="ry", axes=axes),
         "stay": hinge(("panel", "far"), free="rx ry rz"),
     }
-    return connect(parts, bonds)
+    return connect(parts, bonds, linear_solver=linear_solver)
 
 
 def monolithic(omega):
@@ -89,18 +91,19 @@ def monolithic(omega):
     return moved, {"bolts": f[:6], "mount": f[6:12], "pin": pin, "stay": np.r_[f[23:], np.zeros(3)]}, f[12:18]
 
 
-@jax.jit
-def shaken(stiffness, axes):
+@partial(jax.jit, static_argnums=2)
+def shaken(stiffness, axes, linear_solver="auto"):
     """Amplitudes by component and loads at two frequencies, the force twice as large at the second one."""
-    net = network(stiffness, axes)
+    net = network(stiffness, axes, linear_solver)
     force = np.outer([1.0, 2.0], FORCE)
     response = mbs.vibration.harmonic_response(net, [OMEGA, OMEGA], {"panel": force})
     return net.expand(response.displacement), mbs.reactions(net, response), net
 
 
-def test_every_bond_against_one_dense_model():
+@pytest.mark.parametrize("linear_solver", ["dense", pytest.param("multifrontal", marks=pytest.mark.slow)])
+def test_every_bond_against_one_dense_model(linear_solver):
     """Harmonic displacements, forces of all bonds, and their balance."""
-    moved, found, _ = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))
+    moved, found, _ = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES), linear_solver)
     exact, forces, second = monolithic(OMEGA)
     scale = np.array([1.0, 2.0])[:, None]
     for name, x in exact.items():
@@ -164,10 +167,11 @@ def test_gradient_and_batch_by_a_mount():
 
 
 @pytest.mark.slow
-def test_loads_of_a_network_that_nothing_holds():
+@pytest.mark.parametrize("linear_solver", ["dense", "multifrontal"])
+def test_loads_of_a_network_that_nothing_holds(linear_solver):
     """Pushed through the middle of two equal parts, the first takes half: inertia relief."""
     half = {"a": PARTS["mast"], "b": PARTS["mast"]}
-    net = connect(half, {"weld": rigid_bond("a.root", "b.root")})
+    net = connect(half, {"weld": rigid_bond("a.root", "b.root")}, linear_solver=linear_solver)
     push = np.array([0.0, 5.0, 0.0])
     rest = mbs.equilibrium(net, {"a.root": np.r_[push, np.zeros(3)]}, free=True)
     found = mbs.reactions(net, rest)
@@ -175,23 +179,25 @@ def test_loads_of_a_network_that_nothing_holds():
     np.testing.assert_allclose(found["weld"].force, -push / 2, atol=1e-9)
 
 
-def test_determinate_and_redundant_bonds_by_name():
+@pytest.mark.parametrize("linear_solver", ["dense", "multifrontal"])
+def test_determinate_and_redundant_bonds_by_name(linear_solver):
     """A chain clamped at one end, with a hinge, held by a ball joint at the other; beams with and without a prop."""
-    report = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES))[2].determinacy()
+    report = network(STIFFNESS, AXES, linear_solver).determinacy()
     assert (report.redundant, report.free_motions) == (2, 0)
     assert report.labels["pin"] == ("x", "y", "z", "rx", "rz")
     assert not any(any(flags) for flags in report.determinate.values())
     half = component(*beam(4), (0, 1, 8, 9))
+    join = partial(connect, {"a": half, "b": half}, linear_solver=linear_solver)
     bonds = {"wall": rigid_bond(("a", (0, 1))), "weld": rigid_bond(("a", (2, 3)), ("b", (0, 1)))}
-    report = connect({"a": half, "b": half}, bonds).determinacy()
+    report = join(bonds).determinacy()
     assert (report.redundant, report.free_motions) == (0, 0)
     assert all(all(flags) for flags in report.determinate.values())
-    propped = connect({"a": half, "b": half}, bonds | {"prop": hinge(("b", (2, 3)), free=(1,))}).determinacy()
+    propped = join(bonds | {"prop": hinge(("b", (2, 3)), free=(1,))}).determinacy()
     assert str(propped) == (
         "1 redundant bonds, 0 free motions\nwall  redundant 0 1\nweld  redundant 0 1\nprop  redundant 0"
     )
     pinned = hinge(("a", (2, 3)), ("b", (0, 1)), free=(1,))
-    assert connect({"a": half, "b": half}, bonds | {"weld": pinned}).determinacy().free_motions == 1
+    assert join(bonds | {"weld": pinned}).determinacy().free_motions == 1
 
 
 WRONG = [
