@@ -148,16 +148,22 @@ class _RoundState(eqx.Module):
 def _anderson_step(x, gap, size, last: _RoundState):
     """Combination of the rounds so far whose gap is least, and the changes with the last one included.
 
-    Anderson's acceleration, type II: as a round is affine, the combination of iterates has the same combination of
+    Where the gap falls fast it is the round itself: else rounding would only be mixed in.
+    """
+    slow = (size > 0.1 * last.size) & (last.k > 0)
+    return lax.cond(slow, _combined_rounds, lambda x, gap, last: (x, last.changes), x, gap, last)
+
+
+def _combined_rounds(x, gap, last):
+    """Anderson's acceleration, type II: as a round is affine, the combination of iterates has the same combination of
     gaps, and the least-squares problem for its weights is solved by normal equations.
     """
-    slow = (size > 0.1 * last.size) & (last.k > 0)  # else rounding would only be mixed in
-    change = jax.tree.map(lambda a, b: jnp.where(slow, a - b, 0.0), (*x, gap), (*last.x, last.gap))
+    change = jax.tree.map(jnp.subtract, (*x, gap), (*last.x, last.gap))
     changes = jax.tree.map(lambda old, new: jnp.roll(old, 1, axis=0).at[0].set(new), last.changes, change)
     G = changes[2].reshape(_ANDERSON_DEPTH, -1)
     length = jnp.sqrt(jnp.sum(G * G, axis=1))
     moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
-    unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
+    unit = jnp.where(moves, 1.0 / jnp.where(moves, length, 1.0), 0.0)
     G = unit[:, None] * G
     # regularised by 1e-5 of the unit length of the columns, since successive changes become nearly parallel
     share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_ANDERSON_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
