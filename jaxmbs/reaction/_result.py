@@ -1,12 +1,14 @@
 """Result of `reactions`: loads of joints, force elements, drives and constraint rows by name."""
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..checks import no_such
+from ..checks import is_concrete, no_such
 from ..errors import UnknownNameError
 from ..model._describe import COMPONENTS
 from ..tables import format_number, table_repr
@@ -38,6 +40,45 @@ class JointReaction(eqx.Module):
     unique_force: Bool[Array, "... 3"]
     unique_moment: Bool[Array, "... 3"]
     lacks_contact: Bool[Array, "..."] | None = None
+
+
+class JointReactions(eqx.Module):
+    """Reactions of n joints by name, as few arrays: a program returns thousands of small ones slowly.
+
+    Attributes:
+        force, moment, unique_force, unique_moment (..., n, 3); lacks_contact (..., n): see `JointReaction`.
+        efforts (..., m): total efforts of the velocities, then efforts of drives.
+        names; own, total: slices of `efforts` of each joint, as pairs.
+    """
+
+    force: Float[Array, "... n 3"]
+    moment: Float[Array, "... n 3"]
+    efforts: Float[Array, "... m"]
+    unique_force: Bool[Array, "... n 3"]
+    unique_moment: Bool[Array, "... n 3"]
+    lacks_contact: Bool[Array, "... n"] | None
+    names: tuple[str, ...] = eqx.field(static=True)
+    own: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    total: tuple[tuple[int, int], ...] = eqx.field(static=True)
+
+    def __getitem__(self, name: str) -> JointReaction:
+        k = self.names.index(name)
+        unique = (_entries(x, np.s_[..., k, :]) for x in (self.unique_force, self.unique_moment))
+        force, moment = (_entries(x, np.s_[..., k, :]) for x in (self.force, self.moment))
+        own, total = (_entries(self.efforts, np.s_[..., slice(*part[k])]) for part in (self.own, self.total))
+        contact = None if self.lacks_contact is None else _entries(self.lacks_contact, np.s_[..., k])
+        return JointReaction(force, moment, own, total, *unique, contact)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.names
+
+
+def _entries(x, place):
+    """Part of an array.  By NumPy where it is no trace: JAX compiles a program for every place."""
+    return jnp.asarray(np.asarray(x)[place]) if is_concrete(x) else x[place]
 
 
 def _summary(loads):
@@ -155,7 +196,7 @@ class Reactions(eqx.Module):
         frame, side: axes and side of the components, as given to `reactions`.
     """
 
-    joints: dict
+    joints: Mapping[str, JointReaction] | JointReactions
     multipliers: Float[Array, "... rows"]
     residual: Float[Array, "..."]
     ok: Bool[Array, "..."]

@@ -34,7 +34,7 @@ from ._determinacy import joint_determinacy
 from ._distribution import least_compliance_reactions
 from ._inverse_dynamics import actuated_columns, balance_efforts, tree_efforts
 from ._named_loads import drive_loads, law_forces, row_loads
-from ._result import JointReaction, Reactions
+from ._result import JointReactions, Reactions
 from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
 from ._self_stress import SaddleSolution, self_stresses, sparse_saddle_with_stresses
 from ._without_drives import without_drives
@@ -147,15 +147,19 @@ def _wrenches_in_frames(system, at, options, wrench):
 
 
 def _joint_reactions(system, loads, total, drives, marks):
-    """`JointReaction` by name, of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
-    columns = zip(*(jnp.unstack(x) for x in (*loads, *marks) if x is not None), strict=True)
-    named = {}
-    joints = {joint.name: joint for joint in system.topology.joints}
-    for (name, *_), (force, moment, *unique) in zip(reaction_map.carriers(system), columns, strict=True):
-        along = total[joints[name].velocities] if name in joints else jnp.zeros(0, force.dtype)
-        own = drives[name].effort if name in drives else along
-        named[name] = JointReaction(force, moment, own, along, *unique)
-    return named
+    """Reactions of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
+    joints, first = {joint.name: joint for joint in system.topology.joints}, len(total)
+    names, all_efforts, own, along = [name for name, *_ in reaction_map.carriers(system)], [total], [], []
+    for name in names:
+        columns = joints[name].velocities if name in joints else slice(0, 0)
+        along.append((columns.start, columns.stop))
+        own.append((columns.start, columns.stop))
+        if name in drives:
+            all_efforts.append(drives[name].effort)
+            own[-1] = first, first + len(all_efforts[-1])
+            first = own[-1][1]
+    efforts = jnp.concatenate(all_efforts)
+    return JointReactions(*loads, efforts, *marks, tuple(names), tuple(own), tuple(along))
 
 
 @jit(compile="quick")  # asked once it takes milliseconds; in a loop of the user's it is part of a full program

@@ -20,7 +20,7 @@ from jax import lax
 
 from ..math._linalg import small_matmul
 from ..math._spd import spd_inverse
-from ..runtime import fusion_barrier
+from ..runtime import fusion_barrier, segment_sum_static
 from ._bonds import Bonds
 from ._loop_methods import chain_compliance, chain_to_bond_wrenches, chain_twists, choose_method
 from ._network_sums import body_wrenches, bond_twists, tree_twists, tree_wrenches
@@ -29,6 +29,8 @@ from ._series_reduction import series_reduction
 #: Each round starts from exact equilibrium; the last `_ANDERSON_DEPTH` rounds are combined.  The rounds end when the
 #: gap is closed, or has not fallen by the factor `_PROGRESS` for `_PATIENCE` rounds, which is rounding.
 _MAX_ROUNDS, _ANDERSON_DEPTH, _PATIENCE, _PROGRESS = 60, 8, 4, 0.7
+#: Largest ratio of the compliance along a free twist to that of the weakest bond (double, single): more is rounding.
+_LARGEST_PENALTY = {8: 1e12, 4: 1e4}
 #: Gap along the free twists, of the largest wrench, that is closed (double, single).
 _CLOSED_GAP = {8: 1e-15, 4: 1e-6}
 
@@ -52,13 +54,32 @@ def _conditions(bonds, solver):
     C = small_matmul(fusion_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
     weight = jnp.concatenate([jnp.ones(3, L.dtype), jnp.full(3, L**2)])
     weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
-    size = bonds.free_sizes()
+    size, local_size = bonds.free_sizes(), _local_sizes(bonds)
     used = size > 0.0
-    unit = jnp.where(used, lax.rsqrt(jnp.where(used, size, 1.0)), 0.0)
-    penalty = solver.penalty[L.dtype.itemsize] * weakest * unit * unit
+    inverse, local_inverse = (jnp.where(used, 1.0 / jnp.where(used, x, 1.0), 0.0) for x in (size, local_size))
+    bits = L.dtype.itemsize
+    penalty = weakest * jnp.minimum(solver.penalty[bits] * local_inverse, _LARGEST_PENALTY[bits] * inverse)
     looped = np.abs(series_reduction(bonds.network).sign)
     F = small_matmul(axes, bonds.free) * jnp.asarray(looped, L.dtype)[:, None, None]
-    return _Conditions(C, F, penalty, unit * jnp.asarray(looped, L.dtype)[:, None])
+    return _Conditions(C, F, penalty, jnp.sqrt(inverse) * jnp.asarray(looped, L.dtype)[:, None])
+
+
+def _local_sizes(bonds):
+    """Squared size (q, f) of each free twist [m^2], angles times the mean distance of the bonds in loops from the
+    middle of their body.
+
+    A moment along a hinge turns into forces across a body: in a long row of short links the characteristic length is
+    that of the row, and would make the hinges too stiff for that.
+    """
+    network, loops = bonds.network, series_reduction(bonds.network).sign != 0
+    body, bond, p = np.concatenate(network.ends), np.tile(np.arange(len(loops)), 2), len(network.bodies)
+    chosen = (body < p) & loops[bond]
+    body, bond = body[chosen], bond[chosen]
+    x, number = bonds.position[bond], np.maximum(np.bincount(body, minlength=p), 1)
+    middle = segment_sum_static(x, body, p) / jnp.asarray(number, x.dtype)[:, None]
+    square = jnp.sum((x - middle[body]) ** 2) / len(body)
+    linear, angular = (jnp.sum(bonds.free[:, part] ** 2, axis=1) for part in (slice(0, 3), slice(3, 6)))
+    return linear + jnp.minimum(square, bonds.length**2) * angular
 
 
 def _apply(matrix, x):
@@ -127,16 +148,22 @@ class _RoundState(eqx.Module):
 def _anderson_step(x, gap, size, last: _RoundState):
     """Combination of the rounds so far whose gap is least, and the changes with the last one included.
 
-    Anderson's acceleration, type II: as a round is affine, the combination of iterates has the same combination of
+    Where the gap falls fast it is the round itself: else rounding would only be mixed in.
+    """
+    slow = (size > 0.1 * last.size) & (last.k > 0)
+    return lax.cond(slow, _combined_rounds, lambda x, gap, last: (x, last.changes), x, gap, last)
+
+
+def _combined_rounds(x, gap, last):
+    """Anderson's acceleration, type II: as a round is affine, the combination of iterates has the same combination of
     gaps, and the least-squares problem for its weights is solved by normal equations.
     """
-    slow = (size > 0.1 * last.size) & (last.k > 0)  # else rounding would only be mixed in
-    change = jax.tree.map(lambda a, b: jnp.where(slow, a - b, 0.0), (*x, gap), (*last.x, last.gap))
+    change = jax.tree.map(jnp.subtract, (*x, gap), (*last.x, last.gap))
     changes = jax.tree.map(lambda old, new: jnp.roll(old, 1, axis=0).at[0].set(new), last.changes, change)
     G = changes[2].reshape(_ANDERSON_DEPTH, -1)
     length = jnp.sqrt(jnp.sum(G * G, axis=1))
     moves = length > 1e-4 * jnp.sqrt(jnp.sum(gap * gap))  # else the gap stays: loads that would move the network
-    unit = jnp.where(moves & slow, 1.0 / jnp.where(moves, length, 1.0), 0.0)
+    unit = jnp.where(moves, 1.0 / jnp.where(moves, length, 1.0), 0.0)
     G = unit[:, None] * G
     # regularised by 1e-5 of the unit length of the columns, since successive changes become nearly parallel
     share = unit * (spd_inverse(G @ G.T + 1e-5 * jnp.eye(_ANDERSON_DEPTH, dtype=G.dtype)) @ (G @ gap.reshape(-1)))
