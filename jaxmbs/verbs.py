@@ -178,6 +178,7 @@ def simulate(
     formulation: str | type[Formulation] | None = None,
     event: WordedError[Callable | None] = None,
     interpolate: bool = False,
+    loop: str = "jaxmbs",
     max_steps: int = 100_000,
     progress: bool = False,
     throw: bool = True,

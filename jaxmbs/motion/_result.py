@@ -32,7 +32,7 @@ def motion_of(
         times: those to save (T,), the end ().  With an event its state follows the last time before it.
         open_at_start: residual of the constraints at the start.
     """
-    (equations, event), (ts, t1) = args, times
+    (equations, events), (ts, t1) = args, times
     reached, reached_y, arrived = end_of_motion(final, y0, t1, args)
     times, ys, ended = saved_rows(final, ts, (reached, reached_y), args)
     psi, p, work = ys
@@ -42,7 +42,7 @@ def motion_of(
 
     def sample(row):
         t, psi, p = row
-        if event is not None or not lands_on_times:
+        if events is not None or not lands_on_times:
             psi, _ = equations.project_position(t, psi)
         at = configuration(equations.system, equations.P, psi, t)
         u = equations.velocities_at(at, p)
@@ -68,4 +68,4 @@ def motion_of(
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     kept = succeeded(code) | (code == Status.ENERGY)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
-    return Motion(ts if event is None else times, states, code, diagnostics, end)
+    return Motion(ts if events is None else times, states, code, diagnostics, end)

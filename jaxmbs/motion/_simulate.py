@@ -18,6 +18,7 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._state import State
 from ..model._entry_points import check_single_state
 from ..model._system import System
+from ..ode._events import Events
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
 from ..ode._options import check_event, check_options, make_options
@@ -53,6 +54,7 @@ def simulate(
     formulation: str | type[Formulation] | None = None,
     event: WordedError[Callable | None] = None,
     interpolate: bool = False,
+    loop: str = "jaxmbs",
     max_steps: int = 100_000,
     progress: bool = False,
     throw: bool = True,
@@ -79,6 +81,8 @@ def simulate(
             saved times costs twice as much at 1e-9, five times at 1e-3, and is right to 5e-12 at either, which
             passing over does not reach at any tolerance (`benchmarks/saved_times.py`).  Motions without freedom are
             always interpolated, the constraints determine them.
+        loop: "jaxmbs" (default), or "diffeqsolve": the same steps by `diffrax.diffeqsolve` with diffrax's adjoints;
+            without events that act.
         max_steps: bound on the integrator's steps.
         progress: show a progress bar.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
@@ -98,7 +102,7 @@ def simulate(
     check_event(event, state, "s.coordinates[0]")
     solver = diffrax.Dopri8() if solver is None else solver
     chosen = choose_formulation(formulation, solver, dt)
-    check_options(solver, controller, dt, rtol, atol, gradient)
+    check_options(solver, controller, dt, rtol, atol, gradient, loop)
     t0, dtype = state.t, state.coordinates.dtype
     ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else as_array(t1)
@@ -114,6 +118,7 @@ def simulate(
         lands_on_times=not interpolate and not chosen.follows_rows,
         progress=bool(progress),
         has_event=event is not None,
+        loop=loop,
     )
     motion = _integrate(system, state, ts, t1, chosen, event, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
@@ -140,7 +145,7 @@ def _integrate(system, state, ts, t1, formulation, event, options):
     valid = valid & jnp.all(jnp.isfinite(state.velocities))
     if event is not None:
         event = eqx.filter_closure_convert(event, _state_of(system, state))
-    args = Arguments(equations, event)
+    args = Arguments(equations, Events.ending(event))
     problem, final, y0 = integrate_equations(
         args,
         (state.coordinates, p0, no_work),
@@ -151,12 +156,13 @@ def _integrate(system, state, ts, t1, formulation, event, options):
         saves_projection=system.has_constraints
         and formulation.keeps_momenta
         and options.lands_on_times
-        and event is None,
+        and event is None
+        and options.loop == "jaxmbs",
         projection_is_error=formulation.follows_rows,
         norm=optimistix.rms_norm if formulation.follows_rows else None,
     )
     if problem.saves_projection:  # rows of velocities, which need no formulation to be read
-        args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0)), event), stop_gradients(state.t)
+        args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0))), stop_gradients(state.t)
         start = (state.coordinates, state.velocities, no_work)
         y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
         final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)

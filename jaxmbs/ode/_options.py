@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import lineax
 import numpy as np
@@ -15,10 +14,12 @@ from jax import Array
 from ..checks import any_concrete, is_concrete
 from ..runtime import as_array
 from ..typing import ArrayLike
+from ._events import check_condition
 from ._linear_solver import SquareSolver
 from ._problem import checkpoints_for
 
 GRADIENTS = ("reverse", "forward")
+LOOPS = ("jaxmbs", "diffeqsolve")
 #: Default relative tolerance of a step by the size of a number [bytes].  An explicit method of order 8 takes a third
 #: more steps than for 1e-8, and differences of motions still have half of their digits as derivatives; in single
 #: precision the root of the rounding, as smaller errors cannot be told from it.
@@ -35,6 +36,7 @@ class Options(NamedTuple):
         gradient: derivative mode, "reverse" or "forward".
         lands_on_times: steps end on the saved times.
         checkpoints: of the adjoint.
+        loop: "jaxmbs" or "diffeqsolve".
     """
 
     solver: diffrax.AbstractSolver
@@ -47,10 +49,15 @@ class Options(NamedTuple):
     lands_on_times: bool
     progress: bool
     checkpoints: int
+    loop: str
 
 
-def check_options(solver: Any, controller: Any, dt: Any, rtol: Any, atol: Any, gradient: Any) -> None:
+def check_options(
+    solver: Any, controller: Any, dt: Any, rtol: Any, atol: Any, gradient: Any, loop: Any = LOOPS[0]
+) -> None:
     """Raises: ValueError for options that are wrong or contradict each other."""
+    if not isinstance(loop, str) or loop not in LOOPS:
+        raise ValueError(f"loop={loop!r} must be one of {', '.join(LOOPS)}")
     if isinstance(gradient, diffrax.BacksolveAdjoint):
         raise ValueError("BacksolveAdjoint differentiates the motion without its projection: take gradient='reverse'")
     if not isinstance(gradient, str) or gradient not in GRADIENTS:
@@ -94,9 +101,7 @@ def check_event(event: Any, state: Any, example: str) -> None:
             f"lambda s: {example}, not {type(event).__name__}; for the first of two that start positive: "
             "lambda s: jnp.minimum(f(s), g(s))"
         )
-    found = jax.eval_shape(event, state)
-    if not (hasattr(found, "dtype") and found.shape == () and jnp.issubdtype(found.dtype, jnp.floating)):
-        raise TypeError(f"the event must return one real number (), got {found}")
+    check_condition(event, state)
 
 
 def make_options(
@@ -112,6 +117,8 @@ def make_options(
     lands_on_times: bool,
     progress: bool,
     has_event: bool,
+    max_actions: int = 0,
+    loop: str = LOOPS[0],
     dtype: Any = float,
 ) -> Options:
     """The options, checked by `check_options`, as arrays of a type.
@@ -126,13 +133,14 @@ def make_options(
     if isinstance(solver, diffrax.AbstractImplicitSolver):
         solver = _with_root_finder(solver, dt, rtol, atol)
     steps = num_fixed_steps(*span, dt)
-    max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS if has_event else 2)
+    max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS * (1 + max_actions) if has_event else 2)
     step = None if dt is None else as_array(dt, dtype)
     tolerances = as_array(rtol, dtype), as_array(atol, dtype)
     limit = as_array(max_steps, np.int32)
     lands_on_times = lands_on_times and dt is None
+    checkpoints = checkpoints_for(max_steps)
     return Options(
-        solver, controller, step, *tolerances, gradient, limit, lands_on_times, progress, checkpoints_for(max_steps)
+        solver, controller, step, *tolerances, gradient, limit, lands_on_times, progress, checkpoints, loop
     )
 
 
