@@ -128,7 +128,7 @@ FACES = {
         Pose System Topology
     """,
     "jaxmbs.motion": """
-        Diagnostics Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
+        Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
         ProjectedSolver Rates SemiImplicitEuler VectorField load_peaks peak simulate vector_field
     """,
     "jaxmbs.reductions": """

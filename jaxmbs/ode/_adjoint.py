@@ -198,7 +198,9 @@ def _repeat_steps(problem, args, packing, row, end, pieces, stride):
         state, pieces, count = carry
         after, keep, dense = attempt_step(shorter, state, args)
         pieces = set_row(
-            pieces, jnp.where(keep, count, problem.checkpoints), packing.pack(_log_entry(problem, state, after, dense))
+            pieces,
+            jnp.where(keep, count, problem.checkpoints),
+            packing.pack(_log_entry(problem, state, after, dense)),
         )
         return after, pieces, jnp.where(keep, count + 1, count)
 

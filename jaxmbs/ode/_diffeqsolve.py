@@ -11,7 +11,6 @@ from jax import Array, lax
 from jaxtyping import PyTree
 
 from ..runtime import FORWARD_MODE, reverse_only
-from ..typing import ScalarLike
 from ._diffrax_internals import with_scan_kind
 from ._event import EventBracket, locate_event, start_bracket
 from ._loop import next_save_time, project_step, solver_step, stop_gradients
@@ -31,11 +30,12 @@ def integrate_by_diffeqsolve(
         y0, args = reverse_only((y0, args), FORWARD_MODE)
     else:
         adjoint = diffrax.ForwardMode()
+    project: Any = problem.project
     kind = "checkpointed" if gradient == "reverse" else "lax"
     saved_at = diffrax.SubSaveAt(ts=jnp.clip(problem.times, t0, problem.t1)), diffrax.SubSaveAt(t1=True)
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(problem.rate),
-        _LoopSolver(with_scan_kind(problem.solver, kind), problem.project, problem),
+        _LoopSolver(with_scan_kind(problem.solver, kind), project, problem),
         t0,
         problem.t1,
         dt0,
@@ -123,8 +123,8 @@ class _LoopController(diffrax.AbstractStepSizeController):
 
     def adapt_step_size(
         self,
-        t0: ScalarLike,
-        t1: ScalarLike,
+        t0: Any,
+        t1: Any,
         y0: PyTree,
         y1_candidate: PyTree,
         args: PyTree,
@@ -134,9 +134,8 @@ class _LoopController(diffrax.AbstractStepSizeController):
     ) -> tuple:
         problem, state = self.problem, controller_state
         y0, y1, y_error = stop_gradients((y0, y1_candidate, y_error))
-        keep, start, t_next, jumped, inner, result = problem.controller.adapt_step_size(
-            t0, t1, y0, y1, args, y_error, error_order, state.inner
-        )
+        found: Any = problem.controller.adapt_step_size(t0, t1, y0, y1, args, y_error, error_order, state.inner)
+        keep, start, t_next, jumped, inner, result = found
         bracket, fired = None, jnp.asarray(False)
         if state.bracket is not None and problem.event is not None:
             values = stop_gradients(problem.event(t1, y1, args))

@@ -20,8 +20,8 @@ _SHORTEST_STEP = 8.0
 
 
 class EventBracket(eqx.Module):
-    """Brackets of the zeros of several events: their values (n,) at the last state and, once a step has passed a zero,
-    behind it.
+    """Brackets of the zeros of several events: the values (n,) at the last state and, once a step has passed a zero,
+    those behind it.
 
     Attributes:
         value: at the last state before the zero.
@@ -57,8 +57,8 @@ def bracket_after_action(
     Args: before: the brackets before the step that ended with the action.
     """
     index, sides = jnp.arange(len(directions)), jnp.asarray(directions, values.dtype)
-    due = (bracket.value * before.value <= 0.0) & (before.value != 0.0) & _is_in_direction(before.value, sides)
-    least = -sides * jnp.finfo(values.dtype).tiny
+    due = _has_crossed(before.value, bracket.value, sides)
+    least = -sides * jnp.sqrt(jnp.finfo(values.dtype).tiny)  # not the least number: false position halves it
     values = jnp.where(index == bracket.fired, least, jnp.where(due, before.value, values))
     return start_bracket(values, bracket.actions + 1, bracket.fired)
 
@@ -80,8 +80,7 @@ def locate_event(
     tiny = t1 - t <= _SHORTEST_STEP * jnp.spacing(t1)
     unknown = keep & jnp.isnan(value)
     lost = unknown & (jnp.isnan(bracket.value) | tiny)
-    crosses = keep & (value * bracket.value <= 0.0) & (bracket.value != 0.0)
-    crosses = crosses & _is_in_direction(bracket.value, jnp.asarray(directions, value.dtype))
+    crosses = keep & _has_crossed(bracket.value, value, jnp.asarray(directions, value.dtype))
     miss = jnp.abs(value) * (t1 - t) / jnp.maximum(jnp.abs(value - bracket.value), jnp.finfo(value.dtype).tiny)
     near = (miss <= _NEAR * (t1 - t)) | tiny
     shorter = jnp.any(unknown & ~lost)
@@ -89,16 +88,18 @@ def locate_event(
     again, moves, found = crosses & refused, keep & ~crosses & ~refused, crosses & ~refused
     fired = jnp.where(jnp.any(found), jnp.argmax(found).astype(jnp.int32), -1)
 
-    known = jnp.isfinite(bracket.past)
+    # a zero behind a step that was refused may not be there for the next, of other length: rounding of a grazing
+    known = jnp.isfinite(bracket.past) & ~(moves & (t1 >= bracket.past))
+    past = jnp.where(known, bracket.past, jnp.inf)
     before = jnp.where(again & (bracket.came < 0), 0.5, 1.0) * bracket.value  # Illinois: weaken the side that stays
     beyond = jnp.where(moves & (bracket.came > 0), 0.5, 1.0) * bracket.beyond
     trial = _false_position(t, before, t1, value)
-    onward = jnp.where(known, _false_position(t1, value, bracket.past, beyond), jnp.inf)
-    aim = jnp.min(jnp.where(again, trial, jnp.where(moves, onward, bracket.past)))
+    onward = jnp.where(known, _false_position(t1, value, past, beyond), jnp.inf)
+    aim = jnp.min(jnp.where(again, trial, jnp.where(moves, onward, past)))
     aim = jnp.where(shorter, jnp.minimum(aim, 0.5 * (t + t1)), aim)
     after = EventBracket(
         value=jnp.where(moves | found, value, before),
-        past=jnp.where(again, t1, bracket.past),
+        past=jnp.where(again, t1, past),
         beyond=jnp.where(again, value, beyond),
         came=jnp.where(again, -1.0, jnp.where(moves & known, 1.0, bracket.came)),
         fired=fired,
@@ -107,9 +108,10 @@ def locate_event(
     return keep & ~refused, jnp.any(lost), aim, after
 
 
-def _is_in_direction(value, directions):
-    """True (n,) where a zero that comes after this value is passed in the direction of the event."""
-    return value * directions <= 0.0
+def _has_crossed(before, value, directions):
+    """True (n,) where a value has passed zero in the direction of the event, by signs: products would underflow."""
+    side = jnp.sign(before)
+    return (side != 0.0) & (side * jnp.sign(value) <= 0.0) & (side * directions <= 0.0)
 
 
 def _false_position(a, value_a, b, value_b):

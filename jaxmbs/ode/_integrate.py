@@ -73,8 +73,8 @@ def _jump(t, y, args, number):
     """y after the action of an event beside the time t, as the motion from there has it at t.
 
     The motion is followed to the event, and after the action back to t, by one Newton step each: their values are
-    rounding, their derivatives those of the event's time (the saltation matrix of hybrid systems; Leine and Nijmeijer,
-    Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, 7.2).
+    rounding, their derivatives those of the event's time: the saltation matrix of hybrid systems (Leine and
+    Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004).
     """
     time, y = _on_the_event(t, y, args, number)
     acting = [k for k, acts in enumerate(args.events.acts) if acts]
@@ -109,6 +109,7 @@ def integrate_equations(
     span, start, save = stop_gradients((t1 - t0, t0, ts))
     end, save = jnp.where(valid, start + span, start), jnp.where(valid, save, start)
     controller = stop_gradients(_controller(options, span, norm))
+    first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
     problem = OdeProblem(
         stop_gradients(with_tolerances(options.solver, controller)),
         controller,
@@ -124,11 +125,11 @@ def integrate_equations(
         jump=None if events is None or not any(events.acts) else _jump,
         acts=(False,) if events is None else events.acts,
         max_actions=0 if events is None else events.max_actions,
+        restart=first_step,
         lands_on_times=options.lands_on_times,
         meter=diffrax.TqdmProgressMeter() if options.progress else diffrax.NoProgressMeter(),
         checkpoints=options.checkpoints,
     )
-    first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
     # a later start: what flows for less time
     y0 = attach_time_derivative(y0, 2.0 * start - t0, start, args.equations)
     if options.loop == "diffeqsolve":
@@ -180,7 +181,7 @@ def end_of_motion(state: LoopState, y0: PyTree, t1: Array, args: Arguments) -> t
     happened = state.result == diffrax.RESULTS.event_occurred
     t = stop_gradients(state.t) + jnp.where(happened | ~jnp.isfinite(t1), 0.0, t1 - stop_gradients(t1))
     y = attach_time_derivative(y, t, stop_gradients(state.t), args.equations)
-    if args.events is not None:
+    if args.events is not None and state.bracket is not None:
         there = _on_the_event(t, y, args, jnp.maximum(state.bracket.fired, 0))
         t, y = jax.tree.map(lambda a, b: jnp.where(happened, a, b), there, (t, y))
     return t, y, finite

@@ -97,6 +97,11 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
     y1, bracket = _act(problem, state, acting, y1, args, bracket)
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
+    if (
+        problem.restart is not None and problem.jump is not None
+    ):  # the step that ended on the event may be tiny: the next one is as a motion's first
+        t_next = jnp.where(acting, jnp.maximum(t_next, start + problem.restart), t_next)
+        aim = jnp.where(acting, jnp.inf, aim)
     t_next = _clip_step(problem, start, jnp.minimum(t_next, aim), keep, saved)
     after = LoopState(
         t=start,

@@ -48,6 +48,7 @@ class OdeProblem(eqx.Module):
         directions: of the events: +1 rising, -1 falling, 0 both.
         jump: (t, y, args, number) -> y after the action of an event; acts: True for the events that act and go on.
         max_actions: bound on their number; the one after it ends the motion.
+        restart: least step after an action.
         lands_on_times: end steps on `times`; otherwise states there are interpolated.
         checkpoints: steps that the adjoint stores; it serves motions of up to their square.
         meter: of progress.
@@ -68,6 +69,7 @@ class OdeProblem(eqx.Module):
     jump: Callable | None = eqx.field(static=True, default=None)
     acts: tuple[bool, ...] = eqx.field(static=True, default=(False,))
     max_actions: int = eqx.field(static=True, default=0)
+    restart: Array | None = None
     lands_on_times: bool = eqx.field(static=True, default=True)
     meter: diffrax.AbstractProgressMeter = diffrax.NoProgressMeter()
     checkpoints: int = eqx.field(static=True, default=MIN_CHECKPOINTS)

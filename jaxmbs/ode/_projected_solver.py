@@ -15,8 +15,8 @@ from ..typing import ScalarLike
 class ProjectedInterpolation(diffrax.AbstractLocalInterpolation):
     """The interpolation of a step whose end was projected: the projected state at the end, the inner one before."""
 
-    t0: Any
-    t1: Any
+    t0: Any  # type: ignore[misc]
+    t1: Any  # type: ignore[misc]
     inner: diffrax.AbstractLocalInterpolation
     end: PyTree
 
@@ -50,7 +50,7 @@ class ProjectedSolver(diffrax.AbstractWrappedSolver):
         project: function (t, y, args) -> y, such as the `project` of a `jaxmbs.vector_field`.
     """
 
-    solver: diffrax.AbstractSolver
+    solver: diffrax.AbstractSolver  # type: ignore[misc]
     project: Callable
 
     @property
@@ -59,7 +59,7 @@ class ProjectedSolver(diffrax.AbstractWrappedSolver):
         return self.solver.term_structure
 
     @property
-    def interpolation_cls(self) -> Callable:
+    def interpolation_cls(self) -> Callable:  # type: ignore[override]
         """The solver's interpolation, with the projected state at the end of the step."""
         return _projected(self.solver.interpolation_cls)
 
@@ -67,6 +67,11 @@ class ProjectedSolver(diffrax.AbstractWrappedSolver):
     def root_finder(self) -> Any:
         """That of an implicit solver."""
         return self.solver.root_finder  # type: ignore[attr-defined]
+
+    @property
+    def scan_kind(self) -> Any:
+        """That of a Runge-Kutta method."""
+        return self.solver.scan_kind  # type: ignore[attr-defined]
 
     def order(self, terms: PyTree) -> int | None:
         return self.solver.order(terms)
@@ -92,6 +97,7 @@ class ProjectedSolver(diffrax.AbstractWrappedSolver):
     ) -> tuple:
         del made_jump  # the projection is one
         y1, error, dense, memory, result = self.solver.step(terms, t0, t1, y0, args, solver_state, True)
-        y1 = self.project(t1 * getattr(terms, "direction", 1), y1, args)  # diffrax turns the time of a motion backwards
+        y1 = self.project(
+            t1 * getattr(terms, "direction", 1), y1, args
+        )  # diffrax turns the time of a motion backwards
         return y1, error, {"dense": dense, "end": y1}, memory, result
-

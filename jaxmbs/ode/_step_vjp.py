@@ -37,8 +37,8 @@ def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
 
     Args:
         args_of: the arguments as a function of the part `moving` of them that has derivatives.
-        row: of the log (`_adjoint.CheckpointBuffer`): the loop's state before the step, its dense output if its stages
-            are differentiated one by one, and the event that acted at its end.
+        row: of the log (`_adjoint.CheckpointBuffer`): the loop's state before the step, its dense output if its
+            stages are differentiated one by one, and the event that acted at its end.
         bars: cotangents of the arguments, the state, the solver's memory and `Projection.saved` of the state.
     """
     step = _whole_step_vjp if row[1] is None else _explicit_step_vjp
