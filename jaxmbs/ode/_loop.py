@@ -95,7 +95,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     failed = RESULTS.where(ends & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
 
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
-    y1, bracket = _act(problem, state, acting, y1, args, bracket)
+    y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
     if (
         problem.restart is not None and problem.jump is not None
@@ -184,7 +184,7 @@ def _is_acting(problem, bracket: EventBracket | None, keep):
     return fired & acts, fired & ~acts
 
 
-def _act(problem, state, acting, y1, args, bracket):
+def _perform_action(problem, state, acting, y1, args, bracket):
     """The end of a step after the action of its event, and the brackets from there."""
     if problem.jump is None:
         return y1, bracket
