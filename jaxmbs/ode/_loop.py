@@ -97,12 +97,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
     y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
-    if (
-        problem.restart is not None and problem.jump is not None
-    ):  # the step that ended on the event may be tiny: the next one is as a motion's first
-        t_next = jnp.where(acting, jnp.maximum(t_next, start + problem.restart), t_next)
-        aim = jnp.where(acting, jnp.inf, aim)
-    t_next = _clip_step(problem, start, jnp.minimum(t_next, aim), keep, saved)
+    t_next = _clip_step(problem, start, _limit_by_events(problem, acting, start, t_next, aim), keep, saved)
     after = LoopState(
         t=start,
         t_next=_select(running, t_next, t1),
@@ -182,6 +177,16 @@ def _is_acting(problem, bracket: EventBracket | None, keep):
         return jnp.asarray(False), fired
     acts = jnp.asarray(problem.acts)[jnp.maximum(bracket.fired, 0)] & (bracket.actions < problem.max_actions)
     return fired & acts, fired & ~acts
+
+
+def _limit_by_events(problem, acting, start, t_next, aim):
+    """The end of the next step, not beyond what event location aims at.
+
+    The step that ended on an event may be tiny: after an action the next one is as the first of a motion.
+    """
+    if problem.jump is None or problem.restart is None:
+        return jnp.minimum(t_next, aim)
+    return jnp.where(acting, jnp.maximum(t_next, start + problem.restart), jnp.minimum(t_next, aim))
 
 
 def _perform_action(problem, state, acting, y1, args, bracket):

@@ -101,7 +101,6 @@ WRONG = {
     "diffrax's rest": (diffrax.Event(diffrax.steady_state_event()), "real function.*vector_field"),
     "a number in a list": ([lambda s: s.t, 3.0], "takes a function of a State.*not float"),
     "an action that is none": (mbs.motion.Event(lambda s: s.t, lambda s: s.velocities), "must return a State"),
-    "a number for an action": (mbs.motion.Event(lambda s: s.t, 0.5), "must be functions of a State"),
     "an array": (lambda s: s.coordinates, r"one real number \(\)"),
     "a truth": (lambda s: s.coordinates[0] > 0, "one real number"),
     "none": (lambda s: None, "one real number"),
