@@ -48,9 +48,9 @@ def event_record(names: tuple[str, ...], account: Any, final: LoopState, reached
     motion there."""
     empty = jnp.zeros(0, reached.dtype)
     times, numbers = (empty, empty) if account is None else (account.times, account.numbers)
-    index = jnp.arange(len(times) + 1)
+    index = jnp.arange(len(times) + 1, dtype=jnp.int32)
     numbers = jnp.concatenate([jnp.round(numbers).astype(jnp.int32), jnp.zeros(1, jnp.int32)]) - 1
-    count = jnp.sum(numbers >= 0)
+    count = jnp.sum(numbers >= 0, dtype=jnp.int32)
     last = (index == count) & ended
     fired = final.bracket.fired if final.bracket is not None else -1
     numbers = jnp.where(last, fired, numbers)

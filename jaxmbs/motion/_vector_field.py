@@ -16,7 +16,7 @@ from ..kinematics._state import State
 from ..model._entry_points import check_single_state, check_system
 from ..model._system import System
 from ..runtime import jit
-from ..typing import ScalarLike
+from ..typing import ArrayLike, ScalarLike
 from ._accounts import gap
 from ._formulation import Formulation, is_rheonomic, num_powers
 from ._options import choose_formulation
@@ -52,7 +52,7 @@ class VectorField(eqx.Module):
 
     def __call__(self, t: ScalarLike, y: PhaseState, args: Any = None) -> PhaseState:
         """The rate of y."""
-        return PhaseState(*self.equations.rate(t, tuple(y)))
+        return PhaseState(*self.equations.rate(jnp.asarray(t), tuple(y)))
 
     def start(self, state: State) -> PhaseState:
         """y of a state that satisfies the constraints.  Raises: as `kinematics.position` for the state of another
@@ -60,7 +60,7 @@ class VectorField(eqx.Module):
         check_single_state(self.system, state)
         return _start(self.equations, state)
 
-    def state(self, t: ScalarLike, y: PhaseState) -> State:
+    def state(self, t: ArrayLike, y: PhaseState) -> State:
         """The state at a time t () or at times (T,), of y with the same leading axis: projected onto the constraints,
         with its residual there."""
         return _states(self.equations, jnp.asarray(t), y)
@@ -68,7 +68,7 @@ class VectorField(eqx.Module):
     def project(self, t: ScalarLike, y: PhaseState, args: Any = None) -> PhaseState:
         """y on the constraints: coordinates of the nearest pose, two Newton steps in the metric of assembly;
         velocities nearest in kinetic energy; quaternions of unit length.  Of a tree without quaternions y itself."""
-        return _project(self.equations, t, y)
+        return _project(self.equations, jnp.asarray(t), y)
 
     def work(self, y: PhaseState) -> dict[str, Array]:
         """Work [J] of every force element by name, "drives" that of all driven joints and moving constraints."""

@@ -30,12 +30,11 @@ def integrate_by_diffeqsolve(
         y0, args = reverse_only((y0, args), FORWARD_MODE)
     else:
         adjoint = diffrax.ForwardMode()
-    project: Any = problem.project
     kind = "checkpointed" if gradient == "reverse" else "lax"
     saved_at = diffrax.SubSaveAt(ts=jnp.clip(problem.times, t0, problem.t1)), diffrax.SubSaveAt(t1=True)
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(problem.rate),
-        _LoopSolver(with_scan_kind(problem.solver, kind), project, problem),
+        _LoopSolver(with_scan_kind(problem.solver, kind), problem.project, problem),
         t0,
         problem.t1,
         dt0,
@@ -58,15 +57,15 @@ def _loop_state(problem, solution, y0, t0):
     saved = jnp.searchsorted(problem.times, end, side="right")
     is_start = problem.times <= t0
     with_start = lambda x, x0: jnp.where(is_start.reshape(-1, *[1] * x0.ndim), x0[None], x)  # noqa: E731
-    stats, zero = solution.stats, jnp.zeros((), jnp.int32)
+    stats = solution.stats
     return LoopState(
         t=end,
         t_next=end,
         y=y,
         memory=None,
         result=solution.result,
-        tried=zero + stats["num_steps"],
-        rejected=zero + stats["num_rejected_steps"],
+        tried=jnp.asarray(stats["num_steps"], jnp.int32),
+        rejected=jnp.asarray(stats["num_rejected_steps"], jnp.int32),
         saved=saved,
         ys=jax.tree.map(with_start, ys, y0),
         projected=None,

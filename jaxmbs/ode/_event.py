@@ -56,7 +56,7 @@ def bracket_after_action(
 
     Args: before: the brackets before the step that ended with the action.
     """
-    index, sides = jnp.arange(len(directions)), jnp.asarray(directions, values.dtype)
+    index, sides = jnp.arange(len(directions), dtype=jnp.int32), jnp.asarray(directions, values.dtype)
     due = _has_crossed(before.value, bracket.value, sides)
     least = -sides * jnp.sqrt(jnp.finfo(values.dtype).tiny)  # not the least number: false position halves it
     values = jnp.where(index == bracket.fired, least, jnp.where(due, before.value, values))

@@ -47,11 +47,11 @@ class ProjectedSolver(diffrax.AbstractWrappedSolver):
 
     Attributes:
         solver: of diffrax, such as `diffrax.Dopri8()`.
-        project: function (t, y, args) -> y, such as the `project` of a `jaxmbs.vector_field`.
+        project: function (t, y, args) -> y, None for none, such as the `project` of a `jaxmbs.vector_field`.
     """
 
     solver: diffrax.AbstractSolver  # type: ignore[misc]
-    project: Callable
+    project: Callable | None
 
     @property
     def term_structure(self) -> Any:
@@ -97,7 +97,6 @@ class ProjectedSolver(diffrax.AbstractWrappedSolver):
     ) -> tuple:
         del made_jump  # the projection is one
         y1, error, dense, memory, result = self.solver.step(terms, t0, t1, y0, args, solver_state, True)
-        y1 = self.project(
-            t1 * getattr(terms, "direction", 1), y1, args
-        )  # diffrax turns the time of a motion backwards
+        if self.project is not None:  # diffrax turns the time of a motion that goes backwards
+            y1 = self.project(t1 * getattr(terms, "direction", 1), y1, args)
         return y1, error, {"dense": dense, "end": y1}, memory, result
