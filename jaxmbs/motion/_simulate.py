@@ -20,7 +20,7 @@ from ..model._entry_points import check_single_state
 from ..model._system import System
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
-from ..ode._options import check_options, make_options
+from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
 from ..runtime import as_array, jit
 from ..status import succeeded
@@ -109,7 +109,10 @@ def simulate(
     solver = diffrax.Dopri8() if solver is None else solver
     chosen = choose_formulation(formulation, solver, dt)
     check_options(solver, controller, dt, rtol, atol, gradient, loop)
+    if system.has_constraints:
+        check_memory(solver, "the projection onto the constraints")
     if events is not None and any(events[0].acts):
+        check_memory(solver, "the action of an event")
         _check_acting(chosen, loop)
     t0, dtype = state.t, state.coordinates.dtype
     ts = save_times(t0, t1, ts)

@@ -15,6 +15,8 @@ from jaxtyping import Array
 _NEAR = 1e-9
 #: Part of the step that a trial stays off its ends, so that both sides of the bracket shrink.
 _EDGE = 1e-3
+#: Speed of an event's value after an action, of that before, below which the action has stopped it.
+_AT_REST = 1e-6
 #: Roundings of the time that make a step too short to be halved once more: its middle would be one of its ends.
 _SHORTEST_STEP = 8.0
 
@@ -46,20 +48,29 @@ def start_bracket(value: Array, actions: Any = 0, fired: Any = -1) -> EventBrack
 
 
 def bracket_after_action(
-    bracket: EventBracket, before: EventBracket, values: Array, directions: tuple[int, ...]
+    bracket: EventBracket,
+    before: EventBracket,
+    speeds: Array,
+    values: Array,
+    rates: Array,
+    directions: tuple[int, ...],
 ) -> EventBracket:
-    """The brackets after an action that left the state with these values (n,).
+    """The brackets after an action that left the state with these values (n,) and rates of them along the motion.
 
-    The event that acted starts on its zero, or, if it looks one way only, from just before it: so a state that an
-    action sends through the zero once more is found at once, and never missed.  What crosses with the action itself
-    does not count, but an event whose zero was met at the same time is still due.
+    The event that acted starts on its zero.  If it looks one way only and the action has sent it back, or stopped it
+    there, it starts from just before the zero: so a state that falls through once more is found at once, and never
+    missed.  What crosses with the action itself does not count, but an event whose zero was met at the same time is
+    still due.
 
-    Args: before: the brackets before the step that ended with the action.
+    Args:
+        before: the brackets before the step that ended with the action.
+        speeds: the rates before the action.
     """
     index, sides = jnp.arange(len(directions), dtype=jnp.int32), jnp.asarray(directions, values.dtype)
     due = _has_crossed(before.value, bracket.value, sides)
     least = -sides * jnp.sqrt(jnp.finfo(values.dtype).tiny)  # not the least number: false position halves it
-    values = jnp.where(index == bracket.fired, least, jnp.where(due, before.value, values))
+    start = jnp.where(rates * sides > _AT_REST * jnp.abs(speeds), 0.0, least)
+    values = jnp.where(index == bracket.fired, start, jnp.where(due, before.value, values))
     return start_bracket(values, bracket.actions + 1, bracket.fired)
 
 

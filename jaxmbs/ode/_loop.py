@@ -194,9 +194,14 @@ def _perform_action(problem, state, acting, y1, args, bracket):
     if problem.jump is None:
         return y1, bracket
     y = after_action(problem, state.t_next, y1, args, acting, bracket.fired)
-    there = lambda: stop_gradients(problem.event(state.t_next, y, args))  # noqa: E731
-    values = lax.cond(any_in_batch(acting), there, lambda: bracket.value)
-    return y, _select(acting, bracket_after_action(bracket, state.bracket, values, problem.directions), bracket)
+
+    def values_and_rates():
+        values, t = lambda t, y: problem.event(t, y, args), state.t_next  # type: ignore[misc]  # noqa: E731
+        along = lambda y: jax.jvp(values, (t, y), (jnp.ones_like(t), problem.rate(t, y, args)))  # noqa: E731
+        return stop_gradients((along(y1)[1], *along(y)))
+
+    found = lax.cond(any_in_batch(acting), values_and_rates, lambda: (bracket.value,) * 3)
+    return y, _select(acting, bracket_after_action(bracket, state.bracket, *found, problem.directions), bracket)
 
 
 def after_action(problem: OdeProblem, t: Array, y: PyTree, args: PyTree, acting: Array, fired: Array) -> PyTree:

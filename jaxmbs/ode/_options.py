@@ -18,6 +18,8 @@ from ._events import check_condition
 from ._linear_solver import SquareSolver
 from ._problem import checkpoints_for
 
+#: Methods of diffrax whose memory is another state of the motion, not a slope that is evaluated anew after a jump.
+_TWO_STATES = (diffrax.LeapfrogMidpoint, diffrax.ReversibleHeun)
 GRADIENTS = ("reverse", "forward")
 LOOPS = ("jaxmbs", "diffeqsolve")
 #: Default relative tolerance of a step by the size of a number [bytes].  An explicit method of order 8 takes a third
@@ -88,6 +90,19 @@ def _check_solver(solver):
         raise ValueError(
             f"{type(solver).__name__} is for stochastic or split equations; give a solver for ordinary ones, "
             "such as diffrax.Dopri8() or, if stiff, diffrax.Kvaerno5()"
+        )
+
+
+def check_memory(solver: Any, why: str) -> None:
+    """Raises: ValueError for a solver that steps a second state of its own, where the motion's is moved between steps.
+
+    Args: why: what moves it.
+    """
+    inner = solver.solver if isinstance(solver, diffrax.HalfSolver) else solver
+    if isinstance(inner, _TWO_STATES):
+        raise ValueError(
+            f"{type(inner).__name__} keeps a second state from step to step, which {why} would not move: take "
+            "diffrax.Midpoint() or another one-step method"
         )
 
 

@@ -77,11 +77,12 @@ def test_an_event_and_an_adjoint_of_diffrax(swing):
     np.testing.assert_allclose([value, slope], [wanted, wanted_slope], rtol=1e-6)
     h = 1e-5
     run = jax.jit(hangs)
-    np.testing.assert_allclose(slope, (run(0.3 + h) - run(0.3 - h)) / (2 * h), rtol=1e-5)
+    np.testing.assert_allclose(slope, (run(0.3 + h) - run(0.3 - h)) / (2 * h), rtol=1e-4)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("formulation", ["canonical", "independent", "velocity"])
+@pytest.mark.parametrize(
+    "formulation", [pytest.param(name, marks=pytest.mark.slow) for name in ("canonical", "independent", "velocity")]
+)
 def test_a_four_bar_in_every_formulation(loop, formulation):
     """Projected steps keep the loop closed; steps that are not drift by their error, and the readout closes it."""
     system, start = loop
@@ -147,7 +148,7 @@ def test_diffeqsolve_with_other_options(swing, options):
     np.testing.assert_allclose(theirs.end.t, ours.end.t, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["reverse", "forward"])
 def test_derivatives_by_both_loops(loop, mode):
     like, _ = loop
