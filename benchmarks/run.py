@@ -20,6 +20,7 @@ NAMES = (
     "cold_start",
     "compiler_tricks",
     "saved_times",
+    "diffrax_loops",
     "imported_models",
     "wishbone_limits",
     "published_decks",

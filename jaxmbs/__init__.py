@@ -54,7 +54,7 @@ from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Scr
 from .kinematics import State, position, rotation, velocity
 from .linear import LinearSystem
 from .model import Pose, System, inertia, rotations
-from .motion import Motion
+from .motion import Motion, vector_field
 from .reaction import inverse_dynamics
 from .runtime import cache
 from .runtime import user_jit as jit
@@ -146,6 +146,7 @@ __all__ = [
     "stiffness",
     "studies",
     "sweep",
+    "vector_field",
     "velocity",
     "vibration",
     "viz",

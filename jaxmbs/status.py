@@ -33,6 +33,10 @@ class Status(enum.IntEnum):
         9,
         "the loops are closed on another branch than in the first design or pose (follow one: State.at(near=...))",
     )
+    EVENTS = (
+        10,
+        "more events acted than `max_events` (they may accumulate, as the bounces of a ball that comes to rest do)",
+    )
 
     text: str
 

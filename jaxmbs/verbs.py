@@ -23,6 +23,7 @@ from .linear._system import LinearSystem
 from .linear._transfer import TransferFunctions
 from .model._entry_points import check_precision, check_system
 from .model._system import System
+from .motion._event import EventLike
 from .motion._formulation import Formulation
 from .motion._motion import Motion
 from .motion._simulate import simulate as mechanism_simulate
@@ -176,9 +177,11 @@ def simulate(
     atol: ArrayLike | None = None,
     gradient: Any = "reverse",
     formulation: str | type[Formulation] | None = None,
-    event: WordedError[Callable | None] = None,
+    event: WordedError[EventLike | Sequence[EventLike] | None] = None,
     interpolate: bool = False,
+    loop: str = "jaxmbs",
     max_steps: int = 100_000,
+    max_events: int = 64,
     progress: bool = False,
     throw: bool = True,
 ) -> Motion: ...

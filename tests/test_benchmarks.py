@@ -24,13 +24,14 @@ PACKAGES = {
     "cold_start": (),
     "compiler_tricks": (),
     "saved_times": (),
+    "diffrax_loops": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
     "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start",)
-LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures")
+LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("component_chain",)
 
 

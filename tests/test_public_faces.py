@@ -27,7 +27,7 @@ FACES = {
         Batch batch
     """,
     "jaxmbs.ode": """
-        Gauss4 ImplicitMidpoint SemiImplicitEuler
+        Gauss4 ImplicitMidpoint ProjectedSolver SemiImplicitEuler
     """,
     "jaxmbs.runtime": """
         FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_in_batch as_array as_dtype cache
@@ -66,7 +66,7 @@ FACES = {
         coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
         frequency_response inertia inverse_dynamics io jit joints kinematics linear linearise load_model
         mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
-        runtime save_model simulate statics stiffness studies sweep velocity vibration viz
+        runtime save_model simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes
@@ -128,8 +128,8 @@ FACES = {
         Pose System Topology
     """,
     "jaxmbs.motion": """
-        Diagnostics Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak Rates SemiImplicitEuler
-        load_peaks peak simulate
+        Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
+        ProjectedSolver Rates SemiImplicitEuler VectorField load_peaks peak simulate vector_field
     """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed

@@ -1,24 +1,34 @@
 """Motions in time."""
 
 from ..ode._gauss import Gauss4, ImplicitMidpoint
+from ..ode._projected_solver import ProjectedSolver
 from ..ode._semi_implicit_euler import SemiImplicitEuler
+from ._event import Event
+from ._event_record import EventRecord
 from ._formulation import Formulation, Rates
 from ._joint_peaks import LoadPeaks, load_peaks
 from ._motion import Diagnostics, Motion
 from ._peaks import Peak, peak
 from ._simulate import simulate
+from ._vector_field import PhaseState, VectorField, vector_field
 
 __all__ = [
     "Diagnostics",
+    "Event",
+    "EventRecord",
     "Formulation",
     "Gauss4",
     "ImplicitMidpoint",
     "LoadPeaks",
     "Motion",
     "Peak",
+    "PhaseState",
+    "ProjectedSolver",
     "Rates",
     "SemiImplicitEuler",
+    "VectorField",
     "load_peaks",
     "peak",
     "simulate",
+    "vector_field",
 ]

@@ -11,7 +11,7 @@ from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics
 from ..kinematics._state import State
 from ..math._nan import nan_slope_where, nan_where
-from ..ode._integrate import masked, status_of
+from ..ode._integrate import masked
 from ..status import Status, succeeded
 from ._formulation import is_rheonomic
 from ._motion import Diagnostics
@@ -45,12 +45,15 @@ def observe(system, at: VelocityKinematics):
     return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), jnp.max(jnp.abs(speed)), spins
 
 
-def diagnose(system, observed, work, final) -> Diagnostics:
+def diagnose(system, observed, work, final, events: tuple[str, ...] = ()) -> Diagnostics:
     """Diagnostics from what was observed at the start and at the saved times (1 + T,), the work account (T, n)
-    and the loop after its last step."""
+    and the loop after its last step.
+
+    Args: events: names of those that act, whose energy follows the other work.
+    """
     kinetic, potential, drift, speed, spins = observed
     total = kinetic + potential
-    names = element_names(system) + (("drives",) if is_rheonomic(system) else ())
+    names = element_names(system) + (("drives",) if is_rheonomic(system) else ()) + events
     return Diagnostics(
         kinetic=kinetic[1:],
         potential=potential[1:],
@@ -64,10 +67,9 @@ def diagnose(system, observed, work, final) -> Diagnostics:
     )
 
 
-def result_code(result, states, diagnostics, observed, ended, open_at_start, ts):
-    """Result code (): the integrator's, overruled by states or times asked for (T,) that are not finite, states that
+def result_code(code, states, diagnostics, observed, ended, open_at_start, ts):
+    """Result code (): that of the end, overruled by states or times asked for (T,) that are not finite, states that
     break the constraints or the energy account; and which of the saved times are lost: all from the first bad one."""
-    code = status_of(result)
     finite = jnp.all(jnp.isfinite(states.coordinates), axis=1) & jnp.all(jnp.isfinite(states.velocities), axis=1)
     speed = 1.0 + jnp.max(jnp.abs(_zero_for_nan(states.velocities)), initial=0.0)
     drift, velocity_drift = (_zero_for_nan(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))

@@ -18,6 +18,7 @@ from ..runtime import as_array, jit
 from ..status import Status, succeeded
 from ..tables import format_number, span, table_repr
 from ..typing import ArrayLike
+from ._event_record import EventRecord
 from ._interpolation import between, knots_of
 
 
@@ -27,7 +28,7 @@ class Diagnostics(eqx.Module):
     Attributes:
         kinetic, potential: energies [J].
         work: done on the system up to each time beside stored energy, by force element [J], negative when dissipated;
-            "drives" holds that of driven joints and moving constraints.
+            "drives" holds that of driven joints and moving constraints, the name of an event that of its actions.
         energy_residual: kinetic + potential - their start - all work [J].
         constraint_drift: largest residual of the positions, without derivative.
         velocity_drift: largest residual of the velocities, without derivative.
@@ -70,6 +71,8 @@ class Motion(eqx.Module):
     All have derivatives, by times too; the sizes of steps are held.  Of a motion that failed the states saved before
     are kept; those after it are NaN, and so is every result and derivative that follows from them, or derivative that
     follows from its `end`.  Where only the energy account is off all states are kept.
+
+    `events` is the record of the events that acted and of the one that ended the motion; None without events.
     """
 
     ts: Float[Array, " times"]
@@ -77,6 +80,7 @@ class Motion(eqx.Module):
     result: Int[Array, "..."]
     diagnostics: Diagnostics
     end: State
+    events: EventRecord | None = None
 
     __repr__, _repr_html_ = table_repr(_table_parts)
 

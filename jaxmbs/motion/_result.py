@@ -2,16 +2,19 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._state import State
 from ..math._nan import nan_where
-from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows
+from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, status_of
 from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded
 from ._accounts import diagnose, mask_failed, observe, result_code
+from ._event_record import event_record
+from ._hybrid import HybridEquations
 from ._motion import Motion
 
 
@@ -23,6 +26,7 @@ def motion_of(
     times: tuple[Array, Array],
     open_at_start: Array,
     lands_on_times: bool,
+    names: tuple[str, ...] = (),
 ) -> Motion:
     """The motion, its states projected again onto the constraints where steps did not land on the saved times.
 
@@ -31,18 +35,20 @@ def motion_of(
         y0: the start as the equations have it.
         times: those to save (T,), the end ().  With an event its state follows the last time before it.
         open_at_start: residual of the constraints at the start.
+        names: of the events.
     """
-    (equations, event), (ts, t1) = args, times
+    (equations, events), (ts, t1) = args, times
     reached, reached_y, arrived = end_of_motion(final, y0, t1, args)
     times, ys, ended = saved_rows(final, ts, (reached, reached_y), args)
     psi, p, work = ys
-    there = (reached, *reached_y[:2])
+    there = (reached, *reached_y)
     if equations.follows_rows:  # the constraints alone determine coordinates, and their derivative
-        psi, there = lax.stop_gradient(psi), (reached, lax.stop_gradient(reached_y[0]), reached_y[1])
+        psi, there = lax.stop_gradient(psi), (reached, lax.stop_gradient(reached_y[0]), *reached_y[1:])
 
     def sample(row):
-        t, psi, p = row
-        if event is not None or not lands_on_times:
+        t, psi, p, quadratures = row
+        equations = args.equations.in_mode(quadratures)
+        if events is not None or not lands_on_times:
             psi, _ = equations.project_position(t, psi)
         at = configuration(equations.system, equations.P, psi, t)
         u = equations.velocities_at(at, p)
@@ -51,8 +57,8 @@ def motion_of(
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed
     gone = ~(jnp.all(jnp.isfinite(psi), axis=1) & jnp.all(jnp.isfinite(p), axis=1))
-    filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, psi, p), there, strict=True)]
-    first = (start.t, *y0[:2])
+    filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, psi, p, work), there, strict=True)]
+    first = (start.t, *y0)
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
     psi, u, observed = map_chunked(sample, rows)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
@@ -62,10 +68,34 @@ def motion_of(
     end = State(reached, psi[-1], u[-1], observed[2][-1], structure)
     psi, u, observed = jax.tree.map(lambda x: x[:-1], (psi, u, observed))
     states = State(times, psi[1:], u[1:], observed[2][1:], structure)
-    diagnostics = diagnose(equations.system, observed, masked(ended, work, jnp.nan), final)
-    code, lost = result_code(final.result, states, diagnostics, observed, ended, open_at_start, ts)
+    work, acting = _work(equations, work, names)
+    diagnostics = diagnose(equations.system, observed, masked(ended, work, jnp.nan), final, acting)
+    code = _code_of_end(final, events)
+    code, lost = result_code(code, states, diagnostics, observed, ended, open_at_start, ts)
     if equations.follows_rows:
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     kept = succeeded(code) | (code == Status.ENERGY)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
-    return Motion(ts if event is None else times, states, code, diagnostics, end)
+    record = None
+    if events is not None:
+        account = equations.account(reached_y[2]) if isinstance(equations, HybridEquations) else None
+        record = event_record(names, account, final, reached, code == Status.EVENT)
+    return Motion(ts if events is None else times, states, code, diagnostics, end, record)
+
+
+def _work(equations, quadratures, names):
+    """(work (T, n) of forces, drives and the events that act; names of those)."""
+    if not isinstance(equations, HybridEquations):
+        return quadratures, ()
+    account, acting = equations.account(quadratures), equations.acting
+    jumps = account.jumps[..., np.array(acting, int)]
+    return jnp.concatenate([account.work, jumps], axis=-1), tuple(names[k] for k in acting)
+
+
+def _code_of_end(final, events):
+    """The status () with which the loop ended; an event that acts ends it where there were too many."""
+    code = status_of(final.result)
+    if events is None or not any(events.acts):
+        return code
+    too_many = (code == Status.EVENT) & jnp.asarray(events.acts)[jnp.maximum(final.bracket.fired, 0)]
+    return jnp.where(too_many, Status.EVENTS, code)

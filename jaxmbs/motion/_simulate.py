@@ -1,6 +1,6 @@
 """`simulate` of mechanisms: a formulation integrated with projection, and the motion's accounts and result code."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
 import diffrax
@@ -20,15 +20,17 @@ from ..model._entry_points import check_single_state
 from ..model._system import System
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
-from ..ode._options import check_event, check_options, make_options
+from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
 from ..runtime import as_array, jit
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
+from ._event import Actions, EventLike, as_events
 from ._failure import explain
 from ._formulation import Formulation, num_powers
 from ._formulations import Independent, Prescribed, Velocity
+from ._hybrid import HybridEquations
 from ._motion import Motion
 from ._options import choose_formulation
 from ._result import motion_of
@@ -51,9 +53,11 @@ def simulate(
     atol: ArrayLike | None = None,
     gradient: Any = "reverse",
     formulation: str | type[Formulation] | None = None,
-    event: WordedError[Callable | None] = None,
+    event: WordedError[EventLike | Sequence[EventLike] | None] = None,
     interpolate: bool = False,
+    loop: str = "jaxmbs",
     max_steps: int = 100_000,
+    max_events: int = 64,
     progress: bool = False,
     throw: bool = True,
 ) -> Motion:
@@ -73,13 +77,18 @@ def simulate(
             freedom, whose coordinates then follow their branch), or a custom `Formulation`.
         event: function of a State to one number whose zero crossing ends the motion, as does one that is not a number
             where smaller steps do not help; the state there is saved too, right after the
-            times before it, so the motion has one entry more (unused entries: times inf, states nan).
+            times before it, so the motion has one entry more (unused entries: times inf, states nan).  Or a
+            `jaxmbs.motion.Event`, which may act and let the motion go on; a `diffrax.Event` of real functions
+            (t, y, args) of the State y; a list of several.  `motion.events` has their names and times.
         interpolate: let steps pass over saved times, whose states come from the solver's interpolation and are closed
             again, with an error of about ten times the tolerance.  By default steps land on them: a four-bar with 101
             saved times costs twice as much at 1e-9, five times at 1e-3, and is right to 5e-12 at either, which
             passing over does not reach at any tolerance (`benchmarks/saved_times.py`).  Motions without freedom are
             always interpolated, the constraints determine them.
+        loop: "jaxmbs" (default), or "diffeqsolve": the same steps by `diffrax.diffeqsolve` with diffrax's adjoints;
+            without events that act.
         max_steps: bound on the integrator's steps.
+        max_events: bound on the actions of events; the one after it ends the motion with status EVENTS.
         progress: show a progress bar.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
@@ -87,7 +96,8 @@ def simulate(
     or that fails takes no further steps.
 
     Raises:
-        ValueError: contradictory options.  TypeError: an event that is no function to one number.
+        ValueError: contradictory options.  TypeError: an event that is no function to one number, an action that
+            returns no State.
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
     check_single_state(system, state)
@@ -95,10 +105,15 @@ def simulate(
         formulation = Prescribed
     if formulation in ("independent", Independent):
         system = with_mobility_at(system, state)
-    check_event(event, state, "s.coordinates[0]")
+    events = as_events(event, system, state, max_events)
     solver = diffrax.Dopri8() if solver is None else solver
     chosen = choose_formulation(formulation, solver, dt)
-    check_options(solver, controller, dt, rtol, atol, gradient)
+    check_options(solver, controller, dt, rtol, atol, gradient, loop)
+    if system.has_constraints:
+        check_memory(solver, "the projection onto the constraints")
+    if events is not None and any(events[0].acts):
+        check_memory(solver, "the action of an event")
+        _check_acting(chosen, loop)
     t0, dtype = state.t, state.coordinates.dtype
     ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else as_array(t1)
@@ -113,9 +128,11 @@ def simulate(
         max_steps=max_steps,
         lands_on_times=not interpolate and not chosen.follows_rows,
         progress=bool(progress),
-        has_event=event is not None,
+        has_event=events is not None,
+        max_actions=0 if events is None else events[0].max_actions,
+        loop=loop,
     )
-    motion = _integrate(system, state, ts, t1, chosen, event, options)
+    motion = _integrate(system, state, ts, t1, chosen, events, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)
@@ -130,7 +147,7 @@ def _is_prescribed(system, state):
 
 
 @jit
-def _integrate(system, state, ts, t1, formulation, event, options):
+def _integrate(system, state, ts, t1, formulation, events, options):
     at = at_state(system, state)
     equations, p0 = formulation.begin(system, at, state.velocities)
     no_work = jnp.zeros(num_powers(system), p0.dtype)
@@ -138,9 +155,11 @@ def _integrate(system, state, ts, t1, formulation, event, options):
     ts, valid = valid_times(ts, state.t, t1)
     valid = valid & (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
     valid = valid & jnp.all(jnp.isfinite(state.velocities))
-    if event is not None:
-        event = eqx.filter_closure_convert(event, _state_of(system, state))
-    args = Arguments(equations, event)
+    names = () if events is None else events[1].names
+    if events is not None:
+        equations, events = _with_events(equations, events, _state_of(system, state))
+        no_work = jnp.zeros(equations.size, p0.dtype) if any(events.acts) else no_work
+    args = Arguments(equations, events)
     problem, final, y0 = integrate_equations(
         args,
         (state.coordinates, p0, no_work),
@@ -151,16 +170,37 @@ def _integrate(system, state, ts, t1, formulation, event, options):
         saves_projection=system.has_constraints
         and formulation.keeps_momenta
         and options.lands_on_times
-        and event is None,
+        and events is None
+        and options.loop == "jaxmbs",
         projection_is_error=formulation.follows_rows,
         norm=optimistix.rms_norm if formulation.follows_rows else None,
     )
     if problem.saves_projection:  # rows of velocities, which need no formulation to be read
-        args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0)), event), stop_gradients(state.t)
+        args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0))), stop_gradients(state.t)
         start = (state.coordinates, state.velocities, no_work)
         y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
         final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
-    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times)
+    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names)
+
+
+def _with_events(equations, events, state):
+    """The equations with the actions, and the events; arrays that their functions close over are arguments."""
+    events, actions = events[0].closed_over(state), events[1]
+    if not any(events.acts):
+        return equations, events
+    converted = tuple(f if f is None else eqx.filter_closure_convert(f, state) for f in actions.actions)
+    actions = Actions(converted, actions.systems, actions.names)
+    return HybridEquations.of(equations, actions, events.max_actions), events
+
+
+def _check_acting(formulation, loop):
+    """Raises: ValueError for what cannot go on after the action of an event."""
+    if formulation.follows_rows:
+        raise ValueError(
+            "an action changes velocities, and this mechanism has none that are free: its drives give all"
+        )
+    if loop != "jaxmbs":
+        raise ValueError(f"loop={loop!r} has no events that act: diffrax's loop ends at an event; take loop='jaxmbs'")
 
 
 def _state_of(system, state):

@@ -1,10 +1,12 @@
 """Integration of ordinary differential equations: the loop of steps, its derivatives, events and solvers."""
 
 from ._gauss import Gauss4, ImplicitMidpoint
+from ._projected_solver import ProjectedSolver
 from ._semi_implicit_euler import SemiImplicitEuler
 
 __all__ = [
     "Gauss4",
     "ImplicitMidpoint",
+    "ProjectedSolver",
     "SemiImplicitEuler",
 ]

@@ -68,10 +68,14 @@ def _row(rows, index):
     return lax.dynamic_index_in_dim(rows, index, keepdims=False, allow_negative_indices=False)
 
 
-def _log_entry(problem: OdeProblem, state: LoopState, dense):
-    """The log's row of a step: the loop's state before it, and the dense output of a method with explicit stages."""
+def _log_entry(problem: OdeProblem, state: LoopState, after: LoopState, dense):
+    """The log's row of a step: the loop's state before it, the dense output of a method with explicit stages, and the
+    event that acted at its end, -1 for none."""
     before = state.t, state.t_next, state.y, state.memory, state.saved, state.bracket
-    return before, dense if has_explicit_stages(problem.solver) else None
+    acted = None
+    if state.bracket is not None and after.bracket is not None and problem.jump is not None:
+        acted = jnp.where(after.bracket.actions > state.bracket.actions, after.bracket.fired, -1)
+    return before, dense if has_explicit_stages(problem.solver) else None, acted
 
 
 def _packing(problem, y0, t0, dt0, args):
@@ -79,7 +83,8 @@ def _packing(problem, y0, t0, dt0, args):
 
     def row():
         state = begin(problem, y0, t0, dt0, args)
-        return _log_entry(problem, state, attempt_step(problem, state, args)[2])
+        after, _, dense = attempt_step(problem, state, args)
+        return _log_entry(problem, state, after, dense)
 
     return Packing(jax.eval_shape(row), t0.dtype)
 
@@ -109,7 +114,7 @@ def _forward(perturbed, start, problem, t0, dt0):
     def body(carry):
         state, log = carry
         after, keep, dense = attempt_step(problem, state, args)
-        return after, log.with_step(packing.pack(_log_entry(problem, state, dense)), keep)
+        return after, log.with_step(packing.pack(_log_entry(problem, state, after, dense)), keep)
 
     running = lambda carry: any_in_batch(carry[0].is_running(problem))  # noqa: E731
     steps = functools.partial(lax.while_loop, running, body)
@@ -193,7 +198,9 @@ def _repeat_steps(problem, args, packing, row, end, pieces, stride):
         state, pieces, count = carry
         after, keep, dense = attempt_step(shorter, state, args)
         pieces = set_row(
-            pieces, jnp.where(keep, count, problem.checkpoints), packing.pack(_log_entry(problem, state, dense))
+            pieces,
+            jnp.where(keep, count, problem.checkpoints),
+            packing.pack(_log_entry(problem, state, after, dense)),
         )
         return after, pieces, jnp.where(keep, count + 1, count)
 

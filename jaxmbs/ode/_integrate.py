@@ -1,5 +1,6 @@
 """Integration of the equations of either noun by checked options, and what its end and its saved rows are."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
@@ -15,6 +16,8 @@ from ..math._nan import value_where
 from ..runtime import FORWARD_MODE, jit, reverse_only
 from ..status import Status
 from ._adjoint import integrate_with_adjoint
+from ._diffeqsolve import integrate_by_diffeqsolve
+from ._events import Events
 from ._loop import integrate, stop_gradients
 from ._options import Options, with_tolerances
 from ._problem import LoopState, OdeProblem, Projection
@@ -45,10 +48,10 @@ class Equations(Protocol):
 
 
 class Arguments(NamedTuple):
-    """Arguments of the vector field: the equations, and the event or None."""
+    """Arguments of the vector field: the equations, and the events or None."""
 
     equations: Any
-    event: Callable | None = None
+    events: Events | None = None
 
 
 @jit
@@ -61,9 +64,24 @@ def _project(t, y, args):
     return args.equations.project(t, y)
 
 
-def _event(t, y, args):
-    """The event's value ()."""
-    return args.event(args.equations.state_at(t, y))
+def _values(t, y, args):
+    """Values (n,) of the events."""
+    return args.events.values(args.equations.state_at(t, y))
+
+
+def _jump(t, y, args, number):
+    """y after the action of an event beside the time t, as the motion from there has it at t.
+
+    The motion is followed to the event, and after the action back to t, by one Newton step each: their values are
+    rounding, their derivatives those of the event's time: the saltation matrix of hybrid systems (Leine and
+    Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004).
+    """
+    time, y = _on_the_event(t, y, args, number)
+    acting = [k for k, acts in enumerate(args.events.acts) if acts]
+    branch = jnp.searchsorted(jnp.asarray(acting, number.dtype), number)
+    actions = [functools.partial(args.equations.after_action, number=k) for k in acting]
+    y = lax.switch(branch, actions, time, y)
+    return jax.tree.map(lambda y, r: y + (t - time) * r, y, args.equations.rate(time, y))
 
 
 def integrate_equations(
@@ -87,10 +105,11 @@ def integrate_equations(
 
     Returns: the problem, the loop's final state, and y0 with its derivative by the start.
     """
-    t0, ts, t1 = times
+    (t0, ts, t1), events = times, args.events
     span, start, save = stop_gradients((t1 - t0, t0, ts))
     end, save = jnp.where(valid, start + span, start), jnp.where(valid, save, start)
     controller = stop_gradients(_controller(options, span, norm))
+    first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
     problem = OdeProblem(
         stop_gradients(with_tolerances(options.solver, controller)),
         controller,
@@ -101,15 +120,21 @@ def integrate_equations(
         project=_project if has_projection else None,
         saves_projection=saves_projection,
         projection_is_error=projection_is_error,
-        event=None if args.event is None else _event,
+        event=None if events is None else _values,
+        directions=(0,) if events is None else events.directions,
+        jump=None if events is None or not any(events.acts) else _jump,
+        acts=(False,) if events is None else events.acts,
+        max_actions=0 if events is None else events.max_actions,
+        restart=first_step,
         lands_on_times=options.lands_on_times,
         meter=diffrax.TqdmProgressMeter() if options.progress else diffrax.NoProgressMeter(),
         checkpoints=options.checkpoints,
     )
-    first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
     # a later start: what flows for less time
     y0 = attach_time_derivative(y0, 2.0 * start - t0, start, args.equations)
-    if options.gradient == "reverse":
+    if options.loop == "diffeqsolve":
+        state = integrate_by_diffeqsolve(problem, y0, start, first_step, args, options.gradient)
+    elif options.gradient == "reverse":
         state = integrate_with_adjoint(reverse_only((y0, args), FORWARD_MODE), problem, start, first_step)
     else:
         state = integrate(problem, y0, start, first_step, args)
@@ -156,15 +181,16 @@ def end_of_motion(state: LoopState, y0: PyTree, t1: Array, args: Arguments) -> t
     happened = state.result == diffrax.RESULTS.event_occurred
     t = stop_gradients(state.t) + jnp.where(happened | ~jnp.isfinite(t1), 0.0, t1 - stop_gradients(t1))
     y = attach_time_derivative(y, t, stop_gradients(state.t), args.equations)
-    if args.event is not None:
-        t, y = jax.tree.map(lambda a, b: jnp.where(happened, a, b), _on_the_event(t, y, args), (t, y))
+    if args.events is not None and state.bracket is not None:
+        there = _on_the_event(t, y, args, jnp.maximum(state.bracket.fired, 0))
+        t, y = jax.tree.map(lambda a, b: jnp.where(happened, a, b), there, (t, y))
     return t, y, finite
 
 
-def _on_the_event(t, y, args):
-    """(time, y) of the event from those beside it, with their derivatives: one Newton step along the motion."""
+def _on_the_event(t, y, args, number):
+    """(time, y) of an event from those beside it, with their derivatives: one Newton step along the motion."""
     rate = args.equations.rate(t, y)
-    value, slope = jax.jvp(lambda t, y: _event(t, y, args), (t, y), (jnp.ones_like(t), rate))
+    value, slope = jax.jvp(lambda t, y: _values(t, y, args)[number], (t, y), (jnp.ones_like(t), rate))
     late = value / jnp.where(slope == 0.0, 1.0, slope)
     return t - late, jax.tree.map(lambda y, r: y - late * r, y, rate)
 
@@ -177,7 +203,7 @@ def saved_rows(
     beyond = (index >= state.saved) | ~jnp.isfinite(ts)  # after an end nothing is saved
     times = masked(beyond, ts, jnp.inf)
     ys = attach_time_derivative(state.ys, ts, stop_gradients(ts), args.equations)
-    if args.event is None:
+    if args.events is None:
         return times, ys, beyond
     index = jnp.arange(len(ts) + 1, dtype=jnp.int32)
     times, ys = jax.tree.map(

@@ -18,7 +18,7 @@ from jaxtyping import Array, PyTree
 
 from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import is_diagonally_implicit
-from ._event import locate_event, start_bracket
+from ._event import EventBracket, bracket_after_action, locate_event, start_bracket
 from ._implicit_step import step as implicit_step
 from ._problem import LoopState, OdeProblem, Projection
 
@@ -80,22 +80,24 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     running, (solver_state, control, jumped) = state.is_running(problem), state.memory
     t, t1 = state.t, state.t_next
     y1, error, dense, new_state, failed = solver_step(problem, t, t1, state.y, args, solver_state, jumped)
-    y1, saved_y, error, failed = _apply_projection(problem, t1, y1, error, args, failed)
+    y1, saved_y, error, failed = project_step(problem, t1, y1, error, args, failed)
     error = jax.tree.map(lambda e: jnp.where(jnp.isnan(e), jnp.inf, e), error)
 
     order: Any = problem.solver.error_order(problem.term)
     keep, start, t_next, jump, new_control, refused = problem.controller.adapt_step_size(
         t, t1, *stop_gradients((state.y, y1)), args, stop_gradients(error), order, control
     )
-    keep, found, lost, aim, bracket = _locate_event(problem, state, running & keep, y1, args)
+    keep, lost, aim, bracket = _locate_event(problem, state, running & keep, y1, args)
+    acting, ends = _is_acting(problem, bracket, keep)
     failed = RESULTS.where(keep, failed, RESULTS.successful)
     failed = RESULTS.where(diffrax.is_okay(failed), refused, failed)
     failed = RESULTS.where(lost & diffrax.is_okay(failed), RESULTS.nonfinite_input, failed)
-    failed = RESULTS.where(found & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
+    failed = RESULTS.where(ends & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
 
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
+    y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
-    t_next = _clip_step(problem, start, jnp.minimum(t_next, aim), keep, saved)
+    t_next = _clip_step(problem, start, _limit_by_events(problem, acting, start, t_next, aim), keep, saved)
     after = LoopState(
         t=start,
         t_next=_select(running, t_next, t1),
@@ -103,7 +105,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
         memory=(
             _select(keep, new_state, solver_state),
             _select(running, new_control, control),
-            _select(keep, jump, jumped),
+            _select(keep, jump if problem.jump is None else jump | acting, jumped),
         ),
         result=RESULTS.where(running, failed, state.result),
         tried=_increment_if(state.tried, running),
@@ -111,7 +113,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
         saved=saved,
         ys=ys,
         projected=None if state.projected is None else _select(keep, saved_y, state.projected),
-        bracket=bracket,
+        bracket=_select(running, bracket, state.bracket),
         meter=_update_meter(problem, state, start),
     )
     return after, keep, dense
@@ -126,17 +128,25 @@ def _update_meter(problem, state, t):
 
 
 def solver_step(
-    problem: OdeProblem, t: Array, t1: Array, y: PyTree, args: PyTree, solver_state: Any, jumped: Any
+    problem: OdeProblem,
+    t: Array,
+    t1: Array,
+    y: PyTree,
+    args: PyTree,
+    solver_state: Any,
+    jumped: Any,
+    solver: Any = None,
 ) -> Any:
-    """The solver's step: (y, error, dense output, its memory, result)."""
+    """The step of the problem's solver, or of another: (y, error, dense output, its memory, result)."""
+    solver = problem.solver if solver is None else solver
     jumped = jumped if problem.project is None else jumped | True
-    if is_diagonally_implicit(problem.solver):
-        return implicit_step((y, args), (t, t1), problem.solver, problem.term, solver_state, jumped)
-    return problem.solver.step(problem.term, t, t1, y, args, solver_state, jumped)
+    if is_diagonally_implicit(solver):
+        return implicit_step((y, args), (t, t1), solver, problem.term, solver_state, jumped)
+    return solver.step(problem.term, t, t1, y, args, solver_state, jumped)
 
 
-def _apply_projection(problem, t1, y1, error, args, failed):
-    """The end of a step after the projection, and what is saved of it."""
+def project_step(problem: OdeProblem, t1: Array, y1: PyTree, error: Any, args: PyTree, failed: Any) -> tuple:
+    """The end of a step after the projection, what is saved of it, its error and result."""
     if problem.project is None:
         return y1, None, error, failed
     projection: Projection = problem.project(t1, y1, args)
@@ -151,11 +161,53 @@ def _apply_projection(problem, t1, y1, error, args, failed):
 
 
 def _locate_event(problem, state, keep, y1, args):
-    """`locate_event` of the problem's event, where it has one."""
+    """`locate_event` of the problem's events, where it has some."""
     if problem.event is None:
-        return keep, jnp.asarray(False), jnp.asarray(False), jnp.inf, None
+        return keep, jnp.asarray(False), jnp.inf, None
     value = stop_gradients(problem.event(state.t_next, y1, args))
-    return locate_event(state.bracket, state.t, state.t_next, value, keep)
+    return locate_event(state.bracket, state.t, state.t_next, value, keep, problem.directions)
+
+
+def _is_acting(problem, bracket: EventBracket | None, keep):
+    """True if the event at the end of a step acts, and if it ends the motion."""
+    if bracket is None:
+        return jnp.asarray(False), jnp.asarray(False)
+    fired = keep & (bracket.fired >= 0)
+    if problem.jump is None:
+        return jnp.asarray(False), fired
+    acts = jnp.asarray(problem.acts)[jnp.maximum(bracket.fired, 0)] & (bracket.actions < problem.max_actions)
+    return fired & acts, fired & ~acts
+
+
+def _limit_by_events(problem, acting, start, t_next, aim):
+    """The end of the next step, not beyond what event location aims at.
+
+    The step that ended on an event may be tiny: after an action the next one is as the first of a motion.
+    """
+    if problem.jump is None or problem.restart is None:
+        return jnp.minimum(t_next, aim)
+    return jnp.where(acting, jnp.maximum(t_next, start + problem.restart), jnp.minimum(t_next, aim))
+
+
+def _perform_action(problem, state, acting, y1, args, bracket):
+    """The end of a step after the action of its event, and the brackets from there."""
+    if problem.jump is None:
+        return y1, bracket
+    y = after_action(problem, state.t_next, y1, args, acting, bracket.fired)
+
+    def values_and_rates():
+        values, t = lambda t, y: problem.event(t, y, args), state.t_next  # type: ignore[misc]  # noqa: E731
+        along = lambda y: jax.jvp(values, (t, y), (jnp.ones_like(t), problem.rate(t, y, args)))  # noqa: E731
+        return stop_gradients((along(y1)[1], *along(y)))
+
+    found = lax.cond(any_in_batch(acting), values_and_rates, lambda: (bracket.value,) * 3)
+    return y, _select(acting, bracket_after_action(bracket, state.bracket, *found, problem.directions), bracket)
+
+
+def after_action(problem: OdeProblem, t: Array, y: PyTree, args: PyTree, acting: Array, fired: Array) -> PyTree:
+    """y at the time t after the action of the event `fired` where it is `acting`."""
+    jump = lambda: problem.jump(t, y, args, jnp.maximum(fired, 0))  # type: ignore[misc]  # noqa: E731
+    return _select(acting, lax.cond(any_in_batch(acting), jump, lambda: y), y)
 
 
 def _clip_step(problem, t, t_next, keep, saved):

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import lineax
 import numpy as np
@@ -15,10 +14,14 @@ from jax import Array
 from ..checks import any_concrete, is_concrete
 from ..runtime import as_array
 from ..typing import ArrayLike
+from ._events import check_condition
 from ._linear_solver import SquareSolver
 from ._problem import checkpoints_for
 
+#: Methods of diffrax whose memory is another state of the motion, not a slope that is evaluated anew after a jump.
+_TWO_STATES = (diffrax.LeapfrogMidpoint, diffrax.ReversibleHeun)
 GRADIENTS = ("reverse", "forward")
+LOOPS = ("jaxmbs", "diffeqsolve")
 #: Default relative tolerance of a step by the size of a number [bytes].  An explicit method of order 8 takes a third
 #: more steps than for 1e-8, and differences of motions still have half of their digits as derivatives; in single
 #: precision the root of the rounding, as smaller errors cannot be told from it.
@@ -35,6 +38,7 @@ class Options(NamedTuple):
         gradient: derivative mode, "reverse" or "forward".
         lands_on_times: steps end on the saved times.
         checkpoints: of the adjoint.
+        loop: "jaxmbs" or "diffeqsolve".
     """
 
     solver: diffrax.AbstractSolver
@@ -47,10 +51,15 @@ class Options(NamedTuple):
     lands_on_times: bool
     progress: bool
     checkpoints: int
+    loop: str
 
 
-def check_options(solver: Any, controller: Any, dt: Any, rtol: Any, atol: Any, gradient: Any) -> None:
+def check_options(
+    solver: Any, controller: Any, dt: Any, rtol: Any, atol: Any, gradient: Any, loop: Any = LOOPS[0]
+) -> None:
     """Raises: ValueError for options that are wrong or contradict each other."""
+    if not isinstance(loop, str) or loop not in LOOPS:
+        raise ValueError(f"loop={loop!r} must be one of {', '.join(LOOPS)}")
     if isinstance(gradient, diffrax.BacksolveAdjoint):
         raise ValueError("BacksolveAdjoint differentiates the motion without its projection: take gradient='reverse'")
     if not isinstance(gradient, str) or gradient not in GRADIENTS:
@@ -84,6 +93,19 @@ def _check_solver(solver):
         )
 
 
+def check_memory(solver: Any, why: str) -> None:
+    """Raises: ValueError for a solver that steps a second state of its own, where the motion's is moved between steps.
+
+    Args: why: what moves it.
+    """
+    inner = solver.solver if isinstance(solver, diffrax.HalfSolver) else solver
+    if isinstance(inner, _TWO_STATES):
+        raise ValueError(
+            f"{type(inner).__name__} keeps a second state from step to step, which {why} would not move: take "
+            "diffrax.Midpoint() or another one-step method"
+        )
+
+
 def check_event(event: Any, state: Any, example: str) -> None:
     """Raises: TypeError unless an event, if there is one, is a function of a state to one real number."""
     if event is None:
@@ -94,9 +116,7 @@ def check_event(event: Any, state: Any, example: str) -> None:
             f"lambda s: {example}, not {type(event).__name__}; for the first of two that start positive: "
             "lambda s: jnp.minimum(f(s), g(s))"
         )
-    found = jax.eval_shape(event, state)
-    if not (hasattr(found, "dtype") and found.shape == () and jnp.issubdtype(found.dtype, jnp.floating)):
-        raise TypeError(f"the event must return one real number (), got {found}")
+    check_condition(event, state)
 
 
 def make_options(
@@ -112,6 +132,8 @@ def make_options(
     lands_on_times: bool,
     progress: bool,
     has_event: bool,
+    max_actions: int = 0,
+    loop: str = LOOPS[0],
     dtype: Any = float,
 ) -> Options:
     """The options, checked by `check_options`, as arrays of a type.
@@ -126,13 +148,14 @@ def make_options(
     if isinstance(solver, diffrax.AbstractImplicitSolver):
         solver = _with_root_finder(solver, dt, rtol, atol)
     steps = num_fixed_steps(*span, dt)
-    max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS if has_event else 2)
+    max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS * (1 + max_actions) if has_event else 2)
     step = None if dt is None else as_array(dt, dtype)
     tolerances = as_array(rtol, dtype), as_array(atol, dtype)
     limit = as_array(max_steps, np.int32)
     lands_on_times = lands_on_times and dt is None
+    checkpoints = checkpoints_for(max_steps)
     return Options(
-        solver, controller, step, *tolerances, gradient, limit, lands_on_times, progress, checkpoints_for(max_steps)
+        solver, controller, step, *tolerances, gradient, limit, lands_on_times, progress, checkpoints, loop
     )
 
 

@@ -44,7 +44,11 @@ class OdeProblem(eqx.Module):
         saves_projection: save `Projection.saved` in place of y; not at the start.
         projection_is_error: count the correction as error of the step, so that a step that would end on another
             branch is retried, shorter; at fixed steps it ends the motion.
-        event: (t, y, args) -> value () whose change of sign ends the motion, as does a value that is not a number.
+        event: (t, y, args) -> values (n,) whose changes of sign end the motion, as does one that is not a number.
+        directions: of the events: +1 rising, -1 falling, 0 both.
+        jump: (t, y, args, number) -> y after the action of an event; acts: True for the events that act and go on.
+        max_actions: bound on their number; the one after it ends the motion.
+        restart: least step after an action.
         lands_on_times: end steps on `times`; otherwise states there are interpolated.
         checkpoints: steps that the adjoint stores; it serves motions of up to their square.
         meter: of progress.
@@ -61,6 +65,11 @@ class OdeProblem(eqx.Module):
     saves_projection: bool = eqx.field(static=True, default=False)
     projection_is_error: bool = eqx.field(static=True, default=False)
     event: Callable | None = eqx.field(static=True, default=None)
+    directions: tuple[int, ...] = eqx.field(static=True, default=(0,))
+    jump: Callable | None = eqx.field(static=True, default=None)
+    acts: tuple[bool, ...] = eqx.field(static=True, default=(False,))
+    max_actions: int = eqx.field(static=True, default=0)
+    restart: Array | None = None
     lands_on_times: bool = eqx.field(static=True, default=True)
     meter: diffrax.AbstractProgressMeter = diffrax.NoProgressMeter()
     checkpoints: int = eqx.field(static=True, default=MIN_CHECKPOINTS)
@@ -85,7 +94,7 @@ class LoopState(eqx.Module):
         ys: saved states (T, ...) or None; inside the loop (T + 1, ...): the extra last row is scratch space for
             discarded writes.
         projected: `Projection.saved` of y, None where y itself is saved.
-        bracket: of the event; meter: state of the progress meter.
+        bracket: of the events; meter: state of the progress meter.
     """
 
     t: Array

@@ -8,7 +8,7 @@ from jax import lax
 
 from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import butcher_arrays, has_explicit_stages, is_diagonally_implicit, with_scan_kind
-from ._loop import begin, interpolate, next_save_time, solver_step
+from ._loop import after_action, begin, interpolate, next_save_time, solver_step
 from ._problem import OdeProblem
 
 
@@ -37,8 +37,8 @@ def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
 
     Args:
         args_of: the arguments as a function of the part `moving` of them that has derivatives.
-        row: of the log (`_adjoint.CheckpointBuffer`): the loop's state before the step, and its dense output if its
-            stages are differentiated one by one.
+        row: of the log (`_adjoint.CheckpointBuffer`): the loop's state before the step, its dense output if its
+            stages are differentiated one by one, and the event that acted at its end.
         bars: cotangents of the arguments, the state, the solver's memory and `Projection.saved` of the state.
     """
     step = _whole_step_vjp if row[1] is None else _explicit_step_vjp
@@ -48,7 +48,7 @@ def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
 
 
 def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
-    (t0, t1, y0, memory, saved, _), _ = row
+    (t0, t1, y0, memory, saved, _), _, acted = row
     problem = eqx.tree_at(lambda m: m.solver, problem, with_scan_kind(problem.solver, "checkpointed"))
     floating, rest = memory_of(problem, memory), memory[0]
     rest = rest if floating is None else eqx.filter(rest, eqx.is_inexact_array, inverse=True)
@@ -56,7 +56,7 @@ def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
     def whole(moving, y0, floating):
         args, state = args_of(moving), rest if floating is None else eqx.combine(floating, rest)
         y, _, dense, state, _ = solver_step(problem, t0, t1, y0, args, state, memory[2])
-        return _step_end(problem, t1, y, args), dense, memory_of(problem, (state,))
+        return _step_end(problem, t1, y, args, acted), dense, memory_of(problem, (state,))
 
     (y1, dense, _), back = jax.vjp(whole, moving, y0, floating)
     end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
@@ -64,8 +64,8 @@ def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
 
 
 def _explicit_step_vjp(problem, args_of, moving, row, bars, ys_bar):
-    (t0, t1, y0, _, saved, _), dense = row
-    y1, back = jax.vjp(lambda moving, y: _step_end(problem, t1, y, args_of(moving)), moving, dense["y1"])
+    (t0, t1, y0, _, saved, _), dense, acted = row
+    y1, back = jax.vjp(lambda moving, y: _step_end(problem, t1, y, args_of(moving), acted), moving, dense["y1"])
     end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
     change, y_bar = back(end_bar)
     y_bar = jax.tree.map(jnp.add, y_bar, dense_bar["y1"])
@@ -73,24 +73,35 @@ def _explicit_step_vjp(problem, args_of, moving, row, bars, ys_bar):
     return change, jax.tree.map(jnp.add, y_bar, dense_bar["y0"]), None
 
 
-def _step_end(problem, t1, y, args):
-    """The state at the end of a step, and `Projection.saved` of it if that is saved."""
-    if problem.project is None:
-        return y
-    found = problem.project(t1, y, args)
-    return (found.y, found.saved) if problem.saves_projection else found.y
+def _step_end(problem, t1, y, args, acted):
+    """The state at the end of a step; where other numbers are saved than the next step starts from, both: with
+    `Projection.saved`, or before and after the action of an event."""
+    if problem.project is not None:
+        found = problem.project(t1, y, args)
+        if problem.saves_projection:
+            return found.y, found.saved
+        y = found.y
+    return y if problem.jump is None else (after_action(problem, t1, y, args, acted >= 0, acted), y)
 
 
-def _with_saved(problem, t0, t1, saved, y1, dense, end_bars, ys_bar):
+def _with_saved(problem, t0, t1, saved, end, dense, end_bars, ys_bar):
     """Cotangents of (`_step_end`, the dense output), with those of the states saved during the step."""
     y_bar, projected_bar = end_bars
     none = jax.tree.map(jnp.zeros_like, dense)
+    saved_bar = projected_bar if problem.saves_projection else jax.tree.map(jnp.zeros_like, y_bar)
+    two = problem.saves_projection or problem.jump is not None
+    saved_y, dense_bar = end[1] if two else end, none
     if problem.lands_on_times:
         hit, at = next_save_time(problem, saved) <= t1, jnp.minimum(saved, problem.times.size - 1)
-        saved_bar = jax.tree.map(lambda ys: jnp.where(hit, ys[at], 0.0), ys_bar)
-        if problem.saves_projection:
-            return (y_bar, jax.tree.map(jnp.add, projected_bar, saved_bar)), none
-        return jax.tree.map(jnp.add, y_bar, saved_bar), none
+        change = jax.tree.map(lambda ys: jnp.where(hit, ys[at], 0.0), ys_bar)
+        saved_bar = jax.tree.map(jnp.add, saved_bar, change)
+    else:
+        saved_bar, dense_bar = _of_interpolated(problem, t0, t1, saved, saved_y, dense, (saved_bar, none), ys_bar)
+    return ((y_bar, saved_bar) if two else jax.tree.map(jnp.add, y_bar, saved_bar)), dense_bar
+
+
+def _of_interpolated(problem, t0, t1, saved, y1, dense, bars, ys_bar):
+    """Cotangents of (the step's end, the dense output), with those of the states that are interpolated in it."""
 
     def left(carry):
         return next_save_time(problem, carry[0]) <= t1
@@ -102,7 +113,7 @@ def _with_saved(problem, t0, t1, saved, y1, dense, end_bars, ys_bar):
         change = back(jax.tree.map(lambda ys: jnp.where(there, ys[k], 0.0), ys_bar))
         return jnp.where(there, k + 1, k), jax.tree.map(jnp.add, bars, change)
 
-    return lax.while_loop(lambda carry: any_in_batch(left(carry)), body, (saved, (y_bar, none)))[1]
+    return lax.while_loop(lambda carry: any_in_batch(left(carry)), body, (saved, bars))[1]
 
 
 def _stages_vjp(problem, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_bar):

@@ -16,6 +16,7 @@ from ..linear._massless import condense_massless
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
 from ..math._nan import nan_slope_where, nan_where
+from ..ode._events import Events
 from ..ode._failure import describe_end
 from ..ode._integrate import Arguments, end_of_motion, integrate_equations, masked, saved_rows, status_of
 from ..ode._options import check_event, check_options, make_options
@@ -172,7 +173,7 @@ def _integrate(system, condensation, start, ts, t1, forces, laws, event, options
     equations = kind.of(system, condensation, laws, load_function(system, ts, forces))
     if event is not None:
         event = eqx.filter_closure_convert(event, start)
-    args = Arguments(equations, event)
+    args = Arguments(equations, Events.ending(event))
     y0 = (*map(condensation.heavy_part, start[1:]), jnp.zeros(0, system.dtype))
     _, final, y0 = integrate_equations(args, y0, (start.t, ts, t1), valid, options)
     t_end, y_end, _ = end_of_motion(final, y0, t1, args)

@@ -97,8 +97,10 @@ def test_an_event_in_the_last_of_fixed_steps(ball):
 
 
 WRONG = {
-    "diffrax's": (diffrax.Event(lambda *a, **k: False), "one function of a State"),
-    "a list": ([lambda s: s.t, lambda s: s.t], "one function of a State.*jnp.minimum"),
+    "a truth of diffrax": (diffrax.Event(lambda t, y, args, **kw: y.t > 1.0), "not of a truth value.*vector_field"),
+    "diffrax's rest": (diffrax.Event(diffrax.steady_state_event()), "real function.*vector_field"),
+    "a number in a list": ([lambda s: s.t, 3.0], "takes a function of a State.*not float"),
+    "an action that is none": (mbs.motion.Event(lambda s: s.t, lambda s: s.velocities), "must return a State"),
     "an array": (lambda s: s.coordinates, r"one real number \(\)"),
     "a truth": (lambda s: s.coordinates[0] > 0, "one real number"),
     "none": (lambda s: None, "one real number"),

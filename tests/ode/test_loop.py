@@ -173,7 +173,7 @@ def test_an_event_ends_a_march_beside_the_zero(falls):
         return (y[0][::-1] * jnp.array([1.0, -4.0]),)
 
     def crossing(t, y, args):
-        return y[0][0] - level
+        return y[0][:1] - level
 
     one = OdeProblem(
         diffrax.Dopri8(),

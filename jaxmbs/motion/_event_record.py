@@ -1,0 +1,58 @@
+"""Record of the events of a motion."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float, Int
+
+from ..ode._problem import LoopState
+from ..tables import format_number, table_repr
+
+
+def _table_parts(record):
+    times, numbers = np.asarray(record.times), np.asarray(record.numbers)
+    rows = [(record.names[k], format_number(t)) for t, k in zip(times, numbers, strict=True) if k >= 0]
+    return f"{len(rows)} events", [("event", "time [s]"), *rows]
+
+
+class EventRecord(eqx.Module):
+    """The events that acted, in their order, and after them the one that ended the motion.
+
+    Attributes:
+        times: (n,) [s], with derivatives; infinite for those that did not come.
+        numbers: (n,) of the events, in the order in which they were given; -1 for those that did not come.
+        names: of the events.
+    """
+
+    times: Float[Array, "..."]
+    numbers: Int[Array, "..."]
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = table_repr(_table_parts)
+
+    @property
+    def count(self) -> Array:
+        """Number () of events."""
+        return jnp.sum(self.numbers >= 0, axis=-1)
+
+    def named(self) -> list[str]:
+        """Names of the events that came, in their order (concrete motions of one design)."""
+        return [self.names[k] for k in np.asarray(self.numbers) if k >= 0]
+
+
+def event_record(names: tuple[str, ...], account: Any, final: LoopState, reached: Array, ended: Array) -> EventRecord:
+    """The record from the account of the actions, None where none act, and the event at the end, if one `ended` the
+    motion there."""
+    empty = jnp.zeros(0, reached.dtype)
+    times, numbers = (empty, empty) if account is None else (account.times, account.numbers)
+    index = jnp.arange(len(times) + 1, dtype=jnp.int32)
+    numbers = jnp.concatenate([jnp.round(numbers).astype(jnp.int32), jnp.zeros(1, jnp.int32)]) - 1
+    count = jnp.sum(numbers >= 0, dtype=jnp.int32)
+    last = (index == count) & ended
+    fired = final.bracket.fired if final.bracket is not None else -1
+    numbers = jnp.where(last, fired, numbers)
+    times = jnp.where(last, reached, jnp.concatenate([times, jnp.zeros_like(times, shape=1)]))
+    return EventRecord(jnp.where(numbers >= 0, times, jnp.inf), numbers, names)

@@ -1,0 +1,156 @@
+"""Equations of a motion with events that act: a hybrid system, smooth between its events.
+
+Beside the coordinates and the second half, what is integrated holds a record of the events: numbers whose rate is
+zero and that change in an action alone.  So it is saved, projected and differentiated as the rest is.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+from ..dynamics._energy import energies
+from ..kinematics._configuration import configuration, with_velocities
+from ..kinematics._poses import node_parameters
+from ..kinematics._state import State
+from ..model._system import System
+from ..ode._problem import Projection
+from ._event import Actions
+from ._formulation import Formulation, num_powers
+
+
+class Account(NamedTuple):
+    """Quadratures of a motion with events that act.
+
+    Attributes:
+        work: of every force element, and of all drives (n,) [J].
+        jumps: energy that each event has added (events,) [J].
+        mode: () number of the event since which the mechanism has other numbers, from 1 on; 0 from the start.
+        times: of the actions (max_events,) [s], zero for those to come.
+        numbers: of the events that acted (max_events,), from 1 on.
+    """
+
+    work: Array
+    jumps: Array
+    mode: Array
+    times: Array
+    numbers: Array
+
+
+class HybridEquations(eqx.Module):
+    """A formulation, the actions of the events, and the formulations of the mechanism after each."""
+
+    formulation: Formulation
+    modes: tuple[Formulation | None, ...]
+    actions: Actions
+    max_events: int = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, formulation: Formulation, actions: Actions, max_events: int) -> "HybridEquations":
+        """The equations whose modes have the numbers of the actions' systems."""
+        modes: list[Formulation | None] = []
+        for numbers in actions.systems:
+            if numbers is None:
+                modes.append(None)
+                continue
+            system = eqx.combine(numbers, formulation.system)
+            modes.append(type(formulation)(system, node_parameters(system), formulation.scale))
+        return cls(formulation, tuple(modes), actions, max_events)
+
+    @property
+    def system(self) -> System:
+        """The mechanism at the start."""
+        return self.formulation.system
+
+    @property
+    def follows_rows(self) -> bool:
+        """That of the formulation."""
+        return self.formulation.follows_rows
+
+    @property
+    def acting(self) -> tuple[int, ...]:
+        """Numbers of the events that act."""
+        pairs = enumerate(zip(self.actions.actions, self.modes, strict=True))
+        return tuple(k for k, pair in pairs if any(part is not None for part in pair))
+
+    @property
+    def size(self) -> int:
+        """Number of quadratures."""
+        return num_powers(self.formulation.system) + len(self.modes) + 1 + 2 * self.max_events
+
+    def account(self, quadratures: Array) -> Account:
+        """The parts of the quadratures (..., size)."""
+        n, events = num_powers(self.formulation.system), len(self.modes)
+        ends = [n, n + events, n + events + 1, n + events + 1 + self.max_events]
+        work, jumps, mode, times, numbers = jnp.split(quadratures, ends, axis=-1)
+        return Account(work, jumps, mode[..., 0], times, numbers)
+
+    def in_mode(self, quadratures: Array) -> Formulation:
+        """The formulation with the numbers that the mechanism has by then."""
+        mode, found = jnp.round(lax.stop_gradient(self.account(quadratures).mode)), self.formulation
+        for number, other in enumerate(self.modes, 1):
+            if other is not None:
+                found = _where(mode == number, other, found)
+        return found
+
+    def rate(self, t: Array, y: tuple) -> tuple[Array, Array, Array]:
+        """Rate of (coordinates, second half, quadratures)."""
+        psi, p, powers = self.in_mode(y[2]).rate(t, self._without_record(y))
+        return psi, p, jnp.zeros_like(y[2]).at[: powers.size].set(powers)
+
+    def project(self, t: Array, y: tuple) -> Projection:
+        """As the formulation does."""
+        return self.in_mode(y[2]).project(t, y)._replace(saved=None)
+
+    def state_at(self, t: Array, y: tuple) -> State:
+        """The state that conditions and actions are functions of."""
+        return self.in_mode(y[2]).state_at(t, y)
+
+    def after_action(self, t: Array, y: tuple, number: int) -> tuple[Array, Array, Array]:
+        """y after the action of an event at its time."""
+        before, account = self.in_mode(y[2]), self.account(y[2])
+        action, mode = self.actions.actions[number], self.modes[number]
+        start = before.state_at(t, y)
+        state = start if action is None else action(start)
+        after = before if mode is None else mode
+        index = jnp.sum(account.numbers > 0.5, dtype=jnp.int32)
+        psi, p = _of_state(after, t, state)
+        energy = _energy(after, t, psi, p) - _energy(before, t, y[0], y[1])
+        account = Account(
+            account.work,
+            account.jumps.at[number].add(energy),
+            account.mode if mode is None else jnp.full_like(account.mode, number + 1),
+            account.times.at[index].set(t),
+            account.numbers.at[index].set(number + 1.0),
+        )
+        return psi, p, jnp.concatenate([jnp.atleast_1d(part) for part in account])
+
+    def _without_record(self, y):
+        return y[0], y[1], self.account(y[2]).work
+
+
+def _where(condition, one, other):
+    """One tree of numbers where the condition () holds, else the other."""
+    numbers, rest = eqx.partition(other, eqx.is_inexact_array)
+    chosen = jax.tree.map(lambda a, b: jnp.where(condition, a, b), eqx.filter(one, eqx.is_inexact_array), numbers)
+    return eqx.combine(chosen, rest)
+
+
+def _of_state(formulation, t, state):
+    """(coordinates, scaled second half) of a state, on the constraints."""
+    system, P = formulation.system, formulation.P
+    at = configuration(system, P, state.coordinates, t)
+    p = formulation.second_of(at, state.velocities) / formulation.scale
+    if not system.has_constraints:
+        return state.coordinates, p
+    return formulation.project(t, (state.coordinates, p, jnp.zeros(0, p.dtype))).y[:2]
+
+
+def _energy(formulation, t, psi, p):
+    """Kinetic and potential energy () [J]."""
+    at = configuration(formulation.system, formulation.P, psi, t)
+    return sum(
+        energies(formulation.system, with_velocities(formulation.system, at, formulation.velocities_at(at, p)))
+    )

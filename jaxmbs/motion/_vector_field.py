@@ -1,0 +1,140 @@
+"""The equations of motion as a vector field for `diffrax.diffeqsolve`."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..dynamics._efforts import element_names
+from ..kinematics._configuration import at_state, configuration
+from ..kinematics._mobility import with_mobility_at
+from ..kinematics._poses import node_parameters, normalise
+from ..kinematics._state import State
+from ..model._entry_points import check_single_state, check_system
+from ..model._system import System
+from ..runtime import jit
+from ..typing import ArrayLike, ScalarLike
+from ._accounts import gap
+from ._formulation import Formulation, is_rheonomic, num_powers
+from ._options import choose_formulation
+
+
+class PhaseState(NamedTuple):
+    """A point of phase space, and the work done on the way to it.
+
+    Attributes:
+        coordinates: (nq,).
+        momenta: (nv,) of the canonical formulation, (N,) of the independent one; what another one has in their place,
+            such as velocities.  Divided by the field's scale.
+        work: (n,) [J] of every force element, and of all drives together.
+    """
+
+    coordinates: Float[Array, "..."]
+    momenta: Float[Array, "..."]
+    work: Float[Array, "..."]
+
+
+class VectorField(eqx.Module):
+    """The right-hand side `dy/dt = f(t, y, args)` of a mechanism; `args` is not used.
+
+    A pytree: parameters of the system have derivatives through `diffrax.ODETerm(field)`.
+    """
+
+    equations: Formulation
+
+    @property
+    def system(self) -> System:
+        """The mechanism."""
+        return self.equations.system
+
+    def __call__(self, t: ScalarLike, y: PhaseState, args: Any = None) -> PhaseState:
+        """The rate of y."""
+        return PhaseState(*self.equations.rate(jnp.asarray(t), tuple(y)))
+
+    def start(self, state: State) -> PhaseState:
+        """y of a state that satisfies the constraints.  Raises: as `kinematics.position` for the state of another
+        system; ValueError for states with leading axes."""
+        check_single_state(self.system, state)
+        return _start(self.equations, state)
+
+    def state(self, t: ArrayLike, y: PhaseState) -> State:
+        """The state at a time t () or at times (T,), of y with the same leading axis: projected onto the constraints,
+        with its residual there."""
+        return _states(self.equations, jnp.asarray(t), y)
+
+    def project(self, t: ScalarLike, y: PhaseState, args: Any = None) -> PhaseState:
+        """y on the constraints: coordinates of the nearest pose, two Newton steps in the metric of assembly;
+        velocities nearest in kinetic energy; quaternions of unit length.  Of a tree without quaternions y itself."""
+        return _project(self.equations, jnp.asarray(t), y)
+
+    def work(self, y: PhaseState) -> dict[str, Array]:
+        """Work [J] of every force element by name, "drives" that of all driven joints and moving constraints."""
+        names = element_names(self.system) + (("drives",) if is_rheonomic(self.system) else ())
+        return {name: y.work[..., k] for k, name in enumerate(names)}
+
+
+def vector_field(
+    system: System, *, formulation: str | type[Formulation] = "canonical", scale_at: State | None = None
+) -> VectorField:
+    """The equations of motion for `diffrax.diffeqsolve`, with any of its `SaveAt`, events, controllers and adjoints:
+
+        field = mbs.vector_field(system)
+        solution = diffrax.diffeqsolve(diffrax.ODETerm(field), diffrax.Dopri8(), 0.0, 1.0, 1e-3, field.start(state),
+            stepsize_controller=diffrax.PIDController(rtol=1e-9, atol=1e-9))
+        states = field.state(solution.ts, solution.ys)
+
+    `jaxmbs.motion.ProjectedSolver(diffrax.Dopri8(), field.project)` keeps every step on the constraints, as
+    `simulate` does; without it they drift by the error of the steps.
+
+    Args:
+        formulation: "canonical": coordinates (nq,) and momenta of all velocities (nv,); "independent": the momenta p
+            (N,) of the independent coordinates phi, the equations of the paper; "velocity", "prescribed", or a
+            `Formulation`.
+        scale_at: a state at whose inertia the momenta are divided, so that they are in units of velocity, as
+            `simulate` has them for its tolerances; default: momenta in SI units.
+
+    Returns: a `jaxmbs.motion.VectorField`, to be called as `field(t, y, args)`, with `start(state)`, `state(t, y)`,
+    `project(t, y)` and `work(y)`; its y is a `jaxmbs.motion.PhaseState`.
+
+    Raises: TypeError for what is no system, ValueError for an unknown formulation.  Source: S2 (42)-(44).
+    """
+    check_system(system)
+    chosen = choose_formulation(formulation, None, None)
+    if scale_at is not None:
+        check_single_state(system, scale_at)
+        system = with_mobility_at(system, scale_at)
+    return VectorField(_equations(system, chosen, scale_at))
+
+
+@jit
+def _equations(system, formulation, state):
+    if state is not None:
+        return formulation.begin(system, at_state(system, state), state.velocities)[0]
+    return formulation(system, node_parameters(system), jnp.ones((), system.gravity.dtype))
+
+
+@jit
+def _start(equations, state):
+    at, system = at_state(equations.system, state), equations.system
+    second = equations.start(system, at, state.velocities)[0] / equations.scale
+    return PhaseState(state.coordinates, second, jnp.zeros(num_powers(system), second.dtype))
+
+
+@jit
+def _states(equations, t, y):
+    if t.ndim:
+        return jax.vmap(lambda t, y: _states(equations, t, y))(t, y)
+    y, system = _project(equations, t, y), equations.system
+    at = configuration(system, equations.P, y.coordinates, t)
+    open_there = lax.stop_gradient(gap(system, at))
+    u = equations.velocities_at(at, y.momenta)
+    return State(t, y.coordinates, u, open_there, system.topology.structure)
+
+
+def _project(equations, t, y):
+    if equations.system.has_constraints:
+        return PhaseState(*equations.project(t, tuple(y)).y)
+    return y._replace(coordinates=normalise(equations.system.topology, y.coordinates))
