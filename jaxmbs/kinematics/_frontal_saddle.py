@@ -83,10 +83,10 @@ class FrontalMatrix(NamedTuple):
         border: all other rows; weight (n,): what is added to the diagonal of M.
     """
 
-    plan: FrontalPlan
+    plan: FrontalPlan | None
     factor: FrontalFactor
     local: LocalKinematics
-    columns: np.ndarray
+    columns: np.ndarray | None
     drive_unit: Array
     drive_stiffness: Array
     border: Border

@@ -136,7 +136,8 @@ def loop_entries(system: System, at: Configuration) -> LoopEntries:
         along = jnp.einsum("crk,ck->cr", D[element[chosen] - first], at.S[column[chosen]])
         values.append((along * jnp.asarray(sign[chosen], D.dtype)[:, None]).reshape(-1))
         first += len(D)
-    return LoopEntries(*closure_pattern(system), jnp.concatenate(values))
+    rows, columns = closure_pattern(system)
+    return LoopEntries(rows, columns, jnp.concatenate(values))
 
 
 def closure_pattern(system: System):

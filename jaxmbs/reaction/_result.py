@@ -63,11 +63,11 @@ class JointReactions(eqx.Module):
 
     def __getitem__(self, name: str) -> JointReaction:
         k = self.names.index(name)
-        unique = (_entries(x, np.s_[..., k, :]) for x in (self.unique_force, self.unique_moment))
+        unique_force, unique_moment = (_entries(x, np.s_[..., k, :]) for x in (self.unique_force, self.unique_moment))
         force, moment = (_entries(x, np.s_[..., k, :]) for x in (self.force, self.moment))
         own, total = (_entries(self.efforts, np.s_[..., slice(*part[k])]) for part in (self.own, self.total))
         contact = None if self.lacks_contact is None else _entries(self.lacks_contact, np.s_[..., k])
-        return JointReaction(force, moment, own, total, *unique, contact)
+        return JointReaction(force, moment, own, total, unique_force, unique_moment, contact)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)

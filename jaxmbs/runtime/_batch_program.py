@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import jax
+from jax.core import ShapedArray
 from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
 
 from ._compiler_options import compiler_options
@@ -47,8 +48,8 @@ def is_motion(jaxpr: ClosedJaxpr) -> bool:
 
 def bytes_of_arrays(jaxpr: ClosedJaxpr) -> int:
     """Bytes of all arrays that a traced function makes, one after another; some 20 times what it holds at once."""
-    avals = [out.aval for equation in equations(jaxpr) for out in equation.outvars]
-    return sum(math.prod(x.shape) * x.dtype.itemsize for x in avals if hasattr(x, "shape"))
+    arrays = [out.aval for equation in equations(jaxpr) for out in equation.outvars]
+    return sum(math.prod(x.shape) * x.dtype.itemsize for x in arrays if isinstance(x, ShapedArray))
 
 
 def working_bytes(program: jax.stages.Compiled) -> int:
