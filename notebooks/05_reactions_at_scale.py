@@ -255,7 +255,7 @@ print(f"moment at the wall {float(loads['wall'].moment[1]) / 1e3:.1f} kN m, by s
 # %%
 order = np.array([*beam.interface, *beam.interior])
 matrix = jnp.asarray(beam.stiffness)[np.ix_(order, order)]
-nodes = [(k - 1, k) for k in range(BARS)]  # -1 is the ground
+nodes = tuple((k - 1, k) for k in range(BARS))  # -1 is the ground
 tip = jnp.zeros((BARS, 6)).at[-1, 2].set(1000.0)
 
 
