@@ -111,7 +111,7 @@ def connect(
 
 def _obstacle(points):
     """Reason why a network cannot be stored in blocks, or ""."""
-    return "rigid bodies" if points else ""
+    return "a network with rigid bodies is dense: leave the choice to 'auto'" if points else ""
 
 
 def _linear_system(component):
