@@ -1,6 +1,7 @@
 """Events of a motion: functions of a state whose zeros end it, or act on it and let it go on."""
 
 from collections.abc import Callable
+from typing import Any
 
 import diffrax
 import equinox as eqx
