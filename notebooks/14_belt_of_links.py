@@ -35,8 +35,8 @@ LINKS = 60 if FAST else 200
 
 # %% [markdown]
 # ## The model
-# Link k lies along a side of a regular polygon of one metre radius; all pins are given by their places in the world, so
-# that zero coordinates are the circle. Each pin bends like a belt of 0.02 N m^2 and 1.5 kg/m, with damping.
+# Link k lies along a side of a regular polygon of one metre radius; all pins are given by their places in the world,
+# so that zero coordinates are the circle. Each pin bends like a belt of 0.02 N m^2 and 1.5 kg/m, with damping.
 
 # %%
 RADIUS, WEIGHT, BENDING, DAMPING = 1.0, 1.5, 0.02, 1e-4
@@ -108,8 +108,8 @@ page = scene(system, motion, None if FAST else "images/belt.html", traces=["link
 
 # %% [markdown]
 # ## The loads of all pins, at all times
-# One block-sparse solve gives the reactions of every pin along the whole motion. At the nail they carry the weight, and
-# what the acceleration of the belt adds to it.
+# One block-sparse solve gives the reactions of every pin along the whole motion. At the nail they carry the weight,
+# and what the acceleration of the belt adds to it.
 
 # %%
 loads = mbs.reactions(system, motion)

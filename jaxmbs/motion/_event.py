@@ -1,6 +1,7 @@
 """Events of a motion: functions of a state whose zeros end it, or act on it and let it go on."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any
 
 import diffrax
 import equinox as eqx
@@ -60,9 +61,7 @@ class Actions(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
 
 
-def as_events(
-    event: EventLike | Sequence[EventLike] | None, system: System, state: State, max_events: int
-) -> tuple[Events, Actions] | None:
+def as_events(event: Any, system: System, state: State, max_events: Any) -> tuple[Events, Actions] | None:
     """The events that were asked for, in one form; None for none.
 
     Raises: TypeError for what is no event, a function that does not return one number, an action that does not return

@@ -102,10 +102,6 @@ class Formulation(eqx.Module):
         """The second half of velocities u (nv,) that keep the rows, where it is projected."""
         return self.start(self.system, at, u)[0]
 
-    def in_mode(self, quadratures: Array) -> "Formulation":
-        """The formulation with the numbers that the mechanism has by then: these, where no event changes them."""
-        return self
-
     def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""
         return self.velocities_at(configuration(self.system, self.P, psi, t), p)

@@ -41,13 +41,14 @@ def motion_of(
     reached, reached_y, arrived = end_of_motion(final, y0, t1, args)
     times, ys, ended = saved_rows(final, ts, (reached, reached_y), args)
     psi, p, work = ys
-    there = (reached, *reached_y)
+    parts = 3 if isinstance(equations, HybridEquations) else 2  # the quadratures say which numbers a row has
+    there = (reached, *reached_y[:parts])
     if equations.follows_rows:  # the constraints alone determine coordinates, and their derivative
-        psi, there = lax.stop_gradient(psi), (reached, lax.stop_gradient(reached_y[0]), *reached_y[1:])
+        psi, there = lax.stop_gradient(psi), (reached, lax.stop_gradient(reached_y[0]), *reached_y[1:parts])
 
     def sample(row):
-        t, psi, p, quadratures = row
-        equations = args.equations.in_mode(quadratures)
+        t, psi, p, *quadratures = row
+        equations = args.equations.in_mode(*quadratures) if quadratures else args.equations
         if events is not None or not lands_on_times:
             psi, _ = equations.project_position(t, psi)
         at = configuration(equations.system, equations.P, psi, t)
@@ -57,8 +58,8 @@ def motion_of(
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed
     gone = ~(jnp.all(jnp.isfinite(psi), axis=1) & jnp.all(jnp.isfinite(p), axis=1))
-    filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, psi, p, work), there, strict=True)]
-    first = (start.t, *y0)
+    filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, *(psi, p, work)[:parts]), there, strict=True)]
+    first = (start.t, *y0[:parts])
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
     psi, u, observed = map_chunked(sample, rows)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative

@@ -94,7 +94,7 @@ def _check_solver(solver):
 
 
 def check_memory(solver: Any, why: str) -> None:
-    """Raises: ValueError for a solver that steps a second state of its own, where that of the motion is moved.
+    """Raises: ValueError for a solver with a second state of its own, where that of the motion is moved.
 
     Args: why: what moves it.
     """

@@ -75,7 +75,7 @@ def test_a_bouncing_ball_and_its_derivatives_forward(falling):
     assert np.max(np.abs(motion.diagnostics.energy_residual)) < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_bouncing_ball_in_reverse_and_by_differences(falling):
     height = lambda x: drop(falling, x).end.coordinates[0]  # noqa: E731
     slope = jax.jit(jax.grad(height))(X)

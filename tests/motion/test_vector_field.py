@@ -50,7 +50,7 @@ def test_a_pendulum_saved_at_times_at_steps_densely_and_by_a_function(swing):
     np.testing.assert_allclose(solution.evaluate(0.7).coordinates, motion.states.coordinates[2], atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_event_and_an_adjoint_of_diffrax(swing):
     """The time at which the bar hangs and its derivative by the start, as `simulate` has them."""
     system, _ = swing
