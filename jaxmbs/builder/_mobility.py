@@ -74,7 +74,7 @@ def _pose_dependent_rows(stresses):
 
 
 def _self_stress_parts(Y, rows):
-    """What the self-stresses leave of vectors that are the same at each pose: the unit vectors, of sparse rows random
+    """Parts along the self-stresses of vectors that are the same at each pose: the unit vectors, of sparse rows random
     ones."""
     return Y if scipy.sparse.issparse(rows.A) else Y @ Y.T
 

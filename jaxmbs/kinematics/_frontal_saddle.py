@@ -261,7 +261,7 @@ def _with_factor(system, at, rows, weight, J, lent, own, C, softens=True):
 
 
 def _on_columns(entries, stiffness, n):
-    """What the rows of closures add to the diagonal of H (n,)."""
+    """Part of the closures' rows in the diagonal of H (n,)."""
     return jax.ops.segment_sum(entries.value**2 * stiffness[entries.row], jnp.asarray(entries.column), n)
 
 

@@ -40,12 +40,12 @@ class MatrixRows(eqx.Module):
 
     @property
     def numbers(self) -> Array:
-        """What depends on the pose."""
+        """The numbers that depend on the pose."""
         return self.A
 
     @property
     def for_ranks(self) -> Array:
-        """What `constraint_rank` and `branch_signs` take."""
+        """The rows in the form for `constraint_rank` and `branch_signs`."""
         return self.A
 
     def rates(self, u):
@@ -73,12 +73,12 @@ class FrontalRows(eqx.Module):
 
     @property
     def numbers(self) -> Configuration:
-        """What depends on the pose."""
+        """The numbers that depend on the pose."""
         return self.at
 
     @property
     def for_ranks(self) -> "FrontalRows":
-        """What `constraint_rank` and `branch_signs` take."""
+        """The rows in the form for `constraint_rank` and `branch_signs`."""
         return self
 
     def rates(self, u):
