@@ -74,8 +74,8 @@ def _pose_dependent_rows(stresses):
 
 
 def _self_stress_parts(Y, rows):
-    """Parts along the self-stresses of vectors that are the same at each pose: the unit vectors, of sparse rows random
-    ones."""
+    """Parts along the self-stresses of vectors that are the same at each pose: unit vectors, or random ones of sparse
+    rows."""
     return Y if scipy.sparse.issparse(rows.A) else Y @ Y.T
 
 
