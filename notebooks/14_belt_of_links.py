@@ -104,7 +104,7 @@ plt.show()
 # The scene is a page for the browser, to be turned and played.
 
 # %%
-page = scene(system, motion, None if FAST else "images/belt.html", traces=["link 0"], title="A falling belt")
+page = scene(system, motion, None, traces=["link 0"], title="A falling belt")
 
 # %% [markdown]
 # ## The loads of all pins, at all times
