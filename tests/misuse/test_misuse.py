@@ -26,7 +26,8 @@ EXEMPT = {
         fem.Group flexible.FloatingFrame kinematics.Kic kinematics.SecondKic linear.Check
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
-        motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced statics.BondReaction statics.BondReactions
+        motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced
+        statics.BondReaction statics.BondReactions
         statics.ReactionFamily statics.ReactionMatrix statics.Redundancy blocksparse.Factor blocksparse.Plan
         jaxmbs.Status experiment.SuspensionCheck vibration.ResonanceGains
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
@@ -39,7 +40,8 @@ EXEMPT = {
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,
     "no argument, a name, or a solver or event that simulate judges": """
-        elements.DIRECTIONS motion.Event motion.ProjectedSolver motion.Gauss4 motion.ImplicitMidpoint motion.SemiImplicitEuler builder.SystemBuilder
+        elements.DIRECTIONS motion.Event motion.ProjectedSolver motion.Gauss4 motion.ImplicitMidpoint
+        motion.SemiImplicitEuler builder.SystemBuilder
         jaxmbs.AssemblyError studies.StudyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError
         jaxmbs.UnknownNameError jaxmbs.ModelFileError
     """,
