@@ -9,7 +9,7 @@ import jaxmbs as mbs
 from tests import random_systems as rs
 from tests.cases import models
 from tests.flexible.beams import chain_of_beams, random_state
-from tests.models import DOWN_Y, PIN, bennett, four_bar, four_bar_angles, four_bar_state
+from tests.models import DOWN_Y, PIN, bennett, closed_chain, four_bar, four_bar_angles, four_bar_state
 from tests.zoo import SPECIMENS
 
 
@@ -150,6 +150,17 @@ def rolling(make):
     return system, mbs.State.at(system, velocities={"plane": jnp.array([0.7, 0.0, 0.4])})
 
 
+def bricard_with_arm():
+    """A Bricard mechanism of six links that carries an arm of two."""
+    b = closed_chain([(1.0, np.pi / 2 * (-1) ** k) for k in range(6)])
+    for name, carrier in (("arm", "link_2"), ("hand", "arm")):
+        b.body(name, mass=0.7, com=(0.2, 0.0, 0.1), inertia=(0.02, 0.03, 0.04))
+        b.joint(f"{name} pin", mbs.Revolute(axis="y"), carrier, name, parent_frame=(0.4, 0.0, 0.0))
+    system = b.build()
+    rates = {"J0": 1.0, "arm pin": 0.5, "hand pin": -0.8}
+    return system, mbs.State.at(system, {"arm pin": 0.3, "hand pin": -0.4}, velocities=rates)
+
+
 SYSTEMS = {
     "four-bar in motion": lambda: planar_loop(),
     "drives that share": two_motors,
@@ -165,6 +176,7 @@ SYSTEMS = {
     "Bennett": lambda: (lambda s: (s, mbs.State.at(s, J0=0.8, velocities={"J0": 1.0}, guess={"J1": 0.5})))(
         bennett().build()
     ),
+    "Bricard with an arm": bricard_with_arm,
     "slider-crank": slider_crank,
     "slider-crank, driven": lambda: slider_crank(lambda t: 0.6 + 3.0 * t),
     "one window": lambda: windows(1),
