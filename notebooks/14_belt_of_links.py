@@ -15,7 +15,7 @@
 #
 # A track, a roller chain, a belt: hundreds of links in one loop. Closed loops are solved in linear time (the frontal
 # method), so that such a model builds in a second and moves in milliseconds a step. Here a belt of 200 links with
-# elastic joints hangs from a nail: it starts as a circle, falls, and comes to rest as a drop-shaped loop.
+# elastic joints hangs from a nail: it starts as a circle, falls and swings.
 
 # %%
 import os
