@@ -157,6 +157,7 @@ def _assert_close(found, exact, error):
     np.testing.assert_allclose(found, exact, atol=error * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_modes_free_or_held(pair):
     """The lowest by block Lanczos, rigid ones flagged; all or complex ones from dense matrices."""
     exact, found = (mbs.modes(net, 6, damped=False) for net in pair)
@@ -180,6 +181,7 @@ def test_gradient_of_a_free_frequency():
     np.testing.assert_allclose(slope(0.0), (value(1e-4) - value(-1e-4)) / 2e-4, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_motion_and_its_loads(pair):
     ts = np.linspace(0.0, 2.0, 9)
     motions = [mbs.simulate(net, ts=ts, forces={TIP: np.sin(ts)}) for net in pair]

@@ -52,6 +52,7 @@ def test_accelerations_beside_the_singular_pose(row, distance, error):
     np.testing.assert_allclose(found[0], crank_acceleration(12, angle), atol=error * GRAVITY)
 
 
+@pytest.mark.slow
 def test_velocities_of_momenta(row):
     system, at, _ = row
     state = at(-0.4)
