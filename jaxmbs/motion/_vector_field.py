@@ -79,12 +79,10 @@ class VectorField(eqx.Module):
 def vector_field(
     system: System, *, formulation: str | type[Formulation] = "canonical", scale_at: State | None = None
 ) -> VectorField:
-    """The equations of motion for `diffrax.diffeqsolve`, with any of its `SaveAt`, events, controllers and adjoints:
+    """The equations of motion for `diffrax.diffeqsolve`, with any of its `SaveAt`, events, controllers and adjoints.
 
-        field = mbs.vector_field(system)
-        solution = diffrax.diffeqsolve(diffrax.ODETerm(field), diffrax.Dopri8(), 0.0, 1.0, 1e-3, field.start(state),
-            stepsize_controller=diffrax.PIDController(rtol=1e-9, atol=1e-9))
-        states = field.state(solution.ts, solution.ys)
+    The term is `diffrax.ODETerm(field)` for `field = mbs.vector_field(system)`, the start `field.start(state)`, and
+    `field.state(solution.ts, solution.ys)` gives the states of a solution.
 
     `jaxmbs.motion.ProjectedSolver(diffrax.Dopri8(), field.project)` keeps every step on the constraints, as
     `simulate` does; without it they drift by the error of the steps.

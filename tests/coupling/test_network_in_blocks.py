@@ -191,7 +191,7 @@ def test_motion_and_its_loads(pair):
     np.testing.assert_allclose(ours.on_first, loads.on_first, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_motion_with_rows_without_mass():
     """Joints without mass follow statically, loads on them included; its gradient is that of dense matrices."""
     ts = np.linspace(0.0, 3.0, 7)

@@ -66,7 +66,7 @@ def test_states_within_a_trace():
     np.testing.assert_allclose(slope, at(-0.4).velocities / -1.0, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slopes_of_states_by_a_length():
     base = with_linear_solver(four_bar(), "frontal")
     psi = four_bar_state(base, 0.7).coordinates

@@ -129,7 +129,7 @@ def test_bounces_without_end_have_a_status(falling, restitution):
 
 
 @pytest.mark.parametrize(
-    "mode", [pytest.param("reverse", marks=pytest.mark.long), pytest.param("forward", marks=pytest.mark.slow)]
+    "mode", [pytest.param("reverse", marks=pytest.mark.long), pytest.param("forward", marks=pytest.mark.long)]
 )
 def test_a_latch_couples_a_spring(mode):
     """A spring 0.1 m short is coupled at x = 0: its energy is the event's work, and the motion is harmonic."""
@@ -158,7 +158,7 @@ def test_a_latch_couples_a_spring(mode):
     assert np.max(np.abs(motion.diagnostics.energy_residual)) < 1e-9 and motion.events.named() == ["latch"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_catch_release_and_end_in_their_order():
     """A spring catches the slider, throws it back and lets go; another event ends the motion; one never comes."""
     free = slider()
