@@ -29,6 +29,7 @@ LONG += (
     "tasks/decks",
     "guide/solvers",
     "guide/loops",
+    "guide/diffrax",
     "start/closed-loop",
     "start/first-design",
     "tasks/everyday",
