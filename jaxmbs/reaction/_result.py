@@ -63,11 +63,16 @@ class JointReactions(eqx.Module):
 
     def __getitem__(self, name: str) -> JointReaction:
         k = self.names.index(name)
-        unique = (_entries(x, np.s_[..., k, :]) for x in (self.unique_force, self.unique_moment))
-        force, moment = (_entries(x, np.s_[..., k, :]) for x in (self.force, self.moment))
-        own, total = (_entries(self.efforts, np.s_[..., slice(*part[k])]) for part in (self.own, self.total))
-        contact = None if self.lacks_contact is None else _entries(self.lacks_contact, np.s_[..., k])
-        return JointReaction(force, moment, own, total, *unique, contact)
+        row, own, total = np.s_[..., k, :], np.s_[..., slice(*self.own[k])], np.s_[..., slice(*self.total[k])]
+        return JointReaction(
+            _entries(self.force, row),
+            _entries(self.moment, row),
+            _entries(self.efforts, own),
+            _entries(self.efforts, total),
+            _entries(self.unique_force, row),
+            _entries(self.unique_moment, row),
+            None if self.lacks_contact is None else _entries(self.lacks_contact, np.s_[..., k]),
+        )
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
