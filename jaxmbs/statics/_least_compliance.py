@@ -20,66 +20,17 @@ from jax import lax
 
 from ..math._linalg import small_matmul
 from ..math._spd import spd_inverse
-from ..runtime import fusion_barrier, segment_sum_static
+from ._bond_conditions import bond_conditions
 from ._bonds import Bonds
 from ._loop_methods import chain_compliance, chain_to_bond_wrenches, chain_twists, choose_method
 from ._network_sums import body_wrenches, bond_twists, tree_twists, tree_wrenches
-from ._series_reduction import series_reduction
 
 #: Each round starts from exact equilibrium; the last `_ANDERSON_DEPTH` rounds are combined.  The rounds end when the
 #: gap is closed, or has not fallen by the factor `_PROGRESS` for `_PATIENCE` rounds, which is rounding.
 _MAX_ROUNDS, _ANDERSON_DEPTH, _PATIENCE, _PROGRESS = 60, 8, 4, 0.7
-#: Largest ratio of the compliance along a free twist to that of the weakest bond (double, single): more is rounding.
-_LARGEST_PENALTY = {8: 1e12, 4: 1e4}
-#: Gap along the free twists, of the largest wrench, that is closed (double, single).
-_CLOSED_GAP = {8: 1e-15, 4: 1e-6}
-
-
-class _Conditions(eqx.Module):
-    """World arrays of the bonds about one origin: C (q, 6, 6), F (q, 6, f), penalty (q, f), unit (q, f) of each free
-    twist, zero where there is none.
-
-    Bonds outside all loops have no free twists here: equilibrium alone determines them.
-    """
-
-    C: jax.Array
-    F: jax.Array
-    penalty: jax.Array
-    unit: jax.Array
-
-
-def _conditions(bonds, solver):
-    axes, L = bonds.twist_axes, bonds.length
-    # the barrier keeps XLA from computing the first product once for every entry of the second
-    C = small_matmul(fusion_barrier(small_matmul(axes, bonds.compliance)), jnp.swapaxes(axes, 1, 2))
-    weight = jnp.concatenate([jnp.ones(3, L.dtype), jnp.full(3, L**2)])
-    weakest = jnp.max(jnp.diagonal(bonds.compliance, axis1=1, axis2=2) * weight[None])
-    size, local_size = bonds.free_sizes(), _local_sizes(bonds)
-    used = size > 0.0
-    inverse, local_inverse = (jnp.where(used, 1.0 / jnp.where(used, x, 1.0), 0.0) for x in (size, local_size))
-    bits = L.dtype.itemsize
-    penalty = weakest * jnp.minimum(solver.penalty[bits] * local_inverse, _LARGEST_PENALTY[bits] * inverse)
-    looped = np.abs(series_reduction(bonds.network).sign)
-    F = small_matmul(axes, bonds.free) * jnp.asarray(looped, L.dtype)[:, None, None]
-    return _Conditions(C, F, penalty, jnp.sqrt(inverse) * jnp.asarray(looped, L.dtype)[:, None])
-
-
-def _local_sizes(bonds):
-    """Squared size (q, f) of each free twist [m^2], angles times the mean distance of the bonds in loops from the
-    middle of their body.
-
-    A moment along a hinge turns into forces across a body: in a long row of short links the characteristic length is
-    that of the row, and would make the hinges too stiff for that.
-    """
-    network, loops = bonds.network, series_reduction(bonds.network).sign != 0
-    body, bond, p = np.concatenate(network.ends), np.tile(np.arange(len(loops)), 2), len(network.bodies)
-    chosen = (body < p) & loops[bond]
-    body, bond = body[chosen], bond[chosen]
-    x, number = bonds.position[bond], np.maximum(np.bincount(body, minlength=p), 1)
-    middle = segment_sum_static(x, body, p) / jnp.asarray(number, x.dtype)[:, None]
-    square = jnp.sum((x - middle[body]) ** 2) / len(body)
-    linear, angular = (jnp.sum(bonds.free[:, part] ** 2, axis=1) for part in (slice(0, 3), slice(3, 6)))
-    return linear + jnp.minimum(square, bonds.length**2) * angular
+#: Gap along the free twists, of the largest wrench, that is closed (double, single), and the share of a change of the
+#: wrenches that counts as one: what is shared among redundant bonds is left over by far less than the last change.
+_CLOSED_GAP, _SETTLING = {8: 1e-15, 4: 1e-6}, {8: 1e-7, 4: 1e-3}
 
 
 def _apply(matrix, x):
@@ -105,7 +56,7 @@ def least_compliance(bonds: Bonds, deformation, effort, loads, method: str = "au
         method: "force", "nodal" or "auto"; see `loops`.
     """
     network, solver = bonds.network, choose_method(bonds.network, method)
-    conditions = _conditions(bonds, solver)
+    conditions = bond_conditions(bonds, solver)
     pack, unpack = _packing(deformation, effort, loads)
     inverse = _inverse(network, solver, lax.stop_gradient(conditions), pack, unpack)
 
@@ -174,7 +125,8 @@ def _inverse(network, solver, conditions, pack, unpack):
     """The solution of the conditions: a balance by the tree, then the chains' wrenches by proximal iterations."""
     C, F, penalty, unit = conditions.C, conditions.F, conditions.penalty, conditions.unit
     series, stiffening = chain_compliance(network, C), small_matmul(F * penalty[:, None], jnp.swapaxes(F, 1, 2))
-    factors = solver.factor(network, series + chain_compliance(network, stiffening))  # of C + F rho F^T
+    lent = jax.vmap(jnp.diag)(conditions.lent)
+    factors = solver.factor(network, series + lent + chain_compliance(network, stiffening))  # of C + F rho F^T
 
     def inverse(_, right):
         deformation, effort, minus_loads = unpack(right)
@@ -205,7 +157,8 @@ def _inverse(network, solver, conditions, pack, unpack):
             y, mu = lax.fori_loop(0, solver.iterations, partial(improve, w=w, stretch=stretch), start)
             w = balanced(w + chain_to_bond_wrenches(network, y))
             gap = gap_of(w)
-            size = jnp.max(jnp.abs(gap), initial=0.0) / jnp.maximum(jnp.max(jnp.abs(w)), 1e-30)
+            change = _SETTLING[w.dtype.itemsize] * jnp.max(jnp.abs(w - last.x[0]))
+            size = jnp.maximum(jnp.max(jnp.abs(gap)), change) / jnp.maximum(jnp.max(jnp.abs(w)), 1e-30)
             start, changes = _anderson_step((w, mu), gap, size, last)
             k, better = last.k + 1, size < _PROGRESS * last.best
             best, at = jnp.where(better, size, last.best), jnp.where(better, k, last.best_at)

@@ -92,11 +92,11 @@ def _chain_pattern(network):
 
 
 def chain_compliance(network: BodyNetwork, C):
-    """Compliance (m, 6, 6) of every chain: the sum of its bonds' (q, 6, 6)."""
+    """Compliance (m, ...) of every chain: the sum of its bonds' (q, ...), (6, 6) each or a number."""
     r = series_reduction(network)
     if r.is_small:
         return constant_product(np.abs(r.chain_matrix), C)
-    return jnp.zeros((r.num_chains + 1, 6, 6), C.dtype).at[r.chain].add(C)[:-1]
+    return jnp.zeros((r.num_chains + 1, *C.shape[1:]), C.dtype).at[r.chain].add(C)[:-1]
 
 
 def chain_twists(network: BodyNetwork, d):
