@@ -13,7 +13,6 @@ import common
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.integrate
 import scipy.sparse as sparse
 import scipy.sparse.linalg as spl
 from cases import models
@@ -21,18 +20,6 @@ from cases import models
 import jaxmbs as mbs
 
 SIZES, DENSE_UP_TO, DESIGNS = (40, 160, 640), 160, 64
-
-
-def state_at(system, angle, rate=-1.0):
-    """A state with all cranks at one angle and level couplers."""
-    value = {"A": (angle, rate), "l": (-angle, -rate)}
-    psi, u = np.array([value[name[0]] for name, *_ in system.topology.structure]).T
-    return mbs.State(jnp.zeros(()), jnp.array(psi), jnp.array(u), structure=system.topology.structure)
-
-
-def crank_acceleration(n, angle):
-    """Of the one equation of a row."""
-    return 9.81 * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * np.sin(angle)
 
 
 def compiled(function, *args):
@@ -72,7 +59,7 @@ def build_rows(n):
 
 def solve_rows(n, system, rounds):
     """Accelerations, gradient, batch and reactions."""
-    name, state = f"N = {n}", state_at(system, -0.4)
+    name, state = f"N = {n}", models.n_four_bar_state(system, -0.4)
 
     def accelerations(mass):
         return mbs.forward_dynamics(dataclasses.replace(system, mass=mass), state)[0]
@@ -80,7 +67,7 @@ def solve_rows(n, system, rounds):
     forward, first = compiled(accelerations, system.mass)
     gradient, second = compiled(jax.grad(lambda m: jnp.sum(accelerations(m) ** 2)), system.mass)
     loads, third = compiled(lambda m: mbs.reactions(dataclasses.replace(system, mass=m), state), system.mass)
-    error = abs(float(forward(system.mass)[0]) - crank_acceleration(n, -0.4))
+    error = abs(float(forward(system.mass)[0]) - models.n_four_bar_acceleration(n, -0.4))
     programs = {
         "ours": lambda: jax.block_until_ready(forward(system.mass)),
         "gradient": lambda: jax.block_until_ready(gradient(system.mass)),
@@ -110,7 +97,10 @@ def solve_rows(n, system, rounds):
 
 def batch_rows(n, system, rounds):
     """Accelerations of many designs by `mbs.batch`."""
-    state, masses = state_at(system, -0.4), system.mass[None] * jnp.linspace(0.9, 1.1, DESIGNS)[:, None]
+    state, masses = (
+        models.n_four_bar_state(system, -0.4),
+        system.mass[None] * jnp.linspace(0.9, 1.1, DESIGNS)[:, None],
+    )
 
     def accelerations(mass):
         return mbs.forward_dynamics(dataclasses.replace(system, mass=mass), state)[0]
@@ -125,7 +115,7 @@ def batch_rows(n, system, rounds):
 
 def motion_rows(n, system, end):
     """A motion through singular poses."""
-    name, state = f"N = {n}", state_at(system, 0.0)
+    name, state = f"N = {n}", models.n_four_bar_state(system, 0.0)
 
     def run():
         return mbs.simulate(system, state, ts=np.array([0.0, end]), rtol=1e-10, atol=1e-10, max_steps=100_000)
@@ -134,10 +124,7 @@ def motion_rows(n, system, end):
     start = time.process_time()
     motion = jax.block_until_ready(run())
     seconds = time.process_time() - start
-    exact = scipy.integrate.solve_ivp(
-        lambda t, y: [y[1], crank_acceleration(n, y[0])], (0, end), [0, -1.0], "DOP853", rtol=1e-13, atol=1e-13
-    )
-    error = abs(float(motion.states.coordinates[-1, 0]) - exact.y[0, -1])
+    error = abs(float(motion.states.coordinates[-1, 0]) - models.n_four_bar_angle(n, 0.0, end))
     return [
         common.row(name, f"motion of {end:g} s", seconds, "s CPU"),
         common.row(name, f"motion of {end:g} s, error of the angle", error, "rad"),

@@ -116,6 +116,8 @@ def frontal_saddle(
     Args:
         mass: (), factor m of the mass matrix; weight: w (nv,), default zero.
         compliance: of the rows, by the size of a number [bytes].
+
+    Source: S2 (28)-(29), (40) solved for accelerations.
     """
     n = b.shape[0]
     weight = jnp.zeros(n, b.dtype) if weight is None else weight

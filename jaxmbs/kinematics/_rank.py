@@ -75,8 +75,7 @@ def _rank_by_iteration(system, rows):
     least = _threshold(values, lax.stop_gradient(system.length), jnp.max(jnp.abs(values), initial=0.0))
     Z = jnp.asarray(np.random.default_rng(_SEED).normal(size=(k, n)), dtype)
     solve = rows.normal_solver(weight, 10.0 * least**2)
-    for _ in range(_PASSES):
-        Z = _orthonormal(jax.vmap(solve)(Z))
+    Z = lax.fori_loop(0, _PASSES, lambda _, Z: _orthonormal(jax.vmap(solve)(Z)), Z)
     changes = jax.vmap(lambda z: rows.rates(weight * z))(Z)
     return n - k + _rank_by_elimination(changes, least)
 
@@ -89,9 +88,7 @@ def _orthonormal(Z):
         later = (jnp.arange(len(Z)) > k).astype(Z.dtype)
         return (Z - later[:, None] * (Z @ q)[:, None] * q[None]).at[k].set(q)
 
-    for _ in range(2):
-        Z = lax.fori_loop(0, len(Z), take, Z)
-    return Z
+    return lax.fori_loop(0, 2, lambda _, Z: lax.fori_loop(0, len(Z), take, Z), Z)
 
 
 def _threshold(A, length, largest):

@@ -16,8 +16,8 @@ from ..linear._block_rows import BlockRows, from_blocks, to_blocks
 from ..linear._massless import NEGLIGIBLE_DAMPING, massless_rows
 from ..linear._symmetric import symmetric_blocks
 from ..linear._system import LinearSystem
-from ._linear_equations import coefficient_rows
-from ._linear_motion import CoordinateLaw, LinearState
+from ._linear_equations import SecondOrderEquations, coefficient_rows
+from ._linear_motion import CoordinateLaw
 
 
 class BlockCondensation(eqx.Module):
@@ -79,7 +79,7 @@ class BlockCondensation(eqx.Module):
         return from_blocks(A @ self._blocks(x), self.rows)
 
 
-class BlockEquations(eqx.Module):
+class BlockEquations(SecondOrderEquations):
     """`M x'' + C x' + K x = f(t) + B^T e(B x, B x', t)` as the rate of (x, x', nothing), as `LinearEquations`.
 
     Attributes:
@@ -112,12 +112,14 @@ class BlockEquations(eqx.Module):
         M = BlockMatrix(M.pattern, M.diagonal + added.astype(M.diagonal.dtype), M.upper)
         own = [jax.tree.map(lambda a: a.astype(system.dtype) if hasattr(a, "astype") else a, c.law) for c in laws]
         rows = coefficient_rows(system, laws)
-        return cls(factor(M), system.damping, rows, tuple(own), load, condensation)
-
-    def rate(self, t: Array, y: tuple) -> tuple[Array, Array, Array]:
-        """The rate of (x, x', nothing)."""
-        x, v, quadratures = y
-        return v, self.acceleration(t, x, v), quadratures
+        return cls(
+            mass=factor(M),
+            damping=system.damping,
+            rows=rows,
+            laws=tuple(own),
+            load=load,
+            condensation=condensation,
+        )
 
     def acceleration(self, t: Array, x: Array, v: Array) -> Array:
         """Accelerations (n,), zero on rows without mass."""
@@ -128,17 +130,6 @@ class BlockEquations(eqx.Module):
         if self.damping is not None:
             force = force - whole._times(self.damping, whole.expand(v))
         return from_blocks(solve(self.mass, whole._blocks(whole.heavy_part(force))), whole.rows)
-
-    def efforts(self, t: Array, x: Array, v: Array) -> Array:
-        """Efforts (laws,) along increasing `B x`."""
-        x, v = self.rows @ x, self.rows @ v
-        found = [law.effort(x[k], v[k], t) for k, law in enumerate(self.laws)]
-        return jnp.stack([jnp.asarray(e, x.dtype) for e in found]) if found else jnp.zeros_like(x)
-
-    def state_at(self, t: Array, y: tuple) -> LinearState:
-        """The state in all coordinates, those without mass included."""
-        load = self.load(t) if self.load is not None and self.condensation.light else None
-        return LinearState(t, self.condensation.expand(y[0], load), self.condensation.expand(y[1]))
 
 
 def _flag_blocks(system, chosen):

@@ -1,5 +1,6 @@
 """Equations of motion of a linear system in the first order, with nonlinear laws between coordinates."""
 
+import abc
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -37,11 +38,47 @@ class SampledLoad(eqx.Module):
         return first + (t - before) / (after - before) * (second - first)
 
 
-class LinearEquations(eqx.Module):
-    """`M x'' + C x' + K x = T^T f(t) + B^T e(B x, B x', t)` of the rows with mass, as the rate of (x, x', nothing).
+class SecondOrderEquations(eqx.Module):
+    """Equations of motion with laws between coordinates, as the rate of (x, x', nothing).
 
     The last part of the state is that of quadratures, which a linear system has none of: so it is integrated by the
     same solvers as a mechanism.
+
+    Attributes:
+        rows: B (laws, n), coefficients of the laws.
+        laws: e, their efforts (laws,).
+        load: f (n,) as a function of time, or None.
+        condensation: the rows without mass that follow statically.
+    """
+
+    rows: eqx.AbstractVar[Array]
+    laws: eqx.AbstractVar[tuple[AbstractScalarLaw, ...]]
+    load: eqx.AbstractVar[Callable | None]
+    condensation: eqx.AbstractVar[Any]
+
+    @abc.abstractmethod
+    def acceleration(self, t: Array, x: Array, v: Array) -> Array:
+        """Accelerations x'' (n,)."""
+
+    def rate(self, t: Array, y: tuple) -> tuple[Array, Array, Array]:
+        """The rate of (x, x', nothing)."""
+        x, v, quadratures = y
+        return v, self.acceleration(t, x, v), quadratures
+
+    def efforts(self, t: Array, x: Array, v: Array) -> Array:
+        """Efforts (laws,) along increasing `B x`."""
+        x, v = self.rows @ x, self.rows @ v
+        found = [law.effort(x[k], v[k], t) for k, law in enumerate(self.laws)]
+        return jnp.stack([jnp.asarray(e, x.dtype) for e in found]) if found else jnp.zeros_like(x)
+
+    def state_at(self, t: Array, y: tuple) -> LinearState:
+        """The state in all coordinates, those without mass included."""
+        load = self.load(t) if self.load is not None and self.condensation.light else None
+        return LinearState(t, self.condensation.expand(y[0], load), self.condensation.expand(y[1]))
+
+
+class LinearEquations(SecondOrderEquations):
+    """`M x'' + C x' + K x = T^T f(t) + B^T e(B x, B x', t)` of the rows with mass, as the rate of (x, x', nothing).
 
     Attributes:
         by_displacement, by_velocity, by_effort, by_load: M^-1 times K, C, B^T and T^T; by_load None without load.
@@ -81,28 +118,21 @@ class LinearEquations(eqx.Module):
         own = [jax.tree.map(lambda a: a.astype(M.dtype) if hasattr(a, "astype") else a, law.law) for law in laws]
         bare: Any = eqx.tree_at(lambda c: c.system, condensation, None)
         by_load = None if load is None else found[3]
-        return cls(found[0], found[1], found[2], by_load, rows, tuple(own), load, bare)
-
-    def rate(self, t: Array, y: tuple) -> tuple[Array, Array, Array]:
-        """The rate of (x, x', nothing)."""
-        x, v, quadratures = y
-        return v, self.acceleration(t, x, v), quadratures
+        return cls(
+            by_displacement=found[0],
+            by_velocity=found[1],
+            by_effort=found[2],
+            by_load=by_load,
+            rows=rows,
+            laws=tuple(own),
+            load=load,
+            condensation=bare,
+        )
 
     def acceleration(self, t: Array, x: Array, v: Array) -> Array:
         """Accelerations (heavy,)."""
         a = -(self.by_displacement @ x) - self.by_velocity @ v + self.by_effort @ self.efforts(t, x, v)
         return a if self.load is None else a + self.by_load @ self.load(t)
-
-    def efforts(self, t: Array, x: Array, v: Array) -> Array:
-        """Efforts (laws,) along increasing `B x`."""
-        x, v = self.rows @ x, self.rows @ v
-        found = [law.effort(x[k], v[k], t) for k, law in enumerate(self.laws)]
-        return jnp.stack([jnp.asarray(e, x.dtype) for e in found]) if found else jnp.zeros_like(x)
-
-    def state_at(self, t: Array, y: tuple) -> LinearState:
-        """The state in all coordinates, those without mass included."""
-        load = self.load(t) if self.load is not None and self.condensation.light else None
-        return LinearState(t, self.condensation.expand(y[0], load), self.condensation.expand(y[1]))
 
 
 def coefficient_rows(system: LinearSystem, laws: tuple[CoordinateLaw, ...]) -> Array:

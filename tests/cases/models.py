@@ -2,6 +2,7 @@
 
 import jax.numpy as jnp
 import numpy as np
+from scipy.integrate import solve_ivp
 
 import jaxmbs as mbs
 
@@ -34,6 +35,24 @@ def n_four_bar(n, linear_solver="auto"):
         b.joint(f"right_{i}", pin, parent=f"coupler_{i}", child=f"crank_{i + 1}", at=(i + 1.0, 1.0, 0.0))
     b.frame("B0", on="crank_0", position=(0.0, 1.0, 0.0))
     return b.build(linear_solver=linear_solver)
+
+
+def n_four_bar_state(system, angle, rate=-1.0):
+    """The state of a row whose cranks have one angle and rate, the couplers level."""
+    value = {"A": (angle, rate), "l": (-angle, -rate)}
+    psi, u = np.array([value[name[0]] for name, *_ in system.topology.structure]).T
+    return mbs.State(jnp.zeros(()), jnp.array(psi), jnp.array(u), structure=system.topology.structure)
+
+
+def n_four_bar_acceleration(n, angle):
+    """Of the cranks, by the one equation of a row: rods of 1 kg and 1 m."""
+    return 9.81 * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * np.sin(angle)
+
+
+def n_four_bar_angle(n, start, end, rate=-1.0):
+    """The cranks' angle at a time, by this equation and SciPy's DOP853."""
+    slope = lambda t, y: [y[1], n_four_bar_acceleration(n, y[0])]  # noqa: E731
+    return solve_ivp(slope, (0.0, end), [start, rate], "DOP853", rtol=1e-13, atol=1e-13).y[0, -1]
 
 
 ANDREWS = {

@@ -21,19 +21,7 @@ GRAVITY = 9.81
 def row_of(n):
     """A row of n four-bars and the function from the cranks' angle to its state at -1 rad/s."""
     system = models.n_four_bar(n)
-    start = mbs.State.at(system)
-
-    def at(angle):
-        value = {"A": (angle, -1.0), "l": (-angle, 1.0)}  # cranks, and couplers that stay level
-        psi, u = np.array([value[name[0]] for name, *_ in system.topology.structure]).T
-        return dataclasses.replace(start, coordinates=jnp.array(psi), velocities=jnp.array(u))
-
-    return system, at
-
-
-def crank_acceleration(n, angle):
-    """Of the one equation of a row of n: rods of 1 kg and 1 m."""
-    return GRAVITY * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * np.sin(angle)
+    return system, lambda angle: models.n_four_bar_state(system, angle)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +37,7 @@ def test_accelerations_beside_the_singular_pose(row, distance, error):
     _, at, accelerations = row
     angle = -np.pi / 2 + distance
     found = np.asarray(accelerations(at(angle)))
-    np.testing.assert_allclose(found[0], crank_acceleration(12, angle), atol=error * GRAVITY)
+    np.testing.assert_allclose(found[0], models.n_four_bar_acceleration(12, angle), atol=error * GRAVITY)
 
 
 @pytest.mark.slow
@@ -78,7 +66,9 @@ def test_batches(row):
     _, at, accelerations = row
     states = jax.tree.map(lambda *x: jnp.stack(x), *(at(angle) for angle in (-0.4, 0.3, 1.2)))
     found = jax.jit(jax.vmap(accelerations))(states)
-    np.testing.assert_allclose(found[:, 0], crank_acceleration(12, np.array([-0.4, 0.3, 1.2])), rtol=1e-12)
+    np.testing.assert_allclose(
+        found[:, 0], models.n_four_bar_acceleration(12, np.array([-0.4, 0.3, 1.2])), rtol=1e-12
+    )
 
 
 @pytest.mark.slow
