@@ -65,19 +65,20 @@ def _transpose(x):
     return jnp.swapaxes(x, -1, -2)
 
 
-def body_matrix(graph: BodyGraph, maps: JointMaps, J, composite, springs, driven, clusters):
+def body_matrix(graph: BodyGraph, maps: JointMaps, J, composite, springs, driven, clusters, scale):
     """The matrix as a `BlockMatrix`.
 
     Args:
         J: inertias (nodes, 10) of rigid bodies; composite: (nodes, 10) of subtrees, elastic bodies among them.
         springs: per closure group (elements, 6, 6), stiffness on world twists; driven: (nv,) that on each column.
         clusters: inertias (bodies, k, k, 6, 6) of the elastic bodies on world twists of their interfaces.
+        scale: () usual inertia of a body.
     """
     g, T, X, dtype = len(graph.node), maps.world, maps.shift, J.dtype
-    lent, mass = ADDED_INERTIA[dtype.itemsize], jnp.max(composite[:, 0]) / g
+    lent = ADDED_INERTIA[dtype.itemsize]
     inertia = _inertia_matrices(J[graph.node] + lent * composite[graph.node])
     # a point mass has no rotational inertia: a thousandth of what is lent to bodies is added in every direction
-    diagonal = _transpose(T[:-1]) @ inertia @ T[:-1] + 1e-3 * lent * mass * jnp.eye(6, dtype=dtype)[None]
+    diagonal = _transpose(T[:-1]) @ inertia @ T[:-1] + 1e-3 * lent * scale * jnp.eye(6, dtype=dtype)[None]
     diagonal = jnp.concatenate([diagonal, jnp.zeros((1, 6, 6), dtype)])
     upper = jnp.zeros((graph.pattern.num_edges + 1, 6, 6), dtype)
 
@@ -105,7 +106,7 @@ def body_matrix(graph: BodyGraph, maps: JointMaps, J, composite, springs, driven
                 block = jnp.where(jnp.asarray(a < b)[:, None, None], block, _transpose(block))
                 upper = upper.at[graph.edges(np.minimum(a, b), np.maximum(a, b))].add(block)
 
-    P, free = mass * maps.across, mass * (maps.across - jnp.eye(6, dtype=dtype)[None])
+    P, free = scale * maps.across, scale * (maps.across - jnp.eye(6, dtype=dtype)[None])
     diagonal = jnp.concatenate([jnp.concatenate([diagonal[:-1], P], 2), jnp.concatenate([P, free], 2)], axis=1)
     wrench = jnp.zeros_like(upper).at[tree].set(-_transpose(X) @ P)[:-1]
     upper = jnp.concatenate([upper[:-1], wrench], axis=2)

@@ -8,6 +8,7 @@ import numpy as np
 from jax import Array
 
 from ..kinematics._elastic import interface_inertia
+from ..math._spatial import dot, momentum
 from ..math._spd import spd_inverse
 from ..model._system import System
 from ._body_graph import BodyGraph
@@ -22,7 +23,7 @@ class CondensedBodies(NamedTuple):
     Attributes:
         whole, inertia (bodies, i, i, 6, 6): before and after their modes are eliminated.
         follow (bodies, modes, i, 6): minus the rates of the modes per twist rate of the interfaces, without load.
-        modal (bodies, modes, modes): inertia of the modes, `inverse` of it.
+        modal (bodies, modes, modes): inertia of the modes, `inverse` of it with the weight.
     """
 
     whole: Array
@@ -32,18 +33,25 @@ class CondensedBodies(NamedTuple):
     inverse: Array
 
 
-def condense_modes(system: System, at) -> list[CondensedBodies]:
-    """Condensed inertias of all elastic groups at a configuration."""
-    return [_condense(interface_inertia(system, group, at), len(group.frames[0])) for group in system.elastic]
+def condense_modes(system: System, at, mass, weight) -> list[CondensedBodies]:
+    """Condensed inertias of all elastic groups at a configuration.
+
+    Args: mass: () factor of the inertias; weight (nv,): added to the modes' own, which `modal` leaves out.
+    """
+    return [
+        _condense(mass * interface_inertia(system, group, at), weight[np.array(group.columns, int)])
+        for group in system.elastic
+    ]
 
 
-def _condense(E, i):
-    k = 6 * i
-    whole, modal = E[:, :k, :k], E[:, k:, k:]
+def _condense(E, weight):
+    k = E.shape[1] - weight.shape[1]
+    i = k // 6
+    whole, modal = E[:, :k, :k], E[:, k:, k:] + jax.vmap(jnp.diag)(weight)
     inverse = jax.vmap(spd_inverse)(modal)
     follow = inverse @ E[:, k:, :k]
     blocks = [x.reshape(-1, i, 6, i, 6).transpose(0, 1, 3, 2, 4) for x in (whole, whole - E[:, :k, k:] @ follow)]
-    return CondensedBodies(*blocks, follow.reshape(*follow.shape[:2], i, 6), modal, inverse)
+    return CondensedBodies(*blocks, follow.reshape(*follow.shape[:2], i, 6), E[:, k:, k:], inverse)
 
 
 def lumped_inertia(system: System, J, parts):
@@ -56,6 +64,14 @@ def lumped_inertia(system: System, J, parts):
         at = np.asarray(system.topology.frame_node)[np.array(group.frames)]
         J = J.at[at].add(jnp.stack(rigid, axis=1)[:, None])
     return J[:-1]
+
+
+def column_inertia(system: System, S, composite, parts):
+    """Inertia (nv,) of what each column carries; composite: inertias (nodes, 10) of subtrees."""
+    size = dot(S, momentum(composite, S))
+    for group, part in zip(system.elastic, parts, strict=True):
+        size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
+    return size
 
 
 def solve_with_modes(system: System, graph: BodyGraph, maps: JointMaps, parts, factor, r):

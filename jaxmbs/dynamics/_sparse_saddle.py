@@ -1,8 +1,9 @@
 """The saddle system of a mechanism solved on the graph of its bodies: work linear in their number.
 
-`M a + A^T y = b`, `A a = c` for the accelerations of the tree's joints, as `math.linalg.saddle_solve` does it: rows
-eliminated with a small compliance, proximal iterations, refinement against the whole system.  No matrix of the tree
-is formed: products with M and A are walks of the tree, and `M + A^T C^-1 A` is inverted by `body_matrix`.
+`m M a + diag(w) a + A^T y = b`, `A a = c` for the accelerations of the tree's joints, as `math.linalg.saddle_solve`
+does it: rows eliminated with a small compliance, proximal iterations, refinement against the whole system.  No matrix
+of the tree is formed: products with M and A are walks of the tree, and `m M + diag(w) + A^T C^-1 A` is inverted by
+`body_matrix`.
 """
 
 import jax
@@ -16,14 +17,13 @@ from ..kinematics._configuration import Configuration, with_velocities
 from ..kinematics._saddle_operator import ConstraintOperator, largest_of_element, row_kinds, stop_gradients
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
-from ..math._spatial import dot, momentum
 from ..math._spd import spd_inverse
 from ..model._system import System
 from ._bodies import body_momenta
 from ._body_graph import body_graph
 from ._body_matrix import body_matrix, joint_maps
 from ._loads import on_columns
-from ._modal_condensation import condense_modes, lumped_inertia, solve_with_modes
+from ._modal_condensation import column_inertia, condense_modes, lumped_inertia, solve_with_modes
 
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
 #: 1e-16 / C^2: the 3e-10 of `saddle_solve`, whose inverse is better, leads to divergence on redundant loops.
@@ -32,15 +32,20 @@ PROXIMAL_COMPLIANCE = {8: 3e-7, 4: 2e-3}
 REFINEMENTS = 2
 
 
-def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b, c):
-    """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`."""
+def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b, c, mass=1.0, weight=None):
+    """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,); see `saddle_solve`.
+
+    Args: mass: (), factor m of the mass matrix; weight: w (nv,), default zero.
+    """
     n = b.shape[0]
-    C, inverse = _penalty_inverse(*stop_gradients((system, at, rows)))
+    weight = jnp.zeros_like(b) if weight is None else weight
+    C, inverse = _penalty_inverse(*stop_gradients((system, at, rows, mass, weight)))
     right = jnp.concatenate([b, rows.unit * c])
 
     def apply(z, C):
         a, y = z[:n], z[n:]
-        return jnp.concatenate([_apply_mass(system, at, a) + rows.efforts(y), rows.rates(a) - C * y])
+        momenta = mass * _apply_mass(system, at, a) + weight * a
+        return jnp.concatenate([momenta + rows.efforts(y), rows.rates(a) - C * y])
 
     def eliminated(right):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
@@ -68,15 +73,15 @@ def _apply_mass(system, at, a):
     return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
-def _penalty_inverse(system, at, rows):
-    """Compliances C (rows,), and the function `(M + A^T C^-1 A)^-1` from efforts to accelerations (nv,).
+def _penalty_inverse(system, at, rows, mass, weight):
+    """Compliances C (rows,), and the function `(m M + diag(w) + A^T C^-1 A)^-1` from efforts to accelerations (nv,).
 
     Rows of couplers and of the user, which may read any column, border the graph: they should be few.
     """
     top, graph, kinds, dtype = system.topology, body_graph(system), row_kinds(system), at.psi.dtype
-    parts = condense_modes(system, at)
-    composite = subtrees(top.nodes, lumped_inertia(system, at.J, parts))
-    mobility = _mobility(system, at.S, composite, parts)
+    parts, J, length = condense_modes(system, at, mass, weight), mass * at.J, system.length.astype(dtype)
+    composite = subtrees(top.nodes, lumped_inertia(system, J, parts))
+    mobility = _mobility(column_inertia(system, at.S, composite, parts) + weight)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
     closures = [u[..., None] * D for u, D in zip(_split_by_group(rows, rows.unit), rows.directions, strict=True)]
     sizes = [_closure_sizes(graph, at.S, top.nodes, mobility, closures), jnp.zeros(top.num_rows - kinds.closures)]
@@ -85,11 +90,12 @@ def _penalty_inverse(system, at, rows):
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
     C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block)
 
-    maps = joint_maps(graph, at, system.length.astype(dtype))
+    maps = joint_maps(graph, at, length)
     each = zip(closures, _split_by_group(rows, C), strict=True)
     springs = [jnp.einsum("era,er,erb->eab", D, 1.0 / c, D) for D, c in each]
-    held = jnp.zeros_like(mobility).at[kinds.columns].add(rows.unit[kinds.drives] ** 2 / C[kinds.drives])
-    matrix = body_matrix(graph, maps, at.J, composite, springs, held, [part.inertia for part in parts])
+    held = weight.at[kinds.columns].add(rows.unit[kinds.drives] ** 2 / C[kinds.drives])
+    scale = jnp.max(composite[:, 0]) / len(graph.node) + jnp.max(weight) / length**2
+    matrix = body_matrix(graph, maps, J, composite, springs, held, [part.inertia for part in parts], scale)
     factor = blocksparse.factor(matrix, "ldl")
     return C, _bordered_inverse(lambda r: solve_with_modes(system, graph, maps, parts, factor, r), B, C[kinds.others])
 
@@ -115,11 +121,8 @@ def _split_by_group(rows, values):
     return [values[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
 
 
-def _mobility(system, S, composite, parts):
-    """Inverse diagonal (nv,) of the mass matrix; zero for columns without inertia, which must not set a scale."""
-    size = dot(S, momentum(composite, S))
-    for group, part in zip(system.elastic, parts, strict=True):
-        size = size.at[np.array(group.columns, int)].set(jnp.diagonal(part.modal, axis1=1, axis2=2))
+def _mobility(size):
+    """Inverses (nv,) of inertias; zero for columns without inertia, which must not set a scale."""
     # the same bound as in `math.linalg.saddle_solve`; 1e-30 keeps models without any mass finite
     massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
     return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))

@@ -12,12 +12,12 @@ from jax import Array, lax
 
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import accelerations
+from ..dynamics._saddle import saddle_without_matrix
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._assembly import newton_step
 from ..kinematics._configuration import Configuration, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
-from ..kinematics._frontal_saddle import frontal_saddle
 from ..kinematics._linear_rows import metric, metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
@@ -150,7 +150,7 @@ class Formulation(eqx.Module):
         alone, m = 0, g minus their residual, and u the step.  The last one projects the velocities: K is the mass
         matrix, A all rows, m the momentum, g minus their rates in time, and u the velocities nearest in energy.
         """
-        system, is_frontal = self.system, linear_solver(self.system) == "frontal"
+        system, is_dense = self.system, linear_solver(self.system) == "dense"
         is_position = np.zeros(system.topology.num_rows, bool)
         is_position[system.topology.position_rows] = True
         row_of = np.where(is_position, np.cumsum(is_position) - 1, is_position.sum())  # the last one is zero
@@ -161,7 +161,7 @@ class Formulation(eqx.Module):
             f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
             momentum = jnp.where(last, self.momenta_of(at, p * self.scale), 0.0)
             gap = jnp.where(last, f_t, gather_static(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
-            solve = self._frontal_saddle if is_frontal else self._saddle_of_matrices
+            solve = self._saddle_of_matrices if is_dense else self._saddle_without_matrix
             u = solve(at, last, last | is_position, momentum, -gap)
             then = self.second_of(at, u) / self.scale
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
@@ -178,13 +178,13 @@ class Formulation(eqx.Module):
         A = jnp.where(active[:, None], constraints.jacobian(system, at), 0.0)
         return saddle_solve(K, A, m, g, constraints.row_scale(system))[0]
 
-    def _frontal_saddle(self, at, of_velocities, active, m, g):
+    def _saddle_without_matrix(self, at, of_velocities, active, m, g):
         """The same without a matrix."""
-        rows = constraint_operator(self.system, at).masked(active)
+        system, method = self.system, linear_solver(self.system)
+        rows = constraint_operator(system, at).masked(active)
         mass = jnp.where(of_velocities, 1.0, 0.0).astype(m.dtype)
-        return frontal_saddle(self.system, at, rows, m, g, mass, (1.0 - mass) * metric(self.system).astype(m.dtype))[
-            0
-        ]
+        weight = (1.0 - mass) * metric(system).astype(m.dtype)
+        return saddle_without_matrix(method, system, at, rows, m, g, mass, weight)[0]
 
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
         """Coordinates after two Newton steps onto the constraints, quaternions of unit length; and True if the first

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 
 from ..dynamics import _hamilton as hamilton
 from ..dynamics._efforts import efforts
+from ..dynamics._modal_condensation import column_inertia, condense_modes, lumped_inertia
 from ..dynamics._newton_euler import accelerations
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import with_velocities
@@ -36,7 +37,7 @@ class Canonical(Formulation):
 
     @classmethod
     def start(cls, system, at, u):
-        if linear_solver(system) == "frontal":
+        if linear_solver(system) != "dense":
             return hamilton.momenta(system, with_velocities(system, at, u)), _composite_inertia(system, at)
         M = mass_matrix(system, at)
         return M @ u, _seen_inertia(system, at, M)
@@ -135,8 +136,8 @@ def _seen_inertia(system, at, M):
 
 def _composite_inertia(system, at):
     """Inertia (nv,) of what each column carries, or where that is nothing beside it of what its parent carries."""
-    nodes = system.topology.nodes
-    composite = subtrees(nodes, at.J)
+    nodes, parts = system.topology.nodes, condense_modes(system, at, 1.0, jnp.zeros_like(at.S[:, 0]))
+    composite = subtrees(nodes, lumped_inertia(system, at.J, parts))
     above = gather_static(jnp.concatenate([composite, jnp.zeros_like(composite[:1])]), nodes.parent_or_size)
-    own, lent = (dot(at.S, momentum(J, at.S)) for J in (composite, above))
+    own, lent = column_inertia(system, at.S, composite, parts), dot(at.S, momentum(above, at.S))
     return jnp.where(own > _OWN * lent, own, lent)
