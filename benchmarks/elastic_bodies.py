@@ -3,8 +3,10 @@
 The manoeuvre of Kane, Ryan and Banerjee (1987) with the beam of Simo and Vu-Quoc (1986).  One body has no stiffening
 by rotation and is unstable above 3.8 rad/s; the error of several falls with the square of their number.  The
 reference is the limit of ANCF cables in elements and steps (2e-7).  Where Exudyn is installed it runs the same beam.
+And the accelerations of rows of up to 100 bodies with pins between them, block-sparse beside dense.
 """
 
+import functools
 import importlib.util
 
 import common
@@ -72,6 +74,40 @@ def our_rows(parts, times, rounds, solver):
     ]
 
 
+def pinned_row(n, solver):
+    """A row of n elastic bodies with pins between them, from pin to pin on the ground, and a state of it."""
+    x = jnp.linspace(0.0, 0.5, 3)
+    structure = Structure(jnp.stack([x, 0.0 * x, 0.0 * x], axis=1), {"beam": (SECTION, [(0, 1), (1, 2)])})
+    body, pin = floating_frame(assemble(structure), ("0", "2"), 1).body, mbs.Revolute("y")
+    b = mbs.SystemBuilder()
+    for k in range(n):
+        b.elastic(f"part{k}", body, motions={"2": mbs.Planar("y")})
+    b.joint("pin0", pin, "ground", "part0.0")
+    for k in range(1, n):
+        b.joint(f"pin{k}", pin, f"part{k - 1}.2", f"part{k}.0")
+    b.joint("end", pin, "ground", f"part{n - 1}.2", parent_frame=(0.45 * n, 0.0, 0.0))
+    system, turn = b.build(cut=["end"], linear_solver=solver), np.arccos(0.9)
+    return system, mbs.State.at(system, guess={f"pin{k}": turn * (1 if k == 0 else 2 * (-1) ** k) for k in range(n)})
+
+
+def row_of_bodies(n, rounds):
+    """Time of the accelerations of a row of n bodies, and how far they are from the dense ones."""
+    case, metric, run, found, first = f"row of {n}", "accelerations", {}, {}, {}
+    for solver in ("multifrontal", "dense"):
+        system, state = pinned_row(n, solver)
+        run[solver] = functools.partial(jax.jit(mbs.forward_dynamics), system, state)
+        first[solver] = common.timed(run[solver], 1)
+        found[solver] = np.asarray(run[solver]()[0])
+    seconds = common.cpu_seconds(run, rounds)
+    gap = np.max(np.abs(found["multifrontal"] - found["dense"])) / np.max(np.abs(found["dense"]))
+    mine, dense = (1e3 * seconds[solver] for solver in ("multifrontal", "dense"))
+    return [
+        common.row(case, metric, mine, "ms CPU", "dense", dense),
+        common.row(case, "first accelerations", first["multifrontal"], "s CPU", "dense", first["dense"]),
+        common.row(case, "largest difference from dense, relative", gap),
+    ]
+
+
 def peer_rows(ours, times, rounds):
     """Exudyn's runs: its error and time beside those of our finest beam."""
     if importlib.util.find_spec("exudyn") is None:
@@ -102,6 +138,7 @@ def main():
     rows = [row for parts in counts for row in our_rows(parts, times, rounds, solver)]
     if not options.quick:
         rows += peer_rows(rows, times, rounds)
+    rows += [row for n in ((3,) if options.quick else (25, 50, 100)) for row in row_of_bodies(n, rounds)]
     common.report(rows, options)
 
 

@@ -13,16 +13,15 @@ from jax import lax
 
 from .. import blocksparse
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Configuration, with_velocities
+from ..kinematics._configuration import Configuration
+from ..kinematics._elastic import mass_operator
 from ..kinematics._saddle_operator import ConstraintOperator, largest_of_element, row_kinds, stop_gradients
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
 from ..math._spd import spd_inverse
 from ..model._system import System
-from ._bodies import body_momenta
 from ._body_graph import body_graph
 from ._body_matrix import body_matrix, joint_maps
-from ._loads import on_columns
 from ._modal_condensation import column_inertia, condense_modes, lumped_inertia, solve_with_modes
 
 #: Compliance C of the rows, relative to their mobility.  Errors of the factor, 1e-16 / C, reach the multipliers as
@@ -40,12 +39,11 @@ def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b
     n = b.shape[0]
     weight = jnp.zeros_like(b) if weight is None else weight
     C, inverse = _penalty_inverse(*stop_gradients((system, at, rows, mass, weight)))
-    right = jnp.concatenate([b, rows.unit * c])
+    right, momenta = jnp.concatenate([b, rows.unit * c]), mass_operator(system, at)
 
     def apply(z, C):
         a, y = z[:n], z[n:]
-        momenta = mass * _apply_mass(system, at, a) + weight * a
-        return jnp.concatenate([momenta + rows.efforts(y), rows.rates(a) - C * y])
+        return jnp.concatenate([mass * momenta(a) + weight * a + rows.efforts(y), rows.rates(a) - C * y])
 
     def eliminated(right):
         a = inverse(right[:n] + rows.efforts(right[n:] / C))
@@ -66,11 +64,6 @@ def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b
 
     z = lax.custom_linear_solve(whole, right, solve, solve, symmetric=True)
     return z[:n], rows.unit * z[n:]
-
-
-def _apply_mass(system, at, a):
-    """Product `M a` (nv,) by a walk of the tree."""
-    return on_columns(system, at, body_momenta(system, with_velocities(system, at, a)))
 
 
 def _penalty_inverse(system, at, rows, mass, weight):

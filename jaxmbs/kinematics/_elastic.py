@@ -8,10 +8,12 @@ import numpy as np
 from jaxtyping import Array
 
 from ..math._linalg import skew
+from ..math._spatial import dot, momentum
 from ..model._elastic import ElasticGroup
 from ..model._system import System
-from ._configuration import Configuration, VelocityKinematics, at_rest
+from ._configuration import Configuration, VelocityKinematics, at_rest, node_motion
 from ._tree import mass_matrix as tree_mass_matrix
+from ._tree import subtrees
 
 
 class ElasticState(NamedTuple):
@@ -85,6 +87,25 @@ def mass_matrix(system: System, at: Configuration):
         z = jax.vmap(lambda body, q, flows: jax.vmap(body.speeds, (None, 1), 1)(q, flows))(group.body, s.q, flows)
         M = M + jnp.einsum("ekn,ekm->nm", z, group.body.inertia @ z)
     return M
+
+
+def mass_operator(system: System, at: Configuration):
+    """Function that gives the momenta (nv,) of velocities (nv,): products with `mass_matrix`, which is not formed."""
+    top = system.topology
+    inertias = [interface_inertia(system, group, at) for group in system.elastic]
+
+    def momenta(u):
+        twist, column = node_motion(top, at.S, u), jnp.zeros_like(u)
+        wrench = jnp.concatenate([momentum(at.J, twist), jnp.zeros((1, 6), u.dtype)])
+        for group, E in zip(system.elastic, inertias, strict=True):
+            V, rates = interface_rates(system, group, twist, u)
+            load = jnp.einsum("ekl,el->ek", E, jnp.concatenate([V.reshape(len(V), -1), rates], axis=1))
+            on = np.asarray(top.frame_node)[np.array(group.frames)]
+            wrench = wrench.at[on].add(load[:, : 6 * on.shape[1]].reshape(V.shape))
+            column = column.at[np.array(group.columns, int)].add(load[:, 6 * on.shape[1] :])
+        return dot(at.S, subtrees(top.nodes, wrench[:-1])) + column
+
+    return momenta
 
 
 def interface_inertia(system: System, group: ElasticGroup, at: Configuration):

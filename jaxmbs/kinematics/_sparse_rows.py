@@ -13,11 +13,10 @@ from . import _closures as closures
 from . import _constraints as constraints
 from . import _reaction_map as reaction_map
 from ._configuration import configuration
-from ._elastic import mass_matrix
+from ._elastic import mass_operator
 from ._joint_wrenches import joint_wrenches, wrenches_at_frames
 from ._poses import node_parameters
 from ._saddle_operator import closure_pattern, loop_entries
-from ._tree import apply_mass
 
 _TOGETHER = 8  # vectors of one product, so that one program serves any number
 
@@ -67,9 +66,7 @@ def _rows(system, psi, t):
 @jit(compile="quick")
 def _momenta(system, psi, t, Z):
     at = configuration(system, node_parameters(system), psi, t)
-    if system.elastic:
-        return Z @ mass_matrix(system, at)
-    return jax.vmap(lambda u: apply_mass(system.topology.nodes, at.S, at.J, u))(Z)
+    return jax.vmap(mass_operator(system, at))(Z)
 
 
 @jit(compile="quick")
