@@ -184,13 +184,14 @@ def unbalanced_efforts(system: System, at, w, a):
     Also returns all velocities (nv,) and accelerations (nv,).
     """
     at = closures.with_directions(system, at)
-    Gamma, B = motion_map(system, at)
-    u = Gamma @ w - B @ constraints.time_rate(system, at)
+    move, none = motion_map(system, at), jnp.zeros(system.topology.num_rows, w.dtype)
+    u = move(w, -constraints.time_rate(system, at))
     here = with_velocities(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
-    u_dot = Gamma @ a + B @ constraints.acceleration_bias(system, here, unmoved)
+    u_dot = move(a, constraints.acceleration_bias(system, here, unmoved))
     V_dot, loads = node_accelerations(system.topology, here, u_dot), efforts(system, here)[:2]
-    return Gamma.T @ required_efforts(system, here, V_dot, u_dot, loads), u, u_dot
+    need = required_efforts(system, here, V_dot, u_dot, loads)
+    return jax.linear_transpose(lambda w: move(w, none), w)(need)[0], u, u_dot
 
 
 @jit

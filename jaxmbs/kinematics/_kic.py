@@ -12,8 +12,11 @@ from jaxtyping import Array, Float
 
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
+from . import _closures as closures
 from . import _constraints as constraints
 from ._configuration import Configuration, at_state
+from ._linear_rows import linear_rows
+from ._linear_solver import linear_solver
 from ._mobility import dependent_columns, independent_columns, independent_state_function
 from ._state import State
 
@@ -27,6 +30,12 @@ def velocity_map(system: System, at: Configuration):
     pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:
         return jnp.asarray(pick.T), jnp.zeros(n, dtype)
+    if linear_solver(system) == "frontal":
+        at = closures.with_directions(system, at)
+        move, f_t = _move_without_matrix(system, at, chosen), constraints.time_rate(system, at)
+        picked, c = jnp.eye(len(chosen) + 1, len(chosen), dtype=dtype), jnp.zeros((len(chosen) + 1, len(f_t)), dtype)
+        columns = jax.vmap(move, out_axes=1)(picked, c.at[-1].set(-f_t))
+        return columns[:, :-1], columns[:, -1]
     A, f_t = constraints.jacobian(system, at), constraints.time_rate(system, at)
     picked = np.eye(len(chosen), len(chosen) + 1, dtype=dtype)
     upper = -f_t[:, None] * np.eye(1, len(chosen) + 1, len(chosen), dtype=dtype)
@@ -35,14 +44,19 @@ def velocity_map(system: System, at: Configuration):
 
 
 def motion_map(system: System, at: Configuration):
-    """(Gamma (nv, N), B (nv, rows)): `Gamma w + B c` has the independent entries w and satisfies `A x = c`."""
+    """Function of w (N,) and c (rows,): the velocities x (nv,) with the independent entries w and `A x = c`.
+
+    Args: at: `closures.with_directions`.
+    """
     n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
     pick = np.eye(n, dtype=dtype)[chosen]
     if not system.has_constraints:
-        return jnp.asarray(pick.T), jnp.zeros((n, 0), dtype)
+        return lambda w, c: jnp.asarray(pick.T) @ w
+    if linear_solver(system) == "frontal":
+        return _move_without_matrix(system, at, chosen)
     rows = jnp.concatenate([constraints.jacobian(system, at), pick])
     inverse = full_rank_lstsq(rows, jnp.asarray(np.eye(len(rows), dtype=dtype)))
-    return inverse[:, len(rows) - len(chosen) :], inverse[:, : len(rows) - len(chosen)]
+    return lambda w, c: inverse @ jnp.concatenate([c, w])
 
 
 def position_map(system: System, at: Configuration):
@@ -50,10 +64,28 @@ def position_map(system: System, at: Configuration):
     rates, and differs from it where rolling or blades restrict velocities further."""
     top = system.topology
     assert top.analysis is not None
-    pick = np.eye(top.num_velocities)[list(top.analysis.independent_positions)]
+    chosen = np.array(top.analysis.independent_positions, int)
+    pick = np.eye(top.num_velocities, dtype=at.psi.dtype)[chosen]
+    if linear_solver(system) == "frontal":
+        at = closures.with_directions(system, at)
+        move = _move_without_matrix(system, at, chosen, top.position_rows)
+        return jax.vmap(lambda w: move(w, jnp.zeros(len(top.position_rows), w.dtype)), out_axes=1)(pick[:, chosen])
     A = constraints.jacobian(system, at)[top.position_rows]
     right = np.concatenate([np.zeros((A.shape[0], len(pick))), np.eye(len(pick))])
-    return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick, at.psi.dtype)]), jnp.asarray(right, at.psi.dtype))
+    return full_rank_lstsq(jnp.concatenate([A, jnp.asarray(pick)]), jnp.asarray(right, at.psi.dtype))
+
+
+def _move_without_matrix(system, at, chosen, places=None):
+    """`motion_map` without a matrix, for some columns and rows at some places: the others take the least step."""
+    free = np.ones(system.topology.num_velocities)
+    free[chosen] = 0.0
+    others, every = (linear_rows(system, at, jnp.asarray(x, at.psi.dtype), places) for x in (free, np.ones_like(free)))
+
+    def move(w, c):
+        held = jnp.zeros(len(free), w.dtype).at[chosen].set(w, unique_indices=True)
+        return held + others.least_step(c - every.rates(held))
+
+    return move
 
 
 def point_jacobian(system: System, S, node, point):

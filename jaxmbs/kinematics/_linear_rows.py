@@ -117,7 +117,7 @@ class FrontalRows(eqx.Module):
         return self.system.topology.num_rows
 
     def _on_all(self, gap):
-        return jnp.zeros(self._num_rows, gap.dtype).at[self.places].set(gap)
+        return jnp.zeros(self._num_rows, gap.dtype).at[self.places].set(gap, unique_indices=True)
 
     def _operator(self, unit) -> ConstraintOperator:
         free = self.free.astype(self.at.S.dtype)
