@@ -16,9 +16,11 @@ from ..math._determinant import determinant_signs
 from ..math._rotation import quaternion_log, quaternion_product
 from ..math._spd import spd_inverse
 from ..model._system import System
-from ._branches import coupled_blocks, row_dependence
-from ._configuration import configuration
-from ._constraints import residual_and_jacobian, row_scale
+from ._assembly import linearise_rows
+from ._branches import branch_signs, coupled_blocks, loop_blocks, row_dependence
+from ._constraints import row_scale
+from ._linear_rows import FrontalRows
+from ._linear_solver import linear_solver
 from ._poses import simple_columns, step_coordinates
 
 _LONGEST_STEP = 0.2  # the longest step, in rad or characteristic lengths: a curve of that radius leaves it by a tenth
@@ -50,8 +52,8 @@ class BranchPoint(NamedTuple):
 class _Path(NamedTuple):
     """The way from a place to held coordinates and a time: `motion` (nv,) and `duration` ().
 
-    `free` (nv,) is one for columns that are found; `unit` (position rows,) and `size` (nv,) bring rows and columns to
-    one unit; `block` (nv,) is static.
+    `free` (nv,) is one for columns that are found, zero for the static `held`; `unit` (position rows,) and `size`
+    (nv,) bring rows and columns to one unit.
     """
 
     system: System
@@ -62,11 +64,11 @@ class _Path(NamedTuple):
     free: Array
     unit: Array
     size: Array
-    block: np.ndarray
+    held: tuple[int, ...]
 
 
 class _PathStep(NamedTuple):
-    """A step from `psi`, where the scaled rows are `rows`, to `trial`; the free columns move by `gone` up to there.
+    """A step from `psi`, with the `mark` of its branch, to `trial`; the free columns move by `gone` up to there.
 
     `share` () of the way lies behind it, `length` () is its own; `slope` (nv,) is how the free columns move along the
     way.  `first`, `last` () are corrections of the trial, `opening` (rows,) the residual where the way begins.
@@ -76,7 +78,7 @@ class _PathStep(NamedTuple):
     share: Array
     length: Array
     psi: Array
-    rows: Array
+    mark: Array
     slope: Array
     trial: Array
     gone: Array
@@ -102,8 +104,7 @@ def follow_branch(system: System, P, place: BranchPoint, psi, t, held: tuple[int
     motion = (1.0 - free) * _coordinate_difference(top, place.psi, psi)
     size = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(psi.dtype)
     unit = row_scale(system).unit[top.position_rows].astype(psi.dtype)
-    block = coupled_blocks(row_dependence(system) & (free > 0))[1]
-    way = _Path(system, P, place, motion, t - place.t, jnp.asarray(free, psi.dtype), unit, size, block)
+    way = _Path(system, P, place, motion, t - place.t, jnp.asarray(free, psi.dtype), unit, size, held)
 
     def goes_on(step):
         return (
@@ -121,28 +122,38 @@ def _first_step(way):
     before = jnp.dot(place.along, place.along)
     slope = jnp.dot(place.along, along) / jnp.where(before > 0.0, before, 1.0) * place.slope
     number = lambda x: jnp.full((), x, along.dtype)  # noqa: E731
-    rows, still = jnp.zeros((len(way.unit), len(way.size)), along.dtype), jnp.zeros_like(way.motion)
+    mark = jnp.zeros(_mark_shape(way), along.dtype)
+    still, closed = jnp.zeros_like(way.motion), jnp.zeros_like(way.unit)
     return _PathStep(
-        0, number(0), number(0), place.psi, rows, slope, place.psi, still, number(0), number(jnp.inf), rows[:, 0]
+        0, number(0), number(0), place.psi, mark, slope, place.psi, still, number(0), number(jnp.inf), closed
     )
 
 
-def _rows_at(way, psi, t):
-    """Residual of the positions (rows,) and its Jacobian (rows, nv) in the free columns."""
-    at = configuration(way.system, way.P, psi, t, inertias=False)
-    f, A = residual_and_jacobian(way.system, at)
-    return f, A[way.system.topology.position_rows] * way.free[None, :]
+def _mark_shape(way):
+    if linear_solver(way.system) == "frontal":
+        return (len(loop_blocks(way.system, way.held)),)
+    return len(way.unit), len(way.size)
+
+
+def _correction(way, rows, gap):
+    """The Newton step (nv,), in units of the columns' `size`, against a gap (position rows,); and the mark of the
+    branch: the scaled rows, or without a matrix the signs of its blocks."""
+    damping = _DAMPING[gap.dtype.itemsize]
+    if isinstance(rows, FrontalRows):
+        return -rows.damped_step(gap, damping) / way.size, branch_signs(way.system, rows, way.held)
+    A, eye = way.unit[:, None] * rows.A * way.size[None], np.eye(len(way.size), dtype=gap.dtype)
+    return -(spd_inverse(A.T @ A + damping * eye) @ (A.T @ (way.unit * gap))), A
 
 
 def _correct_step(way, step):
     """One correction of the trial, and the next step where it was the last one."""
     precision, end = way.motion.dtype.itemsize, step.share + step.length
     is_last = end > 1.0 - _SHORTEST_SHARE
-    f, A = _rows_at(way, step.trial, way.place.t + end * way.duration)
+    f, rows = linearise_rows(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
     opening = jnp.where(step.passes == 0, f, step.opening)
-    rows, gap = way.unit[:, None] * A * way.size[None], way.unit * (f - (1.0 - end) * opening)
-    eye = np.eye(len(way.size), dtype=A.dtype)
-    turn = -(spd_inverse(rows.T @ rows + _DAMPING[precision] * eye) @ (rows.T @ gap))
+    gap = f - (1.0 - end) * opening
+    turn, mark = _correction(way, rows, gap)
+    gap = way.unit * gap
     change, is_first = jnp.max(jnp.abs(turn)), jnp.isinf(step.last)
     shrinks = jnp.where(is_first, change <= _LARGEST_CORRECTION, change <= _CONTRACTION * step.last)
     enough = jnp.where(is_last, _END_TOLERANCE[precision], _PATH_TOLERANCE)
@@ -156,8 +167,8 @@ def _correct_step(way, step):
         last=change,
         opening=opening,
     )
-    ends = closed & _is_on_branch(way, step, rows)
-    forward, back = _next_step(way, step, jnp.where(is_last, 1.0, end), rows), _shorter_step(way, step)
+    ends = closed & _is_on_branch(way, step, mark)
+    forward, back = _next_step(way, step, jnp.where(is_last, 1.0, end), mark), _shorter_step(way, step)
     goes_on = ~closed & shrinks
     return _select_step(ends, forward, _select_step(goes_on, step, back))
 
@@ -166,25 +177,30 @@ def _select_step(condition, one, other):
     return _PathStep(*(jnp.where(condition, x, y) for x, y in zip(one, other, strict=True)))
 
 
-def _is_on_branch(way, step, rows):
+def _is_on_branch(way, step, mark):
     """True if the trial is on the branch of the start: the rows' determinant has the same sign in each block.
 
     Or the step is so short that branches cross there, and went as predicted.
     """
-    pairs = step.rows.T @ rows + _SIGN_DAMPING * np.eye(len(way.size), dtype=rows.dtype)
-    same = jnp.all(determinant_signs(pairs, way.block, 0.0) > 0)
+    if mark.ndim == 1:
+        same = jnp.all(step.mark * mark >= 0.0)  # zero at a singular pose, which is on either branch
+    else:
+        columns = ~np.isin(np.arange(len(way.size)), way.held)
+        block = coupled_blocks(row_dependence(way.system) & columns)[1]
+        pairs = step.mark.T @ mark + _SIGN_DAMPING * np.eye(len(way.size), dtype=mark.dtype)
+        same = jnp.all(determinant_signs(pairs, block, 0.0) > 0)
     length = jnp.max(jnp.abs(step.gone / way.size))
     return same | ((length <= _CROSSING_LENGTH) & (step.first <= _LARGEST_CORRECTION * length))
 
 
-def _next_step(way, step, share, rows):
+def _next_step(way, step, share, mark):
     """The step after this one, longer or shorter as its correction was."""
     is_start = step.length == 0.0
     slope = jnp.where(is_start, step.slope, step.gone / jnp.where(is_start, 1.0, step.length))
     grows = jnp.clip(jnp.sqrt(_WANTED_CORRECTION / jnp.maximum(step.first, 1e-30)), 0.5, 2.0)
     longest = _LONGEST_STEP / jnp.maximum(jnp.max(jnp.abs((way.motion + slope) / way.size)), _LONGEST_STEP)
     length = jnp.minimum(jnp.where(is_start, longest, jnp.minimum(grows * step.length, longest)), 1.0 - share)
-    return _predict_step(way, step._replace(share=share, psi=step.trial, rows=rows, slope=slope), length)
+    return _predict_step(way, step._replace(share=share, psi=step.trial, mark=mark, slope=slope), length)
 
 
 def _shorter_step(way, step):

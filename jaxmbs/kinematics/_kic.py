@@ -79,7 +79,9 @@ def _move_without_matrix(system, at, chosen, places=None):
     """`motion_map` without a matrix, for some columns and rows at some places: the others take the least step."""
     free = np.ones(system.topology.num_velocities)
     free[chosen] = 0.0
-    others, every = (linear_rows(system, at, jnp.asarray(x, at.psi.dtype), places) for x in (free, np.ones_like(free)))
+    others, every = (
+        linear_rows(system, at, jnp.asarray(x, at.psi.dtype), places) for x in (free, np.ones_like(free))
+    )
 
     def move(w, c):
         held = jnp.zeros(len(free), w.dtype).at[chosen].set(w, unique_indices=True)

@@ -11,9 +11,11 @@ import jaxmbs as mbs
 from jaxmbs.kinematics import _closures as closures
 from jaxmbs.kinematics._branches import branch_signs
 from jaxmbs.kinematics._configuration import at_state
+from jaxmbs.kinematics._kic import position_map, velocity_map
 from jaxmbs.kinematics._linear_rows import linear_rows
 from jaxmbs.kinematics._linear_solver import with_linear_solver
 from jaxmbs.kinematics._rank import constraint_rank
+from tests.cases import models
 from tests.kinematics.test_frontal_saddle import row_of
 from tests.models import four_bar, four_bar_state, slopes
 from tests.zoo import SPECIMENS
@@ -44,6 +46,38 @@ def test_rows_without_a_matrix(name, holds):
     dense, frontal = (found(with_linear_solver(specimen.system, s), specimen.state) for s in ("dense", "frontal"))
     for a, b in zip(dense, frontal, strict=True):
         np.testing.assert_allclose(b, a, atol=1e-9)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", LOOPS)
+def test_independent_motions(name):
+    """Velocities and positions by the independent ones."""
+    specimen = SPECIMENS[name]
+
+    @jax.jit
+    def found(system, state):
+        at = at_state(system, state, inertias=False)
+        return *velocity_map(system, at), position_map(system, at)
+
+    dense, frontal = (found(with_linear_solver(specimen.system, s), specimen.state) for s in ("dense", "frontal"))
+    for a, b in zip(dense, frontal, strict=True):
+        np.testing.assert_allclose(b, a, atol=1e-8 * max(1.0, np.max(np.abs(a), initial=0.0)))
+
+
+@pytest.mark.slow
+def test_a_row_by_its_one_equation():
+    """Twelve loops: linear equations, and the states of a whole turn through two poses where branches cross."""
+    system, at = row_of(12)
+    small = mbs.linearise(system, models.n_four_bar_state(system, 0.6, 0.0))
+    force = 9.81 * (13 / 2 + 12)
+    np.testing.assert_allclose([small.mass, small.stiffness], [[[13 / 3 + 12]], [[-force * np.cos(0.6)]]], rtol=1e-9)
+    angles = np.linspace(0.6, 0.6 + 2 * np.pi, 9)
+    with pytest.warns(UserWarning, match="branches cross there"):
+        found = mbs.kinematics.states_along(system, "A0", angles, at(0.6))
+    np.testing.assert_allclose(found.coordinates, [at(angle).coordinates for angle in angles], atol=1e-11)
+    np.testing.assert_allclose(
+        mbs.State.at(system, A0=0.9, near=at(0.6)).coordinates, at(0.9).coordinates, atol=1e-11
+    )
 
 
 @pytest.mark.slow
