@@ -172,9 +172,9 @@ def _block_tables(places, pattern, rows):
     return coordinates, np.where((i < 0) | (j < 0), n + 2 * e, target)
 
 
-@jit
 def _stack(matrices):
-    return jnp.stack(matrices)
+    """One array of many matrices; known ones on the host: a program of hundreds of arguments takes long to compile."""
+    return jnp.asarray(np.stack(list(map(np.asarray, matrices)))) if is_concrete(matrices) else jnp.stack(matrices)
 
 
 def contract(A: Array, x: Array) -> Array:

@@ -128,7 +128,7 @@ class Unreduced(AbstractReduction):
         matrices = {name: getattr(system, name) for name in ("mass", "stiffness", "damping")}
         return Reduced(
             system,
-            jnp.eye(len(order), dtype=system.dtype)[:, order],
+            jnp.asarray(np.eye(len(order))[:, order], system.dtype),
             **_reorder(matrices, order),
             coordinates=[system.coordinates[i] for i in order],
             massless=[k for k, i in enumerate(order) if i in system.massless],
