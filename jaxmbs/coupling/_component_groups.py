@@ -173,7 +173,7 @@ def _block_tables(places, pattern, rows):
 
 
 def _stack(matrices):
-    """One array of many matrices; known ones on the host: a program of hundreds of arguments takes long to compile."""
+    """One array of many matrices; known ones on the host: programs of hundreds of arguments compile slowly."""
     return jnp.asarray(np.stack(list(map(np.asarray, matrices)))) if is_concrete(matrices) else jnp.stack(matrices)
 
 
