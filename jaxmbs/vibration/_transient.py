@@ -18,9 +18,18 @@ from ..linear._system import LinearSystem
 from ..math._nan import nan_slope_where, nan_where
 from ..ode._events import Events
 from ..ode._failure import describe_end
-from ..ode._integrate import Arguments, end_of_motion, integrate_equations, masked, saved_rows, status_of
+from ..ode._integrate import (
+    Arguments,
+    end_of_motion,
+    integrate_equations,
+    masked,
+    saved_rows,
+    solves_stages,
+    status_of,
+)
 from ..ode._options import check_event, check_options, make_options
 from ..ode._save_times import save_times, valid_times
+from ..ode._stages_of_equations import shared_diagonal
 from ..runtime import as_dtype, jit
 from ..status import Status, succeeded
 from ..typing import AnyArray, ArrayLike, WordedError
@@ -173,6 +182,8 @@ def _integrate(system, condensation, start, ts, t1, forces, laws, event, options
     equations = kind.of(system, condensation, laws, load_function(system, ts, forces))
     if event is not None:
         event = eqx.filter_closure_convert(event, start)
+    if solves_stages(equations, options.solver) and (options.dt is not None or options.lands_on_times):
+        equations = equations.expecting(shared_diagonal(options.solver) * _usual_step(options, ts))
     args = Arguments(equations, Events.ending(event))
     y0 = (*map(condensation.heavy_part, start[1:]), jnp.zeros(0, system.dtype))
     _, final, y0 = integrate_equations(args, y0, (start.t, ts, t1), valid, options)
@@ -197,6 +208,14 @@ def _integrate(system, condensation, start, ts, t1, forces, laws, event, options
     end = LinearState(t_end, *(nan_slope_where(~succeeded(code), part) for part in end[1:]))
     counts = final.tried.astype(int), final.rejected.astype(int)
     return LinearMotion(ts if event is None else times, *rows, given, code, end, *counts)
+
+
+def _usual_step(options, ts):
+    """The step that most steps of the motion have: the fixed one, or the least interval between saved times."""
+    if options.dt is not None:
+        return options.dt
+    between = jnp.diff(ts)
+    return jnp.min(between, where=between > 0.0, initial=jnp.max(ts))
 
 
 def _in_modes(system, condensation, ts, forces, modal):
