@@ -1,7 +1,7 @@
 """Steps of implicit methods whose stages the equations solve themselves, such as linear ones with their matrices.
 
-A stage of such a method is implicit in itself alone: its rate r is `f(t, y + s r)` with the same s = h a_ii for all of
-them, so that one factor serves the step (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6).
+A stage of such a method is implicit in itself alone: its rate r is `f(t, y + s r)` with the same s = h a_ii for all
+of them, so that one factor serves the step (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6).
 """
 
 import diffrax

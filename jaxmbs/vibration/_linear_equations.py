@@ -111,7 +111,7 @@ class LinearEquations(eqx.Module):
         return jnp.stack([jnp.asarray(e, x.dtype) for e in found]) if found else jnp.zeros_like(x)
 
     def implicit_stages(self, s: Array) -> ImplicitStages:
-        """The stages of a step of an implicit method that has s [s] on the diagonal of its tableau, times the step."""
+        """The stages of a step of an implicit method, for s = h a_ii [s], the same for all implicit stages."""
         return ImplicitStages.of(self, s)
 
     def expecting(self, s: Array) -> "LinearEquations":
