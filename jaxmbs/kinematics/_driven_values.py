@@ -23,7 +23,7 @@ def driven_values(system: System, t: Array, dtype) -> Array:
 
 
 def _structure(law):
-    """What laws have in common that differ in numbers alone."""
+    """Structure of a law, shared by those that differ in numbers alone."""
     return jax.tree.structure(law), tuple((x.shape, x.dtype) for x in jax.tree.leaves(law))
 
 

@@ -27,13 +27,14 @@ def shared_diagonal(solver: diffrax.AbstractSolver) -> float | None:
 
 
 def step(problem, t0: Array, t1: Array, y0: PyTree, args: PyTree, memory: PyTree) -> tuple:
-    """What the solver's `step` returns; its memory stays."""
+    """The results of the solver's `step`; its memory stays."""
     solver, dtype = problem.solver, jax.tree.leaves(y0)[0].dtype
     is_midpoint = isinstance(solver, ImplicitMidpoint)
     tableau = (solver.A, solver.b, solver.c) if is_midpoint else butcher_arrays(solver)
     A, b, c = (jnp.asarray(x, dtype) for x in tableau)
-    h, below = t1 - t0, A - jnp.diag(jnp.diagonal(A))
-    stages = problem.stages(args, h * shared_diagonal(solver))
+    h, below, share = t1 - t0, A - jnp.diag(jnp.diagonal(A)), shared_diagonal(solver)
+    assert share is not None  # else the problem has no stages
+    stages = problem.stages(args, h * share)
     K = jax.tree.map(lambda y: jnp.zeros((len(c), *y.shape), y.dtype), y0)
     first = 0 if tableau[0][0, 0] else 1  # an explicit one
     if first:

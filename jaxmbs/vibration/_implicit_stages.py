@@ -18,28 +18,28 @@ _SAME_STEP = 1e-9
 
 
 class StepInverse(NamedTuple):
-    """Inverse (heavy, heavy) of `stage_matrix` for a step s ()."""
+    """Inverse (heavy, heavy) of `implicit_matrix` for a step s ()."""
 
     step: Array
     inverse: Array
 
 
-def stage_matrix(equations: "LinearEquations", s: Array) -> Array:
+def implicit_matrix(equations: "LinearEquations", s: Array) -> Array:
     """`1 + s M^-1 C + s^2 M^-1 K`: what a change of the accelerations, lasting for s, changes them by."""
     one = jnp.eye(len(equations.by_displacement), dtype=equations.by_displacement.dtype)
     return one + s * equations.by_velocity + s**2 * equations.by_displacement
 
 
-def invert_stage_matrix(equations: "LinearEquations", s: Array) -> StepInverse:
+def invert_implicit_matrix(equations: "LinearEquations", s: Array) -> StepInverse:
     """The inverse for a step, without derivative."""
     s = lax.stop_gradient(s)
-    return StepInverse(s, square.inverse(lax.stop_gradient(stage_matrix(equations, s))))
+    return StepInverse(s, square.inverse(lax.stop_gradient(implicit_matrix(equations, s))))
 
 
 class ImplicitStages(eqx.Module):
     """The stages of a step: rates r of (x, x', nothing) with `r = f(t, y + s r)`.
 
-    With `r = (x' + s a, a)` the accelerations a are those at `x + s x'`, x' as `stage_matrix` divides them; the laws
+    With `r = (x' + s a, a)` the accelerations a are those at `x + s x'` and x', divided by `implicit_matrix`; laws
     add theirs, found by Newton's method from the velocities between their coordinates.
     """
 
@@ -52,13 +52,13 @@ class ImplicitStages(eqx.Module):
     @classmethod
     def of(cls, equations: "LinearEquations", s: Array) -> "ImplicitStages":
         """The stages for s; the inverse that the equations have is taken where it is that of an equal step."""
-        near, anew = equations.near, lambda: invert_stage_matrix(equations, s).inverse
+        near, anew = equations.near, lambda: invert_implicit_matrix(equations, s).inverse
         if near is None:
             inverse = anew()
         else:
             other = jnp.abs(s - near.step) > _SAME_STEP * jnp.abs(near.step)
             inverse = lax.cond(any_in_batch(other), anew, lambda: near.inverse)
-        stages = cls(equations, s, stage_matrix(equations, s), inverse, equations.by_effort)
+        stages = cls(equations, s, implicit_matrix(equations, s), inverse, equations.by_effort)
         return eqx.tree_at(lambda found: found.by_effort, stages, stages.solve(equations.by_effort))
 
     def solve(self, b: Array) -> Array:

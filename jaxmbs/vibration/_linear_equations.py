@@ -15,7 +15,7 @@ from ..linear._system import LinearSystem
 from ..math._interpolation import interval
 from ..runtime import lapack
 from ..typing import AnyArray
-from ._implicit_stages import ImplicitStages, StepInverse, invert_stage_matrix
+from ._implicit_stages import ImplicitStages, StepInverse, invert_implicit_matrix
 from ._linear_motion import CoordinateLaw, LinearState
 
 
@@ -116,7 +116,7 @@ class LinearEquations(eqx.Module):
 
     def expecting(self, s: Array) -> "LinearEquations":
         """The equations with the inverse of their implicit stages for an s that most steps have."""
-        return eqx.tree_at(lambda e: e.near, self, invert_stage_matrix(self, s), is_leaf=lambda x: x is None)
+        return eqx.tree_at(lambda e: e.near, self, invert_implicit_matrix(self, s), is_leaf=lambda x: x is None)
 
     def state_at(self, t: Array, y: tuple) -> LinearState:
         """The state in all coordinates, those without mass included."""
