@@ -154,12 +154,76 @@ def sizes(system, state, motion):
     found["whole gradient: bytes"] = stablehlo_bytes(jax.grad(loss), jnp.asarray(NUMBERS))
 
 
+def peak():
+    """Of a pin's force along the motion of the four-bar, then of the forces and moments of all joints."""
+    system = four_bar(NUMBERS)
+    motion = answers(system, begin(system), lambda function: function)
+    before = programs[COMPILED]
+    jax.block_until_ready(
+        mbs.motion.peak(system, motion, lambda s: jnp.linalg.norm(mbs.reactions(system, s)["A"].force))
+    )
+    lap("peak")
+    found["peak: programs"] = programs[COMPILED] - before
+    jax.block_until_ready(mbs.motion.load_peaks(system, motion))
+    lap("load_peaks")
+
+
+def arm():
+    """Gradient of the largest effort of a drive by the payload: seven hinges, each with a table of its own."""
+    times = np.linspace(0.0, 1.0, 5)
+
+    def build(mass, like=None):
+        b = mbs.SystemBuilder(gravity=(0.0, -9.81, 0.0))
+        for k in range(7):
+            b.body(f"link{k}", mass=mass if k == 6 else 1.0, com=(0.5, 0.0, 0.0), inertia=(0.01, 0.1, 0.1))
+            place = {"parent_frame": (float(k > 0), 0.0, 0.0)}
+            drive = mbs.Spline(times, 0.1 * (k + 1) * times**2)
+            b.joint(
+                f"pin{k}",
+                mbs.Revolute("xyz"[k % 3]),
+                f"link{k - 1}" if k else "ground",
+                f"link{k}",
+                **place,
+                drive=drive,
+            )
+        return b.build(like=like)
+
+    first = build(1.0)
+
+    def largest(mass):
+        system = build(mass, first)
+        motion = mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.0, 1.0, 65))
+        return jnp.max(jnp.abs(mbs.reactions(system, motion)["pin1"].effort))
+
+    lap("(model)")
+    jax.block_until_ready(mbs.jit(jax.grad(largest))(2.0))
+    lap("gradient of a peak")
+
+
+def implicit():
+    """6 s of a linear system of 102 rows up to 1 MHz under loads sampled at 12 001 times."""
+    import diffrax
+
+    n, times = 102, np.linspace(0.0, 6.0, 12_001)
+    rng = np.random.default_rng(0)
+    shapes = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    stiffness = shapes @ np.diag((2 * np.pi * np.geomspace(5.0, 1e6, n)) ** 2) @ shapes.T
+    system = mbs.linear.LinearSystem(mass=np.eye(n), stiffness=stiffness, damping=0.5 * np.eye(n), interface=[0])
+    push = np.zeros((len(times), n))
+    push[:, 0] = np.sin(15.0 * times**2)
+    lap("(model)")
+    jax.block_until_ready(mbs.simulate(system, ts=times, forces=push, solver=diffrax.Kvaerno5()).displacement)
+    lap("implicit motion")
+
+
 def main(case, folder=None):
     lap("import")
     if case in ("cached", "store", "stored") and hasattr(mbs, "cache"):
         mbs.cache(Path(folder) / "cache")
     if case == "pendulum":
         value(lambda s: mbs.State.at(s, pin=1.0), pendulum)
+    elif case in ("peak", "arm", "implicit"):
+        {"peak": peak, "arm": arm, "implicit": implicit}[case]()
     elif case == "sizes":
         sizes(*value())
     elif case == "store":

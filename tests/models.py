@@ -24,12 +24,16 @@ def bar(joint=PIN, pin="pin", mass=1.0):
     return pendulum((0.5, 0.0, 0.0), joint, "bar", pin, DOWN_Y, mass=mass, inertia=(0.01, 0.1, 0.1))
 
 
-def chain_of_bars(n):
-    """Bars of 1 m and 1 kg, each on a hinge about z at the end of the one before."""
+def chain_of_bars(n, drive=lambda k: None):
+    """Bars of 1 m and 1 kg, each on a hinge about z at the end of the one before.
+
+    Args: drive: of the k-th hinge.
+    """
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     for k in range(n):
         b.body(f"link{k}", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
-        b.joint(f"pin{k}", PIN, f"link{k - 1}" if k else "ground", f"link{k}", parent_frame=(float(k > 0), 0.0, 0.0))
+        before, place = f"link{k - 1}" if k else "ground", (float(k > 0), 0.0, 0.0)
+        b.joint(f"pin{k}", PIN, before, f"link{k}", parent_frame=place, drive=drive(k))
     return b.build()
 
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from tests.models import chain_of_bars, four_bar_builder
 
@@ -112,3 +114,57 @@ def test_programs_from_import_to_reactions():
     command = [sys.executable, str(BENCHMARKS / "cold_child.py"), "pendulum", ""]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     assert json.loads(done.stdout.splitlines()[-1])["programs from import to reactions"] <= 6
+
+
+# ------------------------------------------------------------------------------------- peaks, drives, implicit stages
+def driven_chain(n):
+    """Every hinge of a chain follows a table of its own."""
+    times = np.linspace(0.0, 1.0, 5)
+    return chain_of_bars(n, lambda k: mbs.Spline(times, 0.1 * (k + 1) * times**2))
+
+
+def peak_of_a_load(system, _, motion):
+    return mbs.motion.peak(system, motion, lambda s: jnp.linalg.norm(mbs.reactions(system, s)["A"].force))
+
+
+def implicit_motion(stiffness):
+    """Of a linear system."""
+    system = LinearSystem(stiffness=stiffness, mass=np.eye(3), damping=0.1 * np.eye(3), interface=[0])
+    times = jnp.linspace(0.0, 1.0, 11)
+    push = jnp.sin(times)[:, None] * jnp.ones((1, 3))
+    return mbs.simulate(system, ts=times, forces=push, solver=diffrax.Kvaerno5()).displacement
+
+
+def size_of(function, numbers):
+    """Equations, loops, and programs that are called where no trace is under way."""
+    programs = [e for e in jax.make_jaxpr(function)(numbers).jaxpr.eqns if e.primitive.name == "jit"]
+    return equations(function, numbers), loops(function, numbers), len(programs)
+
+
+def peaks_of_a_four_bar(question):
+    system = four_bar(LENGTHS)
+    return asked(system, begin(system), question)
+
+
+def driven(question):
+    system = driven_chain(7)
+    return asked(system, mbs.State.at(system), question)
+
+
+# a peak has the load twice in it, drives of one structure are evaluated once for all
+FIRST_ANSWERS = {  # equations, loops, programs
+    "peak": (lambda: peaks_of_a_four_bar(peak_of_a_load), (7600, 40, 1)),
+    "load_peaks": (lambda: peaks_of_a_four_bar(lambda s, _, m: mbs.motion.load_peaks(s, m)), (7900, 40, 1)),
+    "seven drives, simulate": (lambda: driven(QUESTIONS["simulate"]), (4250, 32, 1)),
+    "seven drives, reactions": (lambda: driven(QUESTIONS["reactions"]), (1650, 5, 1)),
+    "implicit motion": (lambda: (implicit_motion, jnp.eye(3)), (1220, 9, 2)),
+}
+
+
+@pytest.mark.parametrize("name", FIRST_ANSWERS)
+def test_first_answers(name):
+    case, most = FIRST_ANSWERS[name]
+    size = size_of(*case())
+    assert all(a <= b for a, b in zip(size, most, strict=True)), size
+    if jax.__version_info__ < (0, 11):
+        assert size[0] > 0.9 * most[0], f"{size[0]} equations; lower the ceiling"

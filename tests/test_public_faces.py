@@ -30,7 +30,7 @@ FACES = {
         Gauss4 ImplicitMidpoint ProjectedSolver SemiImplicitEuler
     """,
     "jaxmbs.runtime": """
-        FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_in_batch as_array as_dtype
+        FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_in_batch as_argument as_array as_dtype
         bytes_of_arrays cache chunked_vmap compile_batch compile_kind constant_product content_of export
         fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused gather_static is_double
         is_motion is_on jaxpr_function jit

@@ -1,22 +1,40 @@
 """Rows of drives, couplers and user functions of coordinates and velocities; nonholonomic ones come last."""
 
+import itertools
+
 import jax
 import jax.numpy as jnp
 
+from ..model._rows import Drive
 from ..model._system import System
+from ..runtime import gather_static
+from ._driven_values import driven_values
 from ._poses import coordinate_rate
 
 
 def residual(system: System, psi, t):
     """Rows of drives, couplers and user functions of position."""
-    rows = [row.residual(psi, t) for row in system.rows if not row.is_nonholonomic]
-    return jnp.concatenate([jnp.zeros(0, psi.dtype), *rows])
+    return _position_rows(system, psi, t, driven_values(system, t, psi.dtype))
+
+
+def _position_rows(system, psi, t, driven):
+    """The rows, from the values (drives,) that the drives hold their coordinates at."""
+    rows, number = [jnp.zeros(0, psi.dtype)], 0
+    for is_drive, some in itertools.groupby(system.rows, lambda row: isinstance(row, Drive)):
+        if is_drive:
+            places = [place for row in some for place in row.coordinates]
+            rows.append(gather_static(psi, places) - driven[number : number + len(places)])
+            number += len(places)
+        else:
+            rows += [row.residual(psi, t) for row in some if not row.is_nonholonomic]
+    return jnp.concatenate(rows)
 
 
 def rates(system, psi, t, u):
     """Rates of the coordinate rows and the user's velocity rows at velocities u, without their dependence on time."""
     rate = coordinate_rate(system.topology, psi, u)
-    rates = jax.jvp(lambda q: residual(system, q, t), (psi,), (rate,))[1]
+    still = jnp.zeros(sum(isinstance(row, Drive) for row in system.rows), psi.dtype)  # their values have no rate here
+    rates = jax.jvp(lambda q: _position_rows(system, q, t, still), (psi,), (rate,))[1]
     slips = jax.jvp(lambda v: _velocity_rows(system, psi, t, v), (jnp.zeros_like(u),), (u,))[1]
     return jnp.concatenate([rates, slips])
 

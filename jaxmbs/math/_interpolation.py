@@ -7,6 +7,7 @@ x and the data.
 
 import jax
 import jax.numpy as jnp
+from jax import lax
 from jaxtyping import Array, Float, Int
 
 from ..runtime import jit
@@ -30,8 +31,8 @@ def hermite(points, values, slopes, x) -> Float[Array, "..."]:
     """
     inside, beyond, i, last = _locate(points, x)
     width, s = _local(points, inside, i)
-    linear, square, cube = _local_slopes(width, values, slopes, i)
-    cubic = values[i] + width * (s * linear + s**2 * square + s**3 * cube)
+    start, (linear, square, cube) = _local_slopes(width, values, slopes, i)
+    cubic = start + width * s * (linear + s * (square + s * cube))
     return cubic + beyond * jnp.where(last, slopes[-1], slopes[0])
 
 
@@ -39,8 +40,8 @@ def hermite_integral(points, values, slopes, x) -> Float[Array, ""]:
     """Integral of the scalar curve `hermite` from the first point to x, exact also in the continuation."""
     inside, beyond, i, last = _locate(points, x)
     width, s = _local(points, inside, i)
-    linear, square, cube = _local_slopes(width, values, slopes, i)
-    local = width * (s * values[i] + width * (s**2 * linear / 2 + s**3 * square / 3 + s**4 * cube / 4))
+    start, (linear, square, cube) = _local_slopes(width, values, slopes, i)
+    local = width * (s * start + width * (s**2 * linear / 2 + s**3 * square / 3 + s**4 * cube / 4))
     h = jnp.diff(points)
     areas = h * (values[1:] + values[:-1]) / 2 + h**2 * (slopes[:-1] - slopes[1:]) / 12
     before = jnp.sum(jnp.where(jnp.arange(h.shape[0]) < i, areas, 0.0))
@@ -119,19 +120,30 @@ def _locate(points, x):
 
     Plain selections, not `clip`: at an end point itself the derivatives are those of the curve inside.
     """
-    last = x > points[-1]
-    inside = jnp.where(last, points[-1], jnp.where(x < points[0], points[0], x))
+    first, end = points[0], points[-1]
+    last = x > end
+    inside = jnp.where(last, end, jnp.where(x < first, first, x))
     return inside, x - inside, interval(points, inside), last
 
 
 def _local(points, inside, i):
-    width = points[i + 1] - points[i]
-    return width, (inside - points[i]) / width
+    left, right = _both_ends(points, i)
+    width = right - left
+    return width, (inside - left) / width
 
 
 def _local_slopes(width, values, slopes, i):
-    secant = (values[i + 1] - values[i]) / width
-    return slopes[i], 3 * secant - 2 * slopes[i] - slopes[i + 1], slopes[i] + slopes[i + 1] - 2 * secant
+    """The value at the interval's start, and the coefficients of its powers."""
+    (start, end), (first, second) = _both_ends(values, i), _both_ends(slopes, i)
+    secant = (end - start) / width
+    bend = first - secant
+    cube = bend + second - secant
+    return start, (first, -bend - cube, cube)
+
+
+def _both_ends(rows, i):
+    """Rows i and i + 1."""
+    return lax.dynamic_slice_in_dim(rows, i, 2, allow_negative_indices=False)
 
 
 def _end_slope(h0, h1, secant0, secant1):

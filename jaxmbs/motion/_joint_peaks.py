@@ -11,9 +11,10 @@ from ..kinematics._reaction_map import carriers
 from ..math._linalg import safe_norm
 from ..model._system import System
 from ..reaction import reactions
+from ..runtime import jit
 from ..tables import format_number, table_repr
 from ._motion import Motion
-from ._peaks import Peak, peak
+from ._peaks import Peak, check_one_motion, peak
 
 
 def _table_parts(peaks):
@@ -65,6 +66,12 @@ def load_peaks(system: System, motion: Motion) -> LoadPeaks:
 
     Raises: ValueError for a batch of motions; ModelError for the motion of another system.
     """
+    check_one_motion(system, motion)
+    return _load_peaks(system, motion)
+
+
+@jit(compile="quick")
+def _load_peaks(system, motion):
     hidden = {joint.name for joint in system.topology.joints if joint.is_hidden}
     names = [name for name, *_ in carriers(system) if name not in hidden]
 

@@ -13,7 +13,8 @@ from ..kinematics._state import State
 from ..model._entry_points import check_state
 from ..model._system import System
 from ..ode._loop import stop_gradients
-from ._interpolation import between, knots_of
+from ..runtime import as_argument, jit, map_chunked
+from ._interpolation import Knots, between, knots_of
 from ._motion import Motion
 
 _STEPS = 12  # each second one cuts the bracket by the golden section, the others end quadratically
@@ -43,69 +44,97 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
     Returns: Peak, nan where the motion failed.  All of it has derivatives: of a peak inside the motion the time moves
         so that the slope there stays zero, at an end of the motion it is the time of that end.
 
-    Raises: ValueError for a batch of motions.
+    Raises: ValueError for a batch of motions; ModelError for the motion of another system.
     """
+    check_one_motion(system, motion)
+    return _peak(system, motion, as_argument(quantity, _shapes(motion)))
+
+
+def check_one_motion(system: System, motion: Motion) -> None:
+    """Raises: ValueError for a batch of motions; ModelError for the motion of another system."""
     if motion.ts.ndim != 1:
         raise ValueError(f"peak takes one motion, use jax.vmap for many; the times have shape {motion.ts.shape}")
     check_state(system, motion.states)
-    values = jax.vmap(quantity)(motion.states)
-    shape, values = values.shape[1:], values.reshape(values.shape[0], -1)
+
+
+@jit(compile="quick")
+def _peak(system, motion, quantity):
+    """One program, with the quantity in it twice: at the saved states, and in the search between them."""
+    state = _shapes(motion)
+    shape = jax.eval_shape(quantity, state).shape
+    # the quantity may know traced numbers by itself, such as those of a system: they become arguments
+    entries = eqx.filter_closure_convert(lambda state: jnp.reshape(quantity(state), -1), state)
+    values = map_chunked(stop_gradients(entries), stop_gradients(motion.states))
     used = jnp.isfinite(motion.ts)  # after an event nothing is saved
-    best = jnp.argmax(jnp.where(used[:, None], lax.stop_gradient(values), -jnp.inf), axis=0)
-    last = jnp.sum(used) - 1
+    best, last = jnp.argmax(jnp.where(used[:, None], values, -jnp.inf), axis=0), jnp.sum(used) - 1
+    P = node_parameters(system)
 
     def one(entry, i):
         index = jnp.clip(i + jnp.arange(-1, 2), 0, last)
-        states = jax.tree.map(lambda x: x[index], motion.states)
+        knots = knots_of(system, jax.tree.map(lambda x: x[index], motion.states))
         at_end = (i == 0) | (i == last)
-        return _peak_near(system, states, values[index, entry], quantity, entry, at_end)
+        return _peak_near(_Interpolated(system, P, knots, entries, entry), values[index, entry], at_end)
 
     found = jax.vmap(one)(jnp.arange(values.shape[1]), best)
     found = jax.tree.map(lambda x: jnp.where(motion.ok, x, jnp.nan).reshape(shape + x.shape[1:]), found)
     return Peak(*found)
 
 
-def _peak_near(system, states, values, quantity, entry, at_end):
-    """(value, time, State) of the largest entry of the quantity between three states, the middle one largest."""
-    knots = knots_of(system, states)
-    parts = system, node_parameters(system), knots
+def _shapes(motion):
+    """One state of a motion, without its numbers."""
+    return eqx.filter_eval_shape(lambda motion: motion[0], motion)
 
-    def at(parts, t):
-        k = jnp.where(t < parts[2].t[1], 0, 1)
-        state = between(*parts[:2], parts[2].number(k), parts[2].number(k + 1), t)
-        return jnp.reshape(quantity(state), -1)[entry], state
 
-    frozen = stop_gradients(parts)
-    found = _maximise(lambda t: at(frozen, t)[0], *lax.stop_gradient((knots.t, values)))
-    at_end, middle = at_end & (found == knots.t[1]), knots.t[1]
-    # the quantity may know traced numbers by itself, such as those of a system: they become arguments of the rule
-    open_ = eqx.filter_closure_convert(lambda parts, t: at(parts, t)[0], parts, found)
-    time = jnp.where(at_end, middle, _still(found, parts, open_))
-    # the slope is zero inside the motion, so that the value moves with the time of an end alone
-    value = at(parts, jnp.where(at_end, middle, found))[0]
-    return value, time, at(parts, time)[1]
+class _Interpolated(eqx.Module):
+    """An entry () of a quantity as a function of the time between three knots."""
+
+    system: System
+    P: Array
+    knots: Knots
+    entries: Callable
+    entry: Array
+
+    def state(self, t):
+        k = jnp.where(t < self.knots.t[1], 0, 1)
+        return between(self.system, self.P, self.knots.number(k), self.knots.number(k + 1), t)
+
+    def value(self, t):
+        state = self.state(t)
+        return self.entries(state)[self.entry], state
+
+    def slope(self, t):
+        """(slope of the value by the time, value, state, its rate)."""
+        (value, state), (slope, rate) = jax.jvp(self.value, (t,), (jnp.ones_like(t),))
+        return slope, value, state, rate
 
 
 @eqx.filter_custom_jvp
-def _still(t, parts, function):
-    """The time t where `function(parts, t)` is largest; it moves so that the slope by the time stays zero."""
-    return t
+def _peak_near(function, values, at_end):
+    """(value, time, State) of the maximum of an `_Interpolated` with `values` at its knots, the middle largest."""
+    time, value = _maximise(lambda t: function.value(t)[0], function.knots.t, values)
+    return value, time, function.state(time)
 
 
-@_still.def_jvp
-def _still_jvp(primals, tangents):
-    t, parts, function = primals
-
-    def slope(function, parts, t):
-        return jax.jvp(lambda t: function(parts, t), (t,), (jnp.ones_like(t),))[1]
-
-    bend = jax.jvp(lambda t: slope(function, parts, t), (t,), (jnp.ones_like(t),))[1]
-    turned = eqx.filter_jvp(lambda f, parts: slope(f, parts, t), (function, parts), (tangents[2], tangents[1]))[1]
-    return t, -turned / jnp.where(bend == 0.0, jnp.nan, bend)
+@_peak_near.def_jvp
+def _peak_near_jvp(primals, tangents):
+    """The slope by the time stays zero inside the motion, so that the value moves with the time of an end alone."""
+    function, values, at_end = primals
+    value, time, state = found = _peak_near(*primals)
+    at_end, knot_dot = at_end & (time == function.knots.t[1]), tangents[0].knots.t
+    bend = jax.jvp(lambda t: function.slope(t)[0], (time,), (jnp.ones_like(time),))[1]
+    there, moved = eqx.filter_jvp(lambda function: function.slope(time), (function,), (tangents[0],))
+    end_dot = jnp.zeros_like(time) if knot_dot is None else knot_dot[1]
+    time_dot = jnp.where(at_end, end_dot, -moved[0] / jnp.where(bend == 0.0, jnp.nan, bend))
+    value_dot = moved[1] + jnp.where(at_end, there[0] * end_dot, 0.0)
+    state_dot = jax.tree.map(
+        lambda x, dot, rate: None if dot is None else dot + rate * time_dot, state, moved[2], there[3]
+    )
+    return found, (value_dot, time_dot, state_dot)
 
 
 def _maximise(function, t, values):
-    """Time of the maximum of a function between t[0] and t[2] (3,), where it has the values (3,), the middle largest.
+    """(time, value) of the maximum of a function between t[0] and t[2] (3,), where it has the values (3,), the middle
+    largest.
 
     A bracket of three points is narrowed in turn by the vertex of their parabola and by the golden section.
     """
@@ -124,7 +153,8 @@ def _maximise(function, t, values):
         return (times, jnp.where(left, jnp.stack([fa, f_low, f_high]), jnp.stack([f_low, f_high, fc]))), None
 
     turns = jnp.arange(_STEPS) % 2 == 1
-    return lax.scan(step, (t, values), turns)[0][0][1]
+    (times, values), _ = lax.scan(step, (t, values), turns)
+    return times[1], values[1]
 
 
 def _vertex(t, f):

@@ -21,6 +21,7 @@ from ._events import Events
 from ._loop import integrate, stop_gradients
 from ._options import Options, with_tolerances
 from ._problem import LoopState, OdeProblem, Projection
+from ._stages_of_equations import shared_diagonal
 
 _STATUS_OF_RESULT = {
     "successful": Status.SUCCESS,
@@ -59,6 +60,10 @@ def _rate(t, y, args):
     return args.equations.rate(t, y)
 
 
+def _stages(args, s):
+    return args.equations.implicit_stages(s)
+
+
 @jit
 def _project(t, y, args):
     return args.equations.project(t, y)
@@ -82,6 +87,11 @@ def _jump(t, y, args, number):
     actions = [functools.partial(args.equations.after_action, number=k) for k in acting]
     y = lax.switch(branch, actions, time, y)
     return jax.tree.map(lambda y, r: y + (t - time) * r, y, args.equations.rate(time, y))
+
+
+def solves_stages(equations: Any, solver: diffrax.AbstractSolver) -> bool:
+    """True if the equations solve the stages of an implicit method themselves, in place of its root finder."""
+    return hasattr(equations, "implicit_stages") and shared_diagonal(solver) is not None
 
 
 def integrate_equations(
@@ -117,6 +127,7 @@ def integrate_equations(
         end,
         options.max_steps,
         _rate,
+        stages=_stages if solves_stages(args.equations, options.solver) else None,
         project=_project if has_projection else None,
         saves_projection=saves_projection,
         projection_is_error=projection_is_error,

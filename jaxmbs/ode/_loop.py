@@ -21,6 +21,7 @@ from ._diffrax_internals import is_diagonally_implicit
 from ._event import EventBracket, bracket_after_action, locate_event, start_bracket
 from ._implicit_step import step as implicit_step
 from ._problem import LoopState, OdeProblem, Projection
+from ._stages_of_equations import step as step_by_stages
 
 #: Largest correction of a coordinate by the projection [rad or m].  A larger one means another assembly branch: two
 #: branches of a loop are a radian or a link length apart, and steps of small error are corrected by far less.
@@ -140,6 +141,8 @@ def solver_step(
     """The step of the problem's solver, or of another: (y, error, dense output, its memory, result)."""
     solver = problem.solver if solver is None else solver
     jumped = jumped if problem.project is None else jumped | True
+    if problem.stages is not None:
+        return step_by_stages(problem, t, t1, y, args, solver_state)
     if is_diagonally_implicit(solver):
         return implicit_step((y, args), (t, t1), solver, problem.term, solver_state, jumped)
     return solver.step(problem.term, t, t1, y, args, solver_state, jumped)

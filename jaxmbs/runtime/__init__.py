@@ -12,7 +12,7 @@ from ._batched import any_in_batch, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
 from ._compiler_options import flag_advice, set_quick_flags
-from ._content import KnownFunction, content_of
+from ._content import KnownFunction, as_argument, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
@@ -36,6 +36,7 @@ __all__ = [
     "SMALL_PROGRAM",
     "TrickState",
     "any_in_batch",
+    "as_argument",
     "as_array",
     "as_dtype",
     "bytes_of_arrays",

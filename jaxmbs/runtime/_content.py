@@ -10,6 +10,7 @@ import types
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 
@@ -34,8 +35,9 @@ class KnownFunction:
         self.function = function
         try:
             self._content: Any = content_of(function)
+            self.is_known = True
         except UnknownContentError:
-            self._content = function
+            self._content, self.is_known = function, False
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return self.function(*args, **kwargs)
@@ -48,6 +50,18 @@ class KnownFunction:
 
     def __repr__(self) -> str:
         return repr(self.function)
+
+
+def as_argument(function: Callable, *args: Any) -> Callable:
+    """A function of the user's as an argument of a program, which serves all functions of the same content.
+
+    One whose content cannot be read off is traced at every call, so that what it reads then counts; arrays that it
+    closes over, traced ones too, become arguments.
+
+    Args: args: what it takes.
+    """
+    known = KnownFunction(function)
+    return known if known.is_known else eqx.filter_closure_convert(function, *args)
 
 
 def content_of(value: Any, strict: bool = True) -> str:

@@ -16,6 +16,7 @@ from ..linear._system import LinearSystem
 from ..math._interpolation import interval
 from ..runtime import lapack
 from ..typing import AnyArray
+from ._implicit_stages import ImplicitStages, StepInverse, invert_implicit_matrix
 from ._linear_motion import CoordinateLaw, LinearState
 
 
@@ -67,7 +68,10 @@ class SecondOrderEquations(eqx.Module):
 
     def efforts(self, t: Array, x: Array, v: Array) -> Array:
         """Efforts (laws,) along increasing `B x`."""
-        x, v = self.rows @ x, self.rows @ v
+        return self.efforts_of(t, self.rows @ x, self.rows @ v)
+
+    def efforts_of(self, t: Array, x: Array, v: Array) -> Array:
+        """Efforts (laws,) from displacements and velocities `B x`, `B x'` (laws,)."""
         found = [law.effort(x[k], v[k], t) for k, law in enumerate(self.laws)]
         return jnp.stack([jnp.asarray(e, x.dtype) for e in found]) if found else jnp.zeros_like(x)
 
@@ -86,6 +90,7 @@ class LinearEquations(SecondOrderEquations):
         laws: e, their efforts (laws,).
         load: f (n,) as a function of time, or None.
         condensation: T and what follows statically; its own system is left out.
+        near: inverse of implicit stages for steps that are expected, None for none.
     """
 
     by_displacement: Array
@@ -96,6 +101,7 @@ class LinearEquations(SecondOrderEquations):
     laws: tuple[AbstractScalarLaw, ...]
     load: Callable | None
     condensation: Condensation
+    near: StepInverse | None = None
 
     @classmethod
     def of(
@@ -131,8 +137,21 @@ class LinearEquations(SecondOrderEquations):
 
     def acceleration(self, t: Array, x: Array, v: Array) -> Array:
         """Accelerations (heavy,)."""
-        a = -(self.by_displacement @ x) - self.by_velocity @ v + self.by_effort @ self.efforts(t, x, v)
+        a = self.linear_acceleration(t, x, v)
+        return a + self.by_effort @ self.efforts(t, x, v) if self.laws else a
+
+    def linear_acceleration(self, t: Array, x: Array, v: Array) -> Array:
+        """Accelerations (heavy,) without the laws."""
+        a = -(self.by_displacement @ x) - self.by_velocity @ v
         return a if self.load is None else a + self.by_load @ self.load(t)
+
+    def implicit_stages(self, s: Array) -> ImplicitStages:
+        """The stages of a step of an implicit method, for s = h a_ii [s], the same for all implicit stages."""
+        return ImplicitStages.of(self, s)
+
+    def expecting(self, s: Array) -> "LinearEquations":
+        """The equations with the inverse of their implicit stages for an s that most steps have."""
+        return eqx.tree_at(lambda e: e.near, self, invert_implicit_matrix(self, s), is_leaf=lambda x: x is None)
 
 
 def coefficient_rows(system: LinearSystem, laws: tuple[CoordinateLaw, ...]) -> Array:

@@ -18,9 +18,18 @@ from ..linear._system import LinearSystem
 from ..math._nan import nan_slope_where, nan_where
 from ..ode._events import Events
 from ..ode._failure import describe_end
-from ..ode._integrate import Arguments, end_of_motion, integrate_equations, masked, saved_rows, status_of
+from ..ode._integrate import (
+    Arguments,
+    end_of_motion,
+    integrate_equations,
+    masked,
+    saved_rows,
+    solves_stages,
+    status_of,
+)
 from ..ode._options import check_event, check_options, make_options
 from ..ode._save_times import save_times, valid_times
+from ..ode._stages_of_equations import shared_diagonal
 from ..runtime import as_dtype, jit
 from ..status import Status, succeeded
 from ..typing import AnyArray, ArrayLike, WordedError
@@ -32,6 +41,9 @@ from ._modal_response import modal_response
 #: Default absolute tolerance of a step by the size of a number [bytes]: displacements of structures are three decades
 #: smaller than those of mechanisms; in single precision likewise.
 ATOL = {8: 1e-12, 4: 6e-6}
+#: (rtol, atol) of implicit methods likewise.  They are taken where high frequencies are of no interest: at smaller
+#: tolerances the vibration that every kink of the loads excites there would set the step.
+IMPLICIT_TOLERANCES = {8: (1e-6, 1e-9), 4: (3e-4, 6e-6)}
 
 
 def simulate(
@@ -66,13 +78,14 @@ def simulate(
             that gives such without the axis of times.
         laws: laws between coordinates.
         dt: fixed step [s]; without it steps adapt to rtol, atol (displacements and velocities).
-        solver: of diffrax, default Dopri8; `diffrax.Kvaerno5()` where frequencies of no interest are high; at fixed
+        solver: of diffrax, default Dopri8; `diffrax.Kvaerno5()` where frequencies of no interest are high, whose
+            stages are solved with one inverse, the same for equal steps, as those of `ImplicitMidpoint()`; at fixed
             steps `Gauss4()`, `ImplicitMidpoint()` or `SemiImplicitEuler()`.  Without laws `ModalSuperposition(...)`,
             at equal steps of time: no error of integration and far cheaper.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
-        rtol: of each step, default 1e-9 (3e-4 in single precision), as for mechanisms.
+        rtol: of each step, default 1e-9 (3e-4 in single precision), as for mechanisms; 1e-6 of implicit solvers.
         atol: of each step, default 1e-12 (6e-6 in single precision): less than for mechanisms, as displacements of
-            structures are smaller.
+            structures are smaller; 1e-9 of implicit solvers, which else would follow frequencies of no interest.
         gradient: derivative mode, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
         event: function of a `LinearState` to one number whose zero crossing ends the motion, as for mechanisms: the
             state there is saved too, so the motion has one entry more (unused entries: times inf, numbers nan).
@@ -110,6 +123,9 @@ def simulate(
         _check_modal(start, laws, forces, (dt, controller, event))
         return _in_modes(system, condensation, ts, forces, modal)
     check_event(event, LinearState(t0, *x0), "s.displacement[0]")
+    if isinstance(solver, diffrax.AbstractImplicitSolver):
+        usual = IMPLICIT_TOLERANCES[system.dtype.itemsize]
+        rtol, atol = (usual[k] if given is None else given for k, given in enumerate((rtol, atol)))
     options = make_options(
         solver,
         controller,
@@ -173,6 +189,8 @@ def _integrate(system, condensation, start, ts, t1, forces, laws, event, options
     equations = kind.of(system, condensation, laws, load_function(system, ts, forces))
     if event is not None:
         event = eqx.filter_closure_convert(event, start)
+    if solves_stages(equations, options.solver) and (options.dt is not None or options.lands_on_times):
+        equations = equations.expecting(shared_diagonal(options.solver) * _usual_step(options, ts))
     args = Arguments(equations, Events.ending(event))
     y0 = (*map(condensation.heavy_part, start[1:]), jnp.zeros(0, system.dtype))
     _, final, y0 = integrate_equations(args, y0, (start.t, ts, t1), valid, options)
@@ -197,6 +215,14 @@ def _integrate(system, condensation, start, ts, t1, forces, laws, event, options
     end = LinearState(t_end, *(nan_slope_where(~succeeded(code), part) for part in end[1:]))
     counts = final.tried.astype(int), final.rejected.astype(int)
     return LinearMotion(ts if event is None else times, *rows, given, code, end, *counts)
+
+
+def _usual_step(options, ts):
+    """The step that most steps of the motion have: the fixed one, or the least interval between saved times."""
+    if options.dt is not None:
+        return options.dt
+    between = jnp.diff(ts)
+    return jnp.min(between, where=between > 0.0, initial=jnp.max(ts))
 
 
 def _in_modes(system, condensation, ts, forces, modal):

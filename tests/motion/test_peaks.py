@@ -164,3 +164,18 @@ def test_the_time_of_a_peak_moves_with_what_the_quantity_knows():
 
     for slope in (jax.grad(passing), jax.jacfwd(passing)):
         np.testing.assert_allclose(jax.jit(slope)(-1.5), -1.0 / np.sqrt(2 * 9.81 * 1.5), rtol=1e-4)
+
+
+def test_programs_are_kept_by_what_the_quantity_does():
+    """The angle of a fall is largest at its start; what a function reads from a list counts at each call."""
+    system, motion = swing(1.0, jnp.linspace(0.0, 0.3, 4))
+    scale = [1.0]
+    for scale[0] in (1.0, 2.0):
+        found = mbs.motion.peak(system, motion, lambda s: scale[0] * s.coordinates[0])
+        np.testing.assert_allclose(found.value, scale[0] * 1.2, rtol=1e-9)
+    sine = lambda: mbs.motion.peak(system, motion, lambda s: jnp.sin(s.coordinates[0]))  # noqa: E731
+    first, events = sine(), []
+    jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: events.append(event))
+    again = sine()
+    assert not any("backend_compile" in event for event in events)
+    np.testing.assert_allclose([first.value, again.value], np.sin(1.2), rtol=1e-9)
