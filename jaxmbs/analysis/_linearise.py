@@ -178,13 +178,13 @@ def _drive_names(system):
     return {row.name for row in system.rows if isinstance(row, Drive)}
 
 
-def unbalanced_efforts(system: System, at, w, a):
+def unbalanced_efforts(system: System, at, w, a, maps=None):
     """`I* a + ... - Q` (N,): efforts that the independent velocities w need for accelerations a; zero in a motion.
 
-    Also returns all velocities (nv,) and accelerations (nv,).
+    Also returns all velocities (nv,) and accelerations (nv,).  Args: maps: `motion_map` where it is known.
     """
     at = closures.with_directions(system, at)
-    Gamma, B = motion_map(system, at)
+    Gamma, B = motion_map(system, at) if maps is None else maps
     u = Gamma @ w - B @ constraints.time_rate(system, at)
     here = with_velocities(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
