@@ -78,7 +78,8 @@ def minimise(
             return _optax_multistart(problem, objective, points, optimiser, options)
         search = functools.partial(_search, problem, run, isinstance(optimiser, str) and optimiser in _CONSTRAINED)
         if starts is None:
-            return search(options, points[0], jit(problem.evaluate, compile=compile))
+            programs = (jit(part, compile=compile) for part in (problem.evaluate, problem.evaluate_values))
+            return search(options, points[0], *programs)
         checks = [options, *[options._replace(check=False)] * (len(points) - 1)]  # gradients are checked once
         searches = [functools.partial(search, *pair) for pair in zip(checks, points, strict=True)]
         return best_optimum(run_multistart(searches, problem.evaluate, compile))
@@ -103,9 +104,10 @@ def _search(
     options: _Options,
     variables: Variables,
     evaluate: Callable,
+    evaluate_values: Callable | None = None,
 ) -> Optimum:
-    """Search from one first design with an evaluator of (x, rows)."""
-    settings = (options.tolerance, options.callback, options.bar, options.may_fail)
+    """Search from one first design with an evaluator of (x, rows), and one of x for values alone."""
+    settings = (options.tolerance, options.callback, options.bar, options.may_fail, evaluate_values)
     if constrained:
         search: Search = ConstrainedSearch(problem, evaluate, variables, *settings)
     else:

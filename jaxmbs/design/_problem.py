@@ -23,10 +23,12 @@ class DesignProblem(NamedTuple):
     Attributes:
         evaluate: `(x (n,), rows (k,)) -> (f, its gradient (n,), c (m,), Jacobian (k, n) of the rows of c, values of
             the limits)`; to be compiled.
+        evaluate_values: `x (n,) -> (f, c (m,), values of the limits)`, for trials of a line search.
         constraints: the limits, bound to the shapes of their values.
     """
 
     evaluate: Callable
+    evaluate_values: Callable
     constraints: tuple[BoundConstraint, ...]
 
     def evaluate_objective(self, x: Array) -> tuple:
@@ -81,7 +83,11 @@ def trace_problem(
         found, values, jacobian = differentiate(objective_and_constraints, x, rows)
         return found[0], jacobian[0], found[1:], jacobian[1:], values
 
-    return DesignProblem(evaluate, constraints)
+    def evaluate_values(x):
+        found, values = objective_and_constraints(x)
+        return found[0], found[1:], values
+
+    return DesignProblem(evaluate, evaluate_values, constraints)
 
 
 def _split_answers(found: Any) -> tuple[Any, Mapping | None]:
