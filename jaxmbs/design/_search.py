@@ -129,8 +129,8 @@ class Search:
         return self._best
 
     def _is_backtracking(self) -> bool:
-        """True once a trial was not taken: a motion's value takes a tenth of the time of its gradient, but is one more
-        program to compile, which a search does without whose first trials are taken."""
+        """True once a trial was not taken: a motion's value takes a tenth of the time of its gradient, but is one
+        more program to compile, which a search does without whose first trials are taken."""
         self._backtracks |= not np.array_equal(self._last.x, self.current.x)
         return self._backtracks and self._evaluate_values is not None
 
