@@ -79,7 +79,7 @@ class _Trial(NamedTuple):
     `trial`; `moved` (): largest change of a coordinate by the trial before.
     """
 
-    count: Array
+    steps: Array
     psi: Array
     found: Balance
     loss: Array
@@ -92,7 +92,7 @@ class _Trial(NamedTuple):
 
 @eqx.filter_custom_jvp
 def search_balance(system: System, psi, t, w, moving, weight):
-    """Where the efforts of all independent velocities but `moving` vanish and the loops are closed, near psi.
+    """Coordinates near psi at which the loops are closed and no independent velocity but `moving` lacks efforts.
 
     Newton's method on the independent coordinates and the loops together, with a backtracking line search.  The
     columns `moving` keep their coordinates.  Derivatives of every order by the implicit function theorem.
@@ -109,7 +109,7 @@ def search_balance(system: System, psi, t, w, moving, weight):
 
     def once(last):
         new = balance(system, last.trial, t, w)
-        first = last.count == 0
+        first = last.steps == 0
         scale = jnp.where(first, weight + jnp.max(jnp.abs(new.efforts), initial=0.0), last.scale)
         scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
         loss = loss_of(new, scale)
@@ -120,14 +120,14 @@ def search_balance(system: System, psi, t, w, moving, weight):
         psi, found, loss, direction, length = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
         trial = normalise(top, step_coordinates(top, psi, length * direction))
         moved = jnp.where(first, jnp.inf, jnp.max(jnp.abs(last.trial - last.psi), initial=0.0))
-        return _Trial(last.count + 1, psi, found, loss, scale, direction, length, trial, moved)
+        return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, moved)
 
     def goes_on(last):  # not where a step is NaN: the slope is singular
         far = last.moved > tolerance * (1.0 + jnp.max(jnp.abs(last.psi), initial=0.0))
-        return far & (last.count < _MOST_STEPS) & jnp.all(jnp.isfinite(last.trial))
+        return far & (last.steps < _MOST_STEPS) & jnp.all(jnp.isfinite(last.trial))
 
     found = lax.while_loop(goes_on, once, _first_trial(system, psi, w))
-    return found.psi, found.found, found.scale, found.count
+    return found.psi, found.found, found.scale, found.steps
 
 
 def _first_trial(system, psi, w):

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..runtime import compile_kind, jaxpr_function
+from ..runtime import compile_kind, jaxpr_function, without_unused
 from ._limit import BoundConstraint, Limit, bind, limit_values
 from ._variables import Variables
 
@@ -69,10 +69,11 @@ def trace_problem(
         )
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
+    program = jaxpr_function(without_unused(traced))
     constraints = tuple(bind(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def objective_and_constraints(x):
-        value, *values = jaxpr_function(traced)(x)
+        value, *values = program(x)
         parts = [constraint.evaluate(v) for constraint, v in zip(constraints, values, strict=True)]
         return jnp.concatenate([value[None], *parts]), tuple(values)
 
