@@ -22,6 +22,8 @@ import numpy as np  # noqa: E402
 
 jax.config.update("jax_enable_x64", True)
 
+import first_answers  # noqa: E402
+
 import jaxmbs as mbs  # noqa: E402
 
 GROUND, CRANK, COUPLER, ROCKER = LENGTHS = 1.0, 0.3, 0.9, 0.7
@@ -224,6 +226,8 @@ def main(case, folder=None):
         value(lambda s: mbs.State.at(s, pin=1.0), pendulum)
     elif case in ("peak", "arm", "implicit"):
         {"peak": peak, "arm": arm, "implicit": implicit}[case]()
+    elif case in first_answers.CASES:
+        first_answers.CASES[case](lap)
     elif case == "sizes":
         sizes(*value())
     elif case == "store":

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.design import _minimise, _uncertainty
 from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from tests.models import chain_of_bars, four_bar_builder
@@ -28,6 +29,7 @@ from program_size import equations, loops, stablehlo_bytes  # noqa: E402
 
 LENGTHS = np.array([1.0, 0.3, 0.9, 0.7])
 QUESTIONS = {
+    "equilibrium": lambda system, state, _: mbs.equilibrium(system, state, throw=False),
     "forward dynamics": lambda system, state, _: mbs.forward_dynamics(system, state),
     "simulate": lambda system, state, _: mbs.simulate(system, state, t1=1.0),
     "reactions": lambda system, _, motion: mbs.reactions(system, motion),
@@ -41,6 +43,7 @@ QUESTIONS = {
 # the state: one more walk of the tree, 240 equations and two loops.
 CEILINGS = {  # equations, loops
     "four-bar": {
+        "equilibrium": (3170, 17),
         "forward dynamics": (850, 4),
         "simulate": (3180, 20),
         "reactions": (2000, 9),
@@ -52,6 +55,9 @@ CEILINGS = {  # equations, loops
     # as programs compiled "quick" are traced
     "four-bar, quick": {"forward dynamics": (560, 4), "simulate": (2460, 20), "reactions": (1345, 9)},
 }
+# What is derived and compiled of a load by the lengths, at a state: in reverse mode, as `tolerances` does by default,
+# and in forward mode with a limit on it.  Results that nothing needs are left out before.
+DESIGN = {"tolerances": 3730, "minimise": 4040}
 # equations, bytes of StableHLO: from build to the derivative of a load along a motion; full and quick
 # 100 of the equations are the signs of the start's branch
 GRADIENT = {False: (17_200, 2_150_000), True: (11_740, 1_870_000)}
@@ -89,6 +95,71 @@ def test_equations_and_loops(model):
         assert size[0] <= most_equations and size[1] <= most_loops, (name, size)
         if jax.__version_info__ < (0, 11):  # later ones need fewer
             assert size[0] > 0.9 * most_equations, f"{name}: {size[0]} equations; lower its ceiling"
+
+
+class _Asked(Exception):
+    """A program and its arguments, in place of its result."""
+
+
+@pytest.mark.parametrize("verb", DESIGN)
+def test_equations_of_design(verb, monkeypatch):
+    """Counted where the program would be compiled."""
+    system = four_bar(LENGTHS)
+
+    def load(lengths):
+        new = four_bar(lengths, like=system)
+        return jnp.sum(mbs.reactions(new, begin(new))["A"].force ** 2)
+
+    def ask(function, **_):
+        def asked(*args):
+            raise _Asked(function, args)
+
+        return asked
+
+    for module in (_uncertainty, _minimise):
+        monkeypatch.setattr(module, "jit", ask)
+    with pytest.raises(_Asked) as found, SMALL_PROGRAM(True):
+        if verb == "tolerances":
+            mbs.design.tolerances(load, LENGTHS, 1e-3 * LENGTHS)
+        else:
+            limit = mbs.Limit("load", load, upper=1e3)
+            mbs.minimise(jnp.sum, LENGTHS, limits=limit, gradient="forward", compile="quick", progress=False)
+    function, args = found.value.args
+    with SMALL_PROGRAM(True):
+        size = equations(function, *args)
+    assert 0.9 * DESIGN[verb] < size <= DESIGN[verb]
+
+
+def _programs(ask):
+    """Number of programs that are compiled for a question."""
+    found = []
+    listener = lambda event, *_, **__: found.append(event)  # noqa: E731
+    jax.monitoring.register_event_duration_secs_listener(listener)
+    try:
+        ask()
+    finally:
+        jax.monitoring.unregister_event_duration_listener(listener)
+    return found.count("/jax/core/compile/backend_compile_duration")
+
+
+def test_programs_of_design():
+    """One program has value and gradient; a search that backtracks has one more, of the values alone."""
+    design, options = {"x": 0.7, "y": 0.6}, {"progress": False, "compile": "quick"}
+    line = lambda d: d["x"] + 0.3 * d["y"]  # noqa: E731
+    steep = mbs.Limit("steep", lambda d: jnp.exp(5.0 * (d["x"] ** 2 + d["y"] ** 2)), upper=2.0)
+    flat = mbs.Limit("flat", lambda d: d["x"] + d["y"], lower=0.1)
+    bounds = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
+    search = lambda limits: mbs.minimise(line, design, bounds, limits=limits, **options)  # noqa: E731
+    tolerances = lambda: mbs.design.tolerances(line, design, design)  # noqa: E731
+    tolerances(), search(flat)  # programs of single operations, which are compiled once in a process
+    assert [_programs(ask) for ask in (tolerances, lambda: search(flat), lambda: search(steep))] == [1, 1, 2]
+
+
+@pytest.mark.slow
+def test_programs_of_an_equilibrium():
+    system = four_bar(LENGTHS)
+    state = begin(system)
+    assert _programs(lambda: mbs.equilibrium(system, state)) <= 1
 
 
 @pytest.mark.long

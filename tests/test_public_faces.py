@@ -36,7 +36,7 @@ FACES = {
         is_motion is_on jaxpr_function jit
         lapack lazy_where load_program map_chunked not_tracing remat report_compiles reverse_only save_factor
         segment_sum_static set_quick_flags sets_marks small_call trick_states tuning user_jit without_tricks
-        working_bytes
+        without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
         acceleration angular_acceleration compliance_effort forward_dynamics generalised_momentum

@@ -3,29 +3,22 @@
 from collections.abc import Iterable
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix
+from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import is_concrete, no_such
 from ..dynamics._bodies import total_mass
 from ..errors import ModelError, SimulationError
-from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import at_state, configuration
-from ..kinematics._kic import independent_columns, velocity_map
-from ..kinematics._kic_second import along_independent
+from ..kinematics._kic import independent_columns
 from ..kinematics._mobility import is_determined, with_mobility_at
-from ..kinematics._poses import node_parameters, normalise, step_coordinates
 from ..kinematics._state import State
-from ..math import _square as square
 from ..math._nan import nan_where
 from ..model._entry_points import check_single_state
 from ..model._system import System
-from ..ode._linear_solver import SquareSolver
 from ..runtime import jit, lapack
-from ._linearise import unbalanced_efforts
+from ._balance import search_balance, still_columns
 
 _MAX_SETS = 3  # independent sets tried, each from the pose found with the one before
 _RESIDUAL_TOLERANCE = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as zero, half the digits
@@ -115,73 +108,19 @@ def _columns(system, moving):
     return tuple(columns)
 
 
-@jit
+@jit(compile="quick")
 def _equilibrium(system, state, moving):
-    top, chosen = system.topology, independent_columns(system)
-    still = jnp.asarray(~np.isin(chosen, moving), state.coordinates.dtype)
-    w = state.velocities[chosen] * (1.0 - still)
-    start = jnp.zeros(top.num_velocities, state.coordinates.dtype)
+    top, psi, t = system.topology, state.coordinates, state.t
+    still = still_columns(system, moving, psi.dtype)
+    w = state.velocities[independent_columns(system)] * (1.0 - still)
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
-    first = jnp.max(jnp.abs(_independent_efforts(system, at_state(system, state), w)), initial=0.0)
-    scale = jax.lax.stop_gradient(jnp.where(weight + first > 0.0, weight + first, 1.0))  # massless, not loaded
-    arguments = (system, state.coordinates, w, state.t, still, scale)
-    if start.size:
-        step, count = jax.lax.custom_root(
-            lambda x: _residual(x, arguments), start, _newton_root, _tangent_solve, has_aux=True
-        )
-    else:  # a structure of welds rests where it is
-        step, count = start, jnp.zeros((), start.dtype)
-    psi = normalise(top, step_coordinates(top, state.coordinates, step))
-    at = configuration(system, node_parameters(system), psi, state.t)
-    Gamma, b = velocity_map(system, at)
-    efforts, gap = _independent_efforts(system, at, w), constraints.residual(system, at)
-    residual = jnp.maximum(jnp.max(jnp.abs(still * efforts), initial=0.0) / scale, jnp.max(jnp.abs(gap), initial=0.0))
-    K = along_independent(system, at, lambda at: _independent_efforts(system, at, w))
-    ok = residual < _RESIDUAL_TOLERANCE[start.dtype.itemsize]
-    stable = _is_stable(K, still)
-    psi, u, K, efforts = (nan_where(~ok, x) for x in (psi, Gamma @ w + b, K, efforts))
-    return Equilibrium(
-        state=State(state.t, psi, u, structure=top.structure),
-        residual=jax.lax.stop_gradient(residual),
-        ok=ok,
-        stable=stable,
-        stiffness=K,
-        efforts=(1.0 - still) * efforts,
-        steps=count.astype(int),
-    )
-
-
-def _newton_root(balance, start):
-    """The root of `balance` near `start` and the steps it took, as a float: `custom_root` differentiates it too."""
-    tolerance = _RESIDUAL_TOLERANCE[start.dtype.itemsize] * 1e-3
-    newton = optimistix.GaussNewton(tolerance, tolerance, linear_solver=SquareSolver())
-    newton = eqx.tree_at(lambda s: s.search, newton, optimistix.BacktrackingArmijo())
-    solution = optimistix.root_find(lambda x, _: balance(x), newton, start, max_steps=200, throw=False)
-    return solution.value, jnp.asarray(solution.stats["num_steps"], start.dtype)
-
-
-def _tangent_solve(linear, right):
-    """Solve with the tangent, for the implicit function theorem; not finite where the stiffness is singular: an error
-    would stop the other equilibria of a batch."""
-    return square.solve(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
-
-
-def _independent_efforts(system, at, w):
-    """Efforts (N,) that are missing for zero accelerations at the velocities w."""
-    return unbalanced_efforts(system, at, w, jnp.zeros_like(w))[0]
-
-
-def _residual(step, arguments):
-    """Residual (nv,): efforts along Gamma, loops across it; the two are orthogonal, so both vanish with it."""
-    system, psi, w, t, still, scale = arguments
-    at = configuration(system, node_parameters(system), step_coordinates(system.topology, psi, step), t)
-    Gamma = velocity_map(system, at)[0]
-    held = (1.0 - still) * step[independent_columns(system)]
-    along = Gamma @ (still * _independent_efforts(system, at, w) / scale + held)
-    if not system.has_constraints:
-        return along
-    A = constraints.jacobian(system, at)[system.topology.position_rows]
-    return along + A.T @ constraints.residual(system, at)
+    psi, at, scale, count = search_balance(system, psi, t, w, moving, weight)
+    efforts, gap = (jnp.max(jnp.abs(x), initial=0.0) for x in (still * at.efforts / scale, at.gap))
+    residual = lax.stop_gradient(jnp.maximum(efforts, gap))
+    ok, stable = residual < _RESIDUAL_TOLERANCE[psi.dtype.itemsize], _is_stable(at.slope, still)
+    psi, u, K, efforts = (nan_where(~ok, x) for x in (psi, at.velocities, at.slope, at.efforts))
+    state = State(t, psi, u, structure=top.structure)
+    return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * efforts, steps=count)
 
 
 def _is_stable(K, still):
@@ -190,5 +129,5 @@ def _is_stable(K, still):
     symmetric = jnp.where(
         both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K), initial=0.0)
     )
-    values = lapack.eigvalsh(jax.lax.stop_gradient(symmetric))
+    values = lapack.eigvalsh(lax.stop_gradient(symmetric))
     return jnp.min(values, initial=jnp.inf) > 1e-12 * jnp.max(jnp.abs(values), initial=0.0)

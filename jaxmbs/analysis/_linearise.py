@@ -178,13 +178,13 @@ def _drive_names(system):
     return {row.name for row in system.rows if isinstance(row, Drive)}
 
 
-def unbalanced_efforts(system: System, at, w, a):
+def unbalanced_efforts(system: System, at, w, a, move=None):
     """`I* a + ... - Q` (N,): efforts that the independent velocities w need for accelerations a; zero in a motion.
 
-    Also returns all velocities (nv,) and accelerations (nv,).
+    Also returns all velocities (nv,) and accelerations (nv,).  Args: move: `motion_map` where it is known.
     """
     at = closures.with_directions(system, at)
-    move, none = motion_map(system, at), jnp.zeros(system.topology.num_rows, w.dtype)
+    move, none = motion_map(system, at) if move is None else move, jnp.zeros(system.topology.num_rows, w.dtype)
     u = move(w, -constraints.time_rate(system, at))
     here = with_velocities(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))

@@ -27,18 +27,21 @@ class ScaledProblem:
         self.lower = (variables.lower - self.start.x) / self.scale
         self.upper = (variables.upper - self.start.x) / self.scale
 
-    def evaluate(self, z: np.ndarray) -> Point:
-        """The evaluated point at z."""
-        point = self.search.evaluate(self.start.x + self.scale * np.asarray(z))
+    def evaluate(self, z: np.ndarray, slopes: bool = False) -> Point:
+        """The evaluated point at z, with its gradients or with its values alone."""
+        point = self.search.evaluate(self.start.x + self.scale * np.asarray(z), slopes)
         if point.finite:
             return point
         value, gradient = barrier_value(self.search.current, point.x)
         return self.search.current._replace(x=point.x, value=value, gradient=gradient)
 
-    def objective(self, z: np.ndarray) -> tuple[float, np.ndarray]:
-        """Scaled objective and its gradient (n,)."""
-        point = self.evaluate(z)
-        return point.value / self.unit, point.gradient * self.scale / self.unit
+    def objective(self, z: np.ndarray) -> float:
+        """Scaled objective."""
+        return self.evaluate(z).value / self.unit
+
+    def gradient(self, z: np.ndarray) -> np.ndarray:
+        """Gradient (n,) of the scaled objective."""
+        return self.evaluate(z, slopes=True).gradient * self.scale / self.unit
 
     def constraint_margin(self, z: np.ndarray) -> np.ndarray:
         """Margins -c (k,) of the working set, not negative where the limits are satisfied (SciPy's sign)."""
@@ -46,7 +49,7 @@ class ScaledProblem:
 
     def margin_jacobian(self, z: np.ndarray) -> np.ndarray:
         """Jacobian (k, n) of `constraint_margin`."""
-        return -self.evaluate(z).jacobian * self.scale
+        return -self.evaluate(z, slopes=True).jacobian * self.scale
 
     def accept(self, z: np.ndarray) -> bool:
         """Accept a step of the optimiser; returns True to stop."""
@@ -97,7 +100,7 @@ def slsqp(search: ConstrainedSearch, steps: int) -> None:
     minimize(
         scaled.objective,
         np.zeros(len(scaled.scale)),
-        jac=True,
+        jac=scaled.gradient,
         method="SLSQP",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
         constraints={"type": "ineq", "fun": scaled.constraint_margin, "jac": scaled.margin_jacobian},
@@ -122,7 +125,7 @@ def trust_constr(search: ConstrainedSearch, steps: int) -> None:
     minimize(
         scaled.objective,
         np.zeros(len(scaled.scale)),
-        jac=True,
+        jac=scaled.gradient,
         hess=Curvature(),
         method="trust-constr",
         bounds=np.stack([scaled.lower, scaled.upper], axis=1),
@@ -162,10 +165,9 @@ def nlopt_optimiser(name: str) -> Callable:
         def objective(z, gradient):
             if gradient.size and scaled.accept(z):
                 raise nlopt.ForcedStop
-            value, slopes = scaled.objective(z)
             if gradient.size:
-                gradient[:] = slopes
-            return float(value)
+                gradient[:] = scaled.gradient(z)
+            return float(scaled.objective(z))
 
         def constraints(result, z, jacobian):
             result[:] = -scaled.constraint_margin(z)

@@ -60,7 +60,8 @@ def minimise(
             "stacked" where `design0` has a leading axis of designs.  Starts without finite objective are left out.
         limits: constraints.  Satisfied to 1e-7 of each; else the result is the design with the least violation.
         check: compare the gradients with finite differences at the first design: two evaluations a variable.
-        compile: "full", or "quick" for some dozen evaluations: half the time to compile, two to four times to run.
+        compile: "full", or "quick" for some dozen evaluations: two thirds of the time to compile, larger mechanisms
+            run longer; with `starts` half the time to compile, two to four times to run.
 
     Returns: the best design found, history and tables; with `starts` that of the best, and all in `Optimum.starts`.
 
@@ -78,7 +79,8 @@ def minimise(
             return _optax_multistart(problem, objective, points, optimiser, options)
         search = functools.partial(_search, problem, run, isinstance(optimiser, str) and optimiser in _CONSTRAINED)
         if starts is None:
-            return search(options, points[0], jit(problem.evaluate, compile=compile))
+            # both are small programs where `compile` says so, and optimised: a search runs them some dozens of times
+            return search(options, points[0], jit(problem.evaluate), jit(problem.evaluate_values))
         checks = [options, *[options._replace(check=False)] * (len(points) - 1)]  # gradients are checked once
         searches = [functools.partial(search, *pair) for pair in zip(checks, points, strict=True)]
         return best_optimum(run_multistart(searches, problem.evaluate, compile))
@@ -103,9 +105,10 @@ def _search(
     options: _Options,
     variables: Variables,
     evaluate: Callable,
+    evaluate_values: Callable | None = None,
 ) -> Optimum:
-    """Search from one first design with an evaluator of (x, rows)."""
-    settings = (options.tolerance, options.callback, options.bar, options.may_fail)
+    """Search from one first design with an evaluator of (x, rows), and one of x for values alone."""
+    settings = (options.tolerance, options.callback, options.bar, options.may_fail, evaluate_values)
     if constrained:
         search: Search = ConstrainedSearch(problem, evaluate, variables, *settings)
     else:

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..runtime import compile_kind, jaxpr_function
+from ..runtime import compile_kind, jaxpr_function, without_unused
 from ._limit import BoundConstraint, Limit, bind, limit_values
 from ._variables import Variables
 
@@ -23,10 +23,12 @@ class DesignProblem(NamedTuple):
     Attributes:
         evaluate: `(x (n,), rows (k,)) -> (f, its gradient (n,), c (m,), Jacobian (k, n) of the rows of c, values of
             the limits)`; to be compiled.
+        evaluate_values: `x (n,) -> (f, c (m,), values of the limits)`, for trials of a line search.
         constraints: the limits, bound to the shapes of their values.
     """
 
     evaluate: Callable
+    evaluate_values: Callable
     constraints: tuple[BoundConstraint, ...]
 
     def evaluate_objective(self, x: Array) -> tuple:
@@ -67,10 +69,11 @@ def trace_problem(
         )
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
+    program = jaxpr_function(without_unused(traced))
     constraints = tuple(bind(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def objective_and_constraints(x):
-        value, *values = jaxpr_function(traced)(x)
+        value, *values = program(x)
         parts = [constraint.evaluate(v) for constraint, v in zip(constraints, values, strict=True)]
         return jnp.concatenate([value[None], *parts]), tuple(values)
 
@@ -81,7 +84,11 @@ def trace_problem(
         found, values, jacobian = differentiate(objective_and_constraints, x, rows)
         return found[0], jacobian[0], found[1:], jacobian[1:], values
 
-    return DesignProblem(evaluate, constraints)
+    def evaluate_values(x):
+        found, values = objective_and_constraints(x)
+        return found[0], found[1:], values
+
+    return DesignProblem(evaluate, evaluate_values, constraints)
 
 
 def _split_answers(found: Any) -> tuple[Any, Mapping | None]:

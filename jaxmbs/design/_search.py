@@ -20,7 +20,7 @@ class Point(NamedTuple):
     Attributes:
         x: variables (n,).
         value: objective f.
-        gradient: (n,) of the objective.
+        gradient: (n,) of the objective; empty, as `jacobian` is, where the values alone were asked.
         constraints: c (m,), of which none is positive where the limits are satisfied.
         jacobian: (k, n) of the constraints in the working set.
         limit_values: values of the limits, in their own shapes and units.
@@ -39,6 +39,11 @@ class Point(NamedTuple):
         return all(bool(np.all(np.isfinite(part))) for part in self[1:5])
 
     @property
+    def has_slopes(self) -> bool:
+        """True if the gradients were evaluated too."""
+        return self.gradient.size > 0
+
+    @property
     def violation(self) -> float:
         """Largest constraint, zero where all limits are satisfied."""
         return float(np.max(self.constraints, initial=0.0))
@@ -52,7 +57,10 @@ class Search:
         current: the point accepted last.
         reason: why the search has ended, empty while it goes on.
 
-    Args: may_fail: end the search at a start without finite values, in place of an error.
+    Args:
+        evaluate: of a vector to (value, gradient, constraints, Jacobian, values of the limits).
+        may_fail: end the search at a start without finite values, in place of an error.
+        evaluate_values: of a vector to (value, constraints, values of the limits), for trials of line searches.
     """
 
     def __init__(
@@ -63,12 +71,14 @@ class Search:
         callback: Callable[[int, PyTree, float], Any] | None,
         progress: tqdm,
         may_fail: bool = False,
+        evaluate_values: Callable | None = None,
     ) -> None:
         self.variables, self.reason = variables, ""
-        self._evaluate, self._tolerance = evaluate, tolerance
+        self._evaluate, self._evaluate_values, self._tolerance = evaluate, evaluate_values, tolerance
+        self._backtracks = False
         self._callback, self._progress = callback, progress
         self._evaluations, self._history = 0, []
-        self.current = self._last = self._best = self._first = self.evaluate(variables.start)
+        self.current = self._last = self._best = self._proven = self._first = self.evaluate(variables.start)
         if not self.current.finite:
             self.reason = self._start_error()
             if not may_fail:
@@ -87,20 +97,52 @@ class Search:
         """Size of the projected gradient at the current point, as in `History`."""
         return self._history[-1][1]
 
-    def evaluate(self, x: np.ndarray) -> Point:
-        """Evaluate a trial point, clipped to the bounds; the best one is remembered."""
+    def evaluate(self, x: np.ndarray, slopes: bool = True) -> Point:
+        """Evaluate a trial point, clipped to the bounds; the best one is remembered.
+
+        Args: slopes: False where the values are enough.
+        """
         vector = self.variables.clip(x)
         x = np.asarray(vector, float)
-        if self._evaluations and np.array_equal(x, self._last.x):
+        is_last = self._evaluations > 0 and np.array_equal(x, self._last.x)
+        if is_last and (self._last.has_slopes or not slopes):
             return self._last
+        by_values = not slopes and self._is_backtracking()
+        self._last = self._values_at(vector, x) if by_values else self._slopes_at(vector, x)
+        self._evaluations += not is_last
+        if self._evaluations > 1 and self._last.finite:
+            self._remember(self._last)
+        return self._last
+
+    def _remember(self, point: Point) -> None:
+        """Keep a finite point if it is the best, or has the gradients of the best."""
+        if np.array_equal(point.x, self._best.x) or self._is_better(point, self._best):
+            self._best = point
+            self._proven = point if point.has_slopes else self._proven
+
+    @property
+    def best(self) -> Point:
+        """The best point so far, one with finite gradients."""
+        if not self._best.has_slopes:
+            point = self.evaluate(self._best.x)
+            self._best = point if point.finite else self._proven
+        return self._best
+
+    def _is_backtracking(self) -> bool:
+        """True once a trial was not taken: a motion's value takes a tenth of the time of its gradient, but is one
+        more program to compile, which a search does without whose first trials are taken."""
+        self._backtracks |= not np.array_equal(self._last.x, self.current.x)
+        return self._backtracks and self._evaluate_values is not None
+
+    def _slopes_at(self, vector: Any, x: np.ndarray) -> Point:
         value, *arrays, values = self._evaluate(vector)
         gradient, constraints, jacobian = (np.asarray(part, float) for part in arrays)
-        values = tuple(np.asarray(v, float) for v in values)
-        self._last = Point(x, float(value), gradient, constraints, jacobian, values)
-        self._evaluations += 1
-        if self._evaluations > 1 and self._last.finite and self._is_better(self._last, self._best):
-            self._best = self._last
-        return self._last
+        return Point(x, float(value), gradient, constraints, jacobian, _as_arrays(values))
+
+    def _values_at(self, vector: Any, x: np.ndarray) -> Point:
+        assert self._evaluate_values is not None
+        (value, constraints, values), none = self._evaluate_values(vector), np.zeros(0)
+        return Point(x, float(value), none, np.asarray(constraints, float), none, _as_arrays(values))
 
     def _is_better(self, point: Point, best: Point) -> bool:
         return point.value < best.value
@@ -142,7 +184,7 @@ class Search:
     def optimum(self) -> Optimum:
         """The best point so far as a result."""
         columns = (np.array(column) for column in zip(*self._history, strict=True))
-        first, best, variables = self._first, self._best, self.variables
+        first, best, variables = self._first, self.best, self.variables
         return Optimum(
             design=self._design(best),
             value=best.value if first.finite else float("nan"),
@@ -174,3 +216,7 @@ class Search:
         bad = [name for name, slope in slopes if not np.isfinite(slope)]
         also = f", its gradient is not finite for {', '.join(bad)}" if bad else ""
         return f"no search can start at design0: the objective is {self.current.value:g}{also}"
+
+
+def _as_arrays(values: tuple) -> tuple:
+    return tuple(np.asarray(v, float) for v in values)

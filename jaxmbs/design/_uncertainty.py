@@ -12,7 +12,7 @@ from jaxtyping import PyTree
 from ..batching._batch import batch
 from ..batching._sampling import normal_points, sobol_points
 from ..checks import refuse_complex
-from ..runtime import jit
+from ..runtime import compile_kind, jaxpr_function, jit, without_unused
 from ..typing import AnyArray, ArrayLike
 from ._deviations import read_deviations
 from ._variables import read_variables
@@ -121,20 +121,25 @@ def tolerances(
     function: Callable[[PyTree], Any],
     design: PyTree,
     widths: PyTree,
-    compile: str = "full",
+    compile: str = "quick",
     gradient: str = "reverse",
 ) -> list[Tolerance]:
     """Contributions of the parameters' tolerances to a number, the largest first; to first order.
 
-    Args: function: of a design to one number; widths: half widths of the tolerances, like `design`; compile and
-    gradient: as of `minimise`.
+    Args:
+        function: of a design to one number.
+        widths: half widths of the tolerances, like `design`.
+        compile: "quick", as the function is evaluated once, or "full"; gradient: as of `minimise`.
 
     Raises: ValueError for widths that do not fit the design or are negative, an answer that is no single number or
     not finite, with its gradient, at the design.
     """
     x, width, unravel = read_deviations(design, widths, "widths")
-    slope = _value_and_gradient(lambda x: function(unravel(x)), gradient)
-    value, slopes = (np.asarray(part) for part in jit(slope, compile=compile)(jnp.asarray(x, float)))
+    x = jnp.asarray(x, float)
+    with compile_kind(compile):
+        program = without_unused(jax.make_jaxpr(lambda x: _as_number(function(unravel(x))))(x))
+    slope = _value_and_gradient(lambda x: jaxpr_function(program)(x)[0], gradient)
+    value, slopes = (np.asarray(part) for part in jit(slope, compile=compile)(x))
     names = read_variables(design, None).names
     bad = [name for name, one in zip(names, slopes, strict=True) if not np.isfinite(one)]
     if bad or not np.isfinite(value):
@@ -191,14 +196,18 @@ def _value_and_gradient(function, gradient) -> Callable:
     _check_gradient(gradient)
 
     def number(design):
-        found = _as_real_array(function(design))
-        if found.ndim:
-            raise ValueError(f"the function returned an array of shape {found.shape}: return one number")
-        return found
+        return _as_number(function(design))
 
     if gradient == "reverse":
         return jax.value_and_grad(number)
     return lambda design: (number(design), jax.jacfwd(number)(design))
+
+
+def _as_number(value):
+    found = _as_real_array(value)
+    if found.ndim:
+        raise ValueError(f"the function returned an array of shape {found.shape}: return one number")
+    return found
 
 
 def _as_real_array(value):

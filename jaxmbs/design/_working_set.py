@@ -79,28 +79,23 @@ class ConstrainedSearch(Search):
 
     def restart_from_best(self) -> None:
         """Continue from the best point so far."""
-        self.current, self.reason = self.evaluate(self._best.x), ""
+        self.current, self.reason = self.evaluate(self.best.x), ""
 
     def describe_violations(self) -> str:
         """The limits that the best point violates, the worst first, for a message."""
         found = limit_results(
             self._problem.constraints,
             self._first.limit_values,
-            self._best.limit_values,
+            self.best.limit_values,
             np.zeros(self._problem.num_constraints),
         )
         violated = sorted((limit for limit in found if not limit.ok), key=lambda limit: limit.margin)
         return ", ".join(f"{limit.name!r} by {-limit.margin:.3g} of it" for limit in violated)
 
-    @property
-    def best(self) -> Point:
-        """The feasible point with the least objective, or else the point with the least violation."""
-        return self._best
-
     def is_best_optimal(self) -> bool:
         """True if the best point is optimal by its residual, as far as an optimiser that stalled there can tell."""
-        allowed = _STALLED * self._tolerance * self.objective_scale(self._best)
-        return self._best.violation <= FEASIBILITY and self.residual <= allowed
+        allowed = _STALLED * self._tolerance * self.objective_scale(self.best)
+        return self.best.violation <= FEASIBILITY and self.residual <= allowed
 
     @property
     def residual(self) -> float:
@@ -108,7 +103,7 @@ class ConstrainedSearch(Search):
 
         At the best point itself constraints may not be differentiable: frequencies that meet there, for example.
         """
-        return self._best_multipliers(self.evaluate(self._best.x))[1].residual
+        return self._best_multipliers(self.evaluate(self.best.x))[1].residual
 
     def _best_multipliers(self, best: Point) -> tuple[np.ndarray, Multipliers]:
         """(working set, its multipliers) with the least residual, of the best point or one as good."""
@@ -119,7 +114,7 @@ class ConstrainedSearch(Search):
         return min(found, key=lambda pair: pair[1].residual)
 
     def optimum(self) -> Optimum:
-        best = self.evaluate(self._best.x)
+        best = self.evaluate(self.best.x)
         rows, found = self._best_multipliers(best)
         every = np.zeros(self._problem.num_constraints)
         every[rows] = found.limits

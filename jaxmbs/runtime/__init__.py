@@ -16,7 +16,7 @@ from ._content import KnownFunction, as_argument, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
-from ._jaxpr import jaxpr_function
+from ._jaxpr import jaxpr_function, without_unused
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._packing import Packing
 from ._precision import follow_precision, is_double
@@ -75,5 +75,6 @@ __all__ = [
     "tuning",
     "user_jit",
     "without_tricks",
+    "without_unused",
     "working_bytes",
 ]

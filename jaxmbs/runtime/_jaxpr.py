@@ -5,6 +5,7 @@ from typing import Any, TypeVar
 
 import jax
 from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, jaxpr_as_fun
+from jax.interpreters import partial_eval
 
 Program = TypeVar("Program", ClosedJaxpr, Jaxpr)
 
@@ -12,6 +13,16 @@ Program = TypeVar("Program", ClosedJaxpr, Jaxpr)
 def jaxpr_function(jaxpr: ClosedJaxpr) -> Callable[..., list]:
     """The function of arrays that was traced."""
     return jaxpr_as_fun(jaxpr)
+
+
+def without_unused(jaxpr: ClosedJaxpr) -> ClosedJaxpr:
+    """The same program without equations whose results nothing needs: what derives it passes them by.
+
+    XLA drops them too, but after they were traced, derived and lowered.
+    """
+    program: Any = jaxpr
+    kept, _ = partial_eval.dce_jaxpr(program.jaxpr, [True] * len(program.jaxpr.outvars), instantiate=True)
+    return program.replace(jaxpr=kept)
 
 
 def equations(jaxpr: ClosedJaxpr | Jaxpr) -> Iterator[JaxprEqn]:

@@ -1,6 +1,7 @@
 """Equilibria and steady motions against closed forms; derivatives, verdicts, refusals."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -116,3 +117,55 @@ def test_moving_joints_must_be_independent():
     system = pendulum()
     with pytest.raises(mbs.ModelError, match="there is no joint 'spin'"):
         mbs.equilibrium(system, mbs.State.at(system), moving=("spin",))
+
+
+def governor(numbers, like=None):
+    """A shaft, a bob hinged on it and an odd body hung from that by a ball joint."""
+    (length, mass), b = numbers, mbs.SystemBuilder()
+    down = jnp.stack([0.0 * length, 0.0 * length, -length])
+    b.body("shaft", mass=1.0, inertia=0.05)
+    b.body("bob", mass=mass, com=down)
+    b.body("odd", mass=0.3, com=(0.0, 0.1, -0.5), inertia=(0.01, 0.02, 0.025))
+    b.joint("spin", mbs.Revolute(axis="z"), "ground", "shaft")
+    b.joint("swing", mbs.Revolute(axis="y"), "shaft", "bob")
+    b.joint("ball", mbs.Spherical(), "bob", "odd", parent_frame=down)
+    return b.build(like=like)
+
+
+@pytest.mark.slow
+def test_derivatives_of_a_steady_motion_with_a_ball():
+    """By parameters, the speed and the angle that a moving joint keeps, in both modes, against differences."""
+    at = jnp.array([0.5, 2.0, 6.0, 0.7])
+    first = governor(at[:2])
+
+    def found(x):
+        system = governor(x[:2], like=first)
+        state = mbs.State.at(system, swing=-0.5, spin=x[3], velocities={"spin": x[2]})
+        rest = mbs.equilibrium(system, state, moving=("spin",), throw=False)
+        return jnp.concatenate([rest.state.coordinates, rest.state.velocities, rest.stiffness[0]])
+
+    value, forward, reverse = (mbs.jit(f, compile="quick") for f in (found, jax.jacfwd(found), jax.jacrev(found)))
+    step = 1e-5
+    differences = [(value(at.at[k].add(step)) - value(at.at[k].add(-step))) / (2.0 * step) for k in range(4)]
+    np.testing.assert_allclose(forward(at), np.stack(differences, axis=1), rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(forward(at)[0], [0.0, 0.0, 0.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(reverse(at), forward(at), atol=1e-9)
+
+
+@pytest.mark.slow
+def test_second_derivatives_and_batches():
+    """Of a sprung pendulum's angle by the stiffness, alone and in a batch: k (1 - x) = m g l sin x twice over."""
+
+    def angle(k):
+        system = pendulum(k)
+        return mbs.equilibrium(system, mbs.State.at(system, swing=0.2), throw=False).state.coordinates[0]
+
+    k = jnp.array([15.0, 20.0])
+    slope = lambda k: jax.jvp(angle, (k,), (jnp.ones_like(k),))[1]  # noqa: E731
+    derive = mbs.jit(jax.vmap(lambda k: jax.jvp(slope, (k,), (jnp.ones_like(k),))), compile="quick")
+    first, second = derive(k)
+    x, weight = np.array([balance(each) for each in k]), 2.0 * G * 0.8
+    slope_of_need = k + weight * np.cos(x)
+    np.testing.assert_allclose(first, (1 - x) / slope_of_need, rtol=1e-8)
+    exact = (-2.0 * first + weight * np.sin(x) * first**2) / slope_of_need
+    np.testing.assert_allclose(second, exact, rtol=1e-8)

@@ -1,0 +1,199 @@
+"""Balance of efforts and loops at a configuration with its slope, and the Newton search for where it vanishes.
+
+The search, the stiffness and the derivatives of an equilibrium all read one linearisation: a program has it once.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..kinematics import _closures as closures
+from ..kinematics import _constraints as constraints
+from ..kinematics._configuration import configuration
+from ..kinematics._kic import independent_columns, motion_map
+from ..kinematics._poses import coordinate_rate, node_parameters, normalise, step_coordinates
+from ..math import _square as square
+from ..math._linalg import full_rank_lstsq
+from ..model._system import System
+from ._linearise import unbalanced_efforts
+
+_MOST_STEPS = 200  # trials of the line search included
+_SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
+_STEP_TOLERANCE = {8: 1e-11, 4: 1e-6}  # a trial nearer than this, relative to the coordinates, is the last
+
+
+class Balance(NamedTuple):
+    """Balance at coordinates psi with the independent velocities w held constant.
+
+    Attributes:
+        efforts: (N,) missing for zero accelerations; velocities: (nv,) there.
+        gap: (position rows,) of the loops.
+        slope: (N, N) of the efforts along the admissible directions, the stiffness.
+        closing: (nv,) displacement of the dependent columns that closes the loops, to first order; drift: (N,) what
+            it changes the efforts by.
+        Gamma: (nv, N) admissible directions.
+    """
+
+    efforts: Array
+    velocities: Array
+    gap: Array
+    slope: Array
+    closing: Array
+    drift: Array
+    Gamma: Array
+
+
+def balance(system: System, psi, t, w) -> Balance:
+    """The balance at coordinates psi (nq,), its slope by one linearisation."""
+    top = system.topology
+    P, none = node_parameters(system), jnp.zeros(system.topology.num_velocities, psi.dtype)
+
+    def efforts(step):
+        at = configuration(system, P, step_coordinates(top, psi, step), t)
+        return _efforts_and_loops(system, at, w)
+
+    found, slopes, (gap, u, Gamma, closing) = jax.linearize(efforts, none, has_aux=True)
+    along = jax.vmap(slopes, 1, 1)(jnp.concatenate([Gamma, closing[:, None]], axis=1))
+    return Balance(found, u, gap, along[:, :-1], closing, along[:, -1], Gamma)
+
+
+def _efforts_and_loops(system, at, w):
+    """The efforts (N,); the gap of the loops, all velocities, `Gamma` and `closing`."""
+    at, eye = closures.with_directions(system, at), jnp.eye(w.shape[0] + 1, w.shape[0], dtype=w.dtype)
+    move, gap = motion_map(system, at), constraints.residual(system, at)
+    efforts, u, _ = unbalanced_efforts(system, at, w, jnp.zeros_like(w), move)
+    rows = jnp.zeros((len(eye), system.topology.num_rows), w.dtype).at[-1].set(-_on_all_rows(system, gap))
+    found = jax.vmap(move, out_axes=1)(eye, rows)
+    return efforts, (gap, u, found[:, :-1], found[:, -1])
+
+
+def _on_all_rows(system, gap):
+    """A gap of the position rows, with zeros for the rows of velocities."""
+    top = system.topology
+    return jnp.zeros(top.num_rows, gap.dtype).at[top.position_rows].set(gap, unique_indices=True)
+
+
+class _Trial(NamedTuple):
+    """A line search: the configuration taken last, and the one to be tried next.
+
+    `loss` (), `found` and `direction` (nv,) belong to `psi`; `length` () is the share of the direction that leads to
+    `trial`; `moved` (): largest change of a coordinate by the trial before.
+    """
+
+    steps: Array
+    psi: Array
+    found: Balance
+    loss: Array
+    scale: Array
+    direction: Array
+    length: Array
+    trial: Array
+    moved: Array
+
+
+@eqx.filter_custom_jvp
+def search_balance(system: System, psi, t, w, moving, weight):
+    """Coordinates near psi at which the loops are closed and no independent velocity but `moving` lacks efforts.
+
+    Newton's method on the independent coordinates and the loops together, with a backtracking line search.  The
+    columns `moving` keep their coordinates.  Derivatives of every order by the implicit function theorem.
+
+    Args: weight: an effort that is large; with those at psi, it is the scale of what is small.
+
+    Returns: coordinates, `Balance` there, scale and number of steps; the last point taken where none is found.
+    """
+    top, still = system.topology, still_columns(system, moving, psi.dtype)
+    tolerance = _STEP_TOLERANCE[psi.dtype.itemsize]
+
+    def loss_of(at, scale):
+        return 0.5 * (jnp.sum((still * at.efforts / scale) ** 2) + jnp.sum(at.gap**2))
+
+    def once(last):
+        new = balance(system, last.trial, t, w)
+        first = last.steps == 0
+        scale = jnp.where(first, weight + jnp.max(jnp.abs(new.efforts), initial=0.0), last.scale)
+        scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
+        loss = loss_of(new, scale)
+        better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
+        direction = newton_step(new, still, still * new.efforts)
+        taken = (last.trial, new, loss, direction, jnp.ones_like(loss))
+        kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length)
+        psi, found, loss, direction, length = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
+        trial = normalise(top, step_coordinates(top, psi, length * direction))
+        moved = jnp.where(first, jnp.inf, jnp.max(jnp.abs(last.trial - last.psi), initial=0.0))
+        return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, moved)
+
+    def goes_on(last):  # not where a step is NaN: the slope is singular
+        far = last.moved > tolerance * (1.0 + jnp.max(jnp.abs(last.psi), initial=0.0))
+        return far & (last.steps < _MOST_STEPS) & jnp.all(jnp.isfinite(last.trial))
+
+    found = lax.while_loop(goes_on, once, _first_trial(system, psi, w))
+    return found.psi, found.found, found.scale, found.steps
+
+
+def _first_trial(system, psi, w):
+    n, N, rows = system.topology.num_velocities, w.shape[0], len(system.topology.position_rows)
+    shapes = Balance((N,), (n,), (rows,), (N, N), (n,), (N,), (n, N))
+    nothing = Balance(*(jnp.full(shape, jnp.nan, psi.dtype) for shape in shapes))
+    far, one = jnp.asarray(jnp.inf, psi.dtype), jnp.ones((), psi.dtype)
+    return _Trial(jnp.zeros((), int), psi, nothing, far, one, jnp.zeros(n, psi.dtype), one, psi, far)
+
+
+def still_columns(system: System, moving, dtype):
+    """1 for each independent velocity (N,) that is none of the columns `moving`, 0 for those."""
+    return jnp.asarray(~np.isin(independent_columns(system), moving), dtype)
+
+
+def newton_step(at: Balance, still, efforts):
+    """Step (nv,) that closes the loops and takes the efforts (N,) away; columns with still = 0 stay, or take what
+    their entry of `efforts` says."""
+    return at.Gamma @ _solve_slope(at.slope, still, -efforts - still * at.drift) + at.closing
+
+
+def _solve_slope(slope, still, right):
+    return square.solve(still[:, None] * slope + jnp.diag(1.0 - still), right)
+
+
+@search_balance.def_jvp
+def _search_balance_jvp(primals, tangents):
+    """Implicit function theorem: the step that balances perturbed efforts and closes perturbed loops again."""
+    system, psi0, t, w, moving, _ = primals
+    found = search_balance(*primals)
+    psi, at = found[:2]
+    top, still = system.topology, still_columns(system, moving, psi.dtype)
+
+    def loops(system, t):
+        return constraints.residual(system, configuration(system, node_parameters(system), psi, t, inertias=False))
+
+    def efforts(system, psi, t, w):
+        return _efforts_and_loops(system, configuration(system, node_parameters(system), psi, t), w)[0]
+
+    d_system, d_psi0, d_t, d_w = tangents[:4]
+    gap = _or_zeros(eqx.filter_jvp(loops, (system, t), (d_system, d_t))[1], at.gap)
+    here = closures.with_directions(system, configuration(system, node_parameters(system), psi, t))
+    closing = motion_map(system, here)(jnp.zeros_like(w), -_on_all_rows(system, gap))
+    rate = coordinate_rate(top, psi, closing)
+    change = _or_zeros(eqx.filter_jvp(efforts, (system, psi, t, w), (d_system, rate, d_t, d_w))[1], at.efforts)
+    held = jnp.zeros_like(still) if not moving else _displacement(top, psi0, d_psi0)[independent_columns(system)]
+    step = at.Gamma @ _solve_slope(at.slope, still, (1.0 - still) * held - still * change) + closing
+    d_psi = coordinate_rate(top, psi, step)
+    d_at = eqx.filter_jvp(balance, (system, psi, t, w), (d_system, d_psi, d_t, d_w))[1]
+    return found, (d_psi, d_at, jnp.zeros_like(found[2]), None)
+
+
+def _or_zeros(tangent, like):
+    return jnp.zeros_like(like) if tangent is None else tangent
+
+
+def _displacement(top, psi, d_psi):
+    """Displacement (nv,) of all columns of which the change of the coordinates d_psi (nq,) or None is the rate."""
+    if d_psi is None:
+        return jnp.zeros(top.num_velocities, psi.dtype)
+    if top.is_simple:
+        return d_psi
+    T = jax.vmap(lambda u: coordinate_rate(top, psi, u), 1, 1)(jnp.eye(top.num_velocities, dtype=psi.dtype))
+    return full_rank_lstsq(T, d_psi[:, None])[:, 0]
