@@ -65,7 +65,9 @@ def kinds(monkeypatch):
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_both_kinds_give_the_same_answer(question, kinds):
     found = question("quick")
-    assert kinds == {"quick"}
+    # the small program of one search is optimised, since it runs dozens of times
+    is_search = question in (QUESTIONS["L-BFGS-B"], QUESTIONS["SLSQP"])
+    assert kinds == ({"quick", "full"} if is_search else {"quick"})
     again = question("full")
     assert kinds == {"quick", "full"}
     for one, other in zip(_leaves(found), _leaves(again), strict=True):
