@@ -132,7 +132,7 @@ def governor(numbers, like=None):
     return b.build(like=like)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_a_steady_motion_with_a_ball():
     """By parameters, the speed and the angle that a moving joint keeps, in both modes, against differences."""
     at = jnp.array([0.5, 2.0, 6.0, 0.7])

@@ -48,8 +48,10 @@ def test_rows_without_a_matrix(name, holds):
         np.testing.assert_allclose(b, a, atol=1e-9)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name == "four_bar" else pytest.mark.long) for name in LOOPS],
+)
 def test_independent_motions(name):
     """Velocities and positions by the independent ones."""
     specimen = SPECIMENS[name]
@@ -64,13 +66,19 @@ def test_independent_motions(name):
         np.testing.assert_allclose(b, a, atol=1e-8 * max(1.0, np.max(np.abs(a), initial=0.0)))
 
 
-@pytest.mark.slow
-def test_a_row_by_its_one_equation():
-    """Twelve loops: linear equations, and the states of a whole turn through two poses where branches cross."""
-    system, at = row_of(12)
+@pytest.mark.long
+def test_linear_equations_of_a_row():
+    """Twelve loops by their one equation."""
+    system, _ = row_of(12)
     small = mbs.linearise(system, models.n_four_bar_state(system, 0.6, 0.0))
     force = 9.81 * (13 / 2 + 12)
     np.testing.assert_allclose([small.mass, small.stiffness], [[[13 / 3 + 12]], [[-force * np.cos(0.6)]]], rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_whole_turn_of_a_row():
+    """Twelve loops through two poses where branches cross."""
+    system, at = row_of(12)
     angles = np.linspace(0.6, 0.6 + 2 * np.pi, 9)
     with pytest.warns(UserWarning, match="branches cross there"):
         found = mbs.kinematics.states_along(system, "A0", angles, at(0.6))

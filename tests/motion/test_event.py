@@ -115,7 +115,7 @@ def test_bounces_in_a_batch(falling):
 
 
 @pytest.mark.parametrize(
-    "restitution", [pytest.param(0.5, marks=pytest.mark.slow), pytest.param(0.0, marks=pytest.mark.long)]
+    "restitution", [pytest.param(0.5, marks=pytest.mark.long), pytest.param(0.0, marks=pytest.mark.long)]
 )
 def test_bounces_without_end_have_a_status(falling, restitution):
     """The bounces accumulate before the end, or the ball does not leave the floor at all: it never falls through."""

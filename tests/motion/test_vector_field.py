@@ -81,7 +81,11 @@ def test_an_event_and_an_adjoint_of_diffrax(swing):
 
 
 @pytest.mark.parametrize(
-    "formulation", [pytest.param(name, marks=pytest.mark.slow) for name in ("canonical", "independent", "velocity")]
+    "formulation",
+    [
+        pytest.param("canonical", marks=pytest.mark.slow),
+        *(pytest.param(name, marks=pytest.mark.long) for name in ("independent", "velocity")),
+    ],
 )
 def test_a_four_bar_in_every_formulation(loop, formulation):
     """Projected steps keep the loop closed; steps that are not drift by their error, and the readout closes it."""
@@ -99,7 +103,7 @@ def test_a_four_bar_in_every_formulation(loop, formulation):
         np.testing.assert_allclose(work["spring"], motion.diagnostics.work["spring"], atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_independent_field_is_the_papers(loop):
     """Rates of (p, phi) as `dynamics.independent_rates` has them; momenta in SI units."""
     system, start = loop
@@ -133,7 +137,7 @@ def test_diffeqsolve_takes_our_steps(name, request):
     np.testing.assert_allclose(theirs.diagnostics.energy_residual, ours.diagnostics.energy_residual, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("options", [{"event": True}, {"dt": 0.01}, {"interpolate": True}, {"stiff": True}], ids=str)
 def test_diffeqsolve_with_other_options(swing, options):
     """Events, fixed steps, interpolated times and an implicit solver: the same steps."""

@@ -25,7 +25,7 @@ def test_velocities_and_accelerations_are_rates(specimen):
             np.testing.assert_allclose(ours[name], theirs[name], atol=1e-9 * (1.0 + np.abs(theirs[name]).max()))
 
 
-@of_all()
+@of_all(slow=())
 def test_constraints_stay_closed(specimen):
     found = motion(specimen)
     np.testing.assert_allclose(found.residual, 0.0, atol=1e-9)
@@ -41,7 +41,7 @@ def test_energy_changes_by_the_power_of_elements_and_drives(specimen):
     np.testing.assert_allclose(rate, found.powers.sum() + drives, rtol=1e-9)
 
 
-@of_all()
+@of_all(slow=("elastic",))
 def test_momenta_change_by_their_rate_and_the_pull_of_the_rows(specimen):
     found = motion(specimen)
     _, rate, _, u = found.canonical
