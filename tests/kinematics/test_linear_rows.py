@@ -73,6 +73,12 @@ def test_linear_equations_of_a_row():
     small = mbs.linearise(system, models.n_four_bar_state(system, 0.6, 0.0))
     force = 9.81 * (13 / 2 + 12)
     np.testing.assert_allclose([small.mass, small.stiffness], [[[13 / 3 + 12]], [[-force * np.cos(0.6)]]], rtol=1e-9)
+    hanging = mbs.equilibrium(system, models.n_four_bar_state(system, 2.6, 0.0))
+    assert hanging.ok and hanging.stable
+    np.testing.assert_allclose(
+        hanging.state.coordinates, models.n_four_bar_state(system, np.pi).coordinates, atol=1e-9
+    )
+    np.testing.assert_allclose(hanging.stiffness, [[force]], rtol=1e-9)
 
 
 @pytest.mark.slow
