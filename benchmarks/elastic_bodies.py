@@ -8,12 +8,14 @@ And the accelerations of rows of up to 100 bodies with pins between them, block-
 
 import functools
 import importlib.util
+from pathlib import Path
 
 import common
 import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+from cases import load
 from scipy.linalg import lu_factor, lu_solve
 
 import jaxmbs as mbs
@@ -26,6 +28,7 @@ from jaxmbs.kinematics import _constraints as constraints
 from jaxmbs.kinematics._configuration import at_state, with_velocities
 from jaxmbs.kinematics._elastic import mass_matrix
 
+beams = load(Path(__file__).parent.parent / "tests" / "flexible" / "beams.py")
 LENGTH, TIMES = 10.0, np.array([2.0, 4.0, 6.0, 8.0])
 REFERENCE = np.array([-0.10237244, -0.34225384, -0.54355929, -0.54279588])  # of the tip, in the turning axes [m]
 SECTION = Beam(2.8e7, 1e7, 1.0, 5e-4, 5e-4, 1e-3, 1.2)
@@ -84,16 +87,7 @@ def pinned_row(n, solver):
     """A row of n elastic bodies with pins between them, from pin to pin on the ground, and a state of it."""
     x = jnp.linspace(0.0, 0.5, 3)
     structure = Structure(jnp.stack([x, 0.0 * x, 0.0 * x], axis=1), {"beam": (SECTION, [(0, 1), (1, 2)])})
-    body, pin = floating_frame(assemble(structure), ("0", "2"), 1).body, mbs.Revolute("y")
-    b = mbs.SystemBuilder()
-    for k in range(n):
-        b.elastic(f"part{k}", body, motions={"2": mbs.Planar("y")})
-    b.joint("pin0", pin, "ground", "part0.0")
-    for k in range(1, n):
-        b.joint(f"pin{k}", pin, f"part{k - 1}.2", f"part{k}.0")
-    b.joint("end", pin, "ground", f"part{n - 1}.2", parent_frame=(0.45 * n, 0.0, 0.0))
-    system, turn = b.build(cut=["end"], linear_solver=solver), np.arccos(0.9)
-    return system, mbs.State.at(system, guess={f"pin{k}": turn * (1 if k == 0 else 2 * (-1) ** k) for k in range(n)})
+    return beams.arch_of_beams(n, solver, floating_frame(assemble(structure), ("0", "2"), 1).body)
 
 
 def refined_accelerations(system, state):

@@ -46,7 +46,7 @@ def velocity_map(system: System, at: Configuration):
 def motion_map(system: System, at: Configuration):
     """Function of w (N,) and c (rows,): the velocities x (nv,) with the independent entries w and `A x = c`.
 
-    Args: at: `closures.with_directions`.
+    Args: at: `closures.with_directions`.  Source: S2 (3)-(5), with the rates c of the rows.
     """
     n, chosen, dtype = system.topology.num_velocities, independent_columns(system), at.psi.dtype
     pick = np.eye(n, dtype=dtype)[chosen]

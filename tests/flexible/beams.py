@@ -43,16 +43,17 @@ def chain_of_beams(parts, joint, gravity=(0.0, 0.0, 0.0), motion=None, drive=Non
     return b.build(), frame
 
 
-def arch_of_beams(parts, linear_solver):
-    """Beams in a row with pins between them, from pin to pin on the ground, moving under gravity: a loop."""
-    body, pin = elastic_beam(0.5, 4, num_modes=1, young=7e8).body, mbs.Revolute("y")
+def arch_of_beams(parts, linear_solver, body=None):
+    """Beams of 0.5 m in a row with pins between them, from pin to pin on the ground, falling from rest: a loop."""
+    body, pin = elastic_beam(0.5, 4, num_modes=1, young=7e8).body if body is None else body, mbs.Revolute("y")
+    first, last = body.interfaces
     b = mbs.SystemBuilder()
     for k in range(parts):
-        b.elastic(f"part{k}", body, motions={"4": mbs.Planar("y")})
-    b.joint("pin0", pin, "ground", "part0.0")
+        b.elastic(f"part{k}", body, motions={last: mbs.Planar("y")})
+    b.joint("pin0", pin, "ground", f"part0.{first}")
     for k in range(1, parts):
-        b.joint(f"pin{k}", pin, f"part{k - 1}.4", f"part{k}.0")
-    b.joint("end", pin, "ground", f"part{parts - 1}.4", parent_frame=(0.45 * parts, 0.0, 0.0))
+        b.joint(f"pin{k}", pin, f"part{k - 1}.{last}", f"part{k}.{first}")
+    b.joint("end", pin, "ground", f"part{parts - 1}.{last}", parent_frame=(0.45 * parts, 0.0, 0.0))
     system, turn = b.build(cut=["end"], linear_solver=linear_solver), np.arccos(0.9)
     guess = {f"pin{k}": turn * (1 if k == 0 else 2 * (-1) ** k) for k in range(parts)}
     return system, mbs.State.at(system, guess=guess)
