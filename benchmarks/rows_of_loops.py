@@ -132,6 +132,21 @@ def motion_rows(n, system, end):
     ]
 
 
+def verb_rows(n, system):
+    """Verbs about one state of the row, second calls."""
+    state = models.n_four_bar_state(system, 0.6, 0.0)
+    verbs = {
+        "kic": lambda: mbs.kinematics.kic(system, state),
+        "linearise": lambda: mbs.linearise(system, state),
+        "equilibrium": lambda: mbs.equilibrium(system, models.n_four_bar_state(system, 2.6, 0.0)),
+        "State.at, near": lambda: mbs.State.at(system, A0=0.7, near=state),
+    }
+    for verb in verbs.values():
+        verb()
+    seconds = common.cpu_seconds(verbs, 3, 0.0)
+    return [common.row(f"N = {n}", verb, seconds[verb], "s CPU") for verb in verbs]
+
+
 def main():
     options = common.parser(__doc__).parse_args()
     sizes, rounds = ((12,), 2) if options.quick else (SIZES, 20)
@@ -140,7 +155,11 @@ def main():
         system, found = build_rows(n)
         rows += found + solve_rows(n, system, rounds)
         if n <= DENSE_UP_TO:
-            rows += batch_rows(n, system, min(rounds, 5)) + motion_rows(n, system, 1.0 if options.quick else 10.0)
+            rows += (
+                verb_rows(n, system)
+                + batch_rows(n, system, min(rounds, 5))
+                + motion_rows(n, system, 1.0 if options.quick else 10.0)
+            )
         print(f"N = {n} done", flush=True)
     common.report(rows, options)
 
