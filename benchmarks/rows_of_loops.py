@@ -155,11 +155,8 @@ def main():
         system, found = build_rows(n)
         rows += found + solve_rows(n, system, rounds)
         if n <= DENSE_UP_TO:
-            rows += (
-                verb_rows(n, system)
-                + batch_rows(n, system, min(rounds, 5))
-                + motion_rows(n, system, 1.0 if options.quick else 10.0)
-            )
+            rows += [] if options.quick else verb_rows(n, system)
+            rows += batch_rows(n, system, min(rounds, 5)) + motion_rows(n, system, 1.0 if options.quick else 10.0)
         print(f"N = {n} done", flush=True)
     common.report(rows, options)
 
