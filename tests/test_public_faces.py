@@ -113,9 +113,10 @@ FACES = {
         mass_properties stiffening
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractLaw AbstractPoseLaw AbstractScalarLaw AbstractSignal AbstractSystemLaw
-        Actuator BumpStop Bushing Constant CoulombFriction Force GeneralisedEffort Harmonic PD Polynomial Ramp
-        Spline SpringDamper Step Table Torque Wrench
+        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw
+        AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw
+        Actuator BumpStop Bushing Constant CoulombFriction Force GeneralisedEffort Harmonic InternalState Maxwell PD
+        Polynomial Ramp Spline SpringDamper Step Table Torque Wrench
     """,
     "jaxmbs.io": """
         Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh

@@ -18,7 +18,7 @@ PAGE = HERE.parent / "catalogue.md"
 PICTURES = HERE.parent / "images" / "catalogue"
 DRAWINGS = {**JOINTS, **LAWS, **STRUCTURES}
 #: A base class, or what is no choice of the user's.
-LEFT_OUT = ("Abstract", "DIRECTIONS", "Node", "Reduced", "SymmetrySubspace", "VirtualMotions")
+LEFT_OUT = ("Abstract", "DIRECTIONS", "InternalState", "Node", "Reduced", "SymmetrySubspace", "VirtualMotions")
 
 INTRODUCTION = """# Catalogue
 

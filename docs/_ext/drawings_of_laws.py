@@ -23,6 +23,16 @@ def spring_damper(p):
     _x(p)
 
 
+def maxwell(p):
+    _ends(p)
+    p.spring((-1.35, 0, 0), (0.0, 0, 0))
+    p.damper((0.0, 0, 0), (1.3, 0, 0))
+    p.dot((0.0, 0, 0))
+    p.text((-0.65, 0, 0.3), "k, z")
+    p.text((0.6, 0, 0.3), "c")
+    _x(p)
+
+
 def actuator(p):
     _ends(p)
     p.tube((0.3, 0, 0), (-1.3, 0, 0), 0.2)
@@ -144,6 +154,7 @@ LAWS = {
     "Force": force,
     "GeneralisedEffort": generalised_effort,
     "Harmonic": harmonic,
+    "Maxwell": maxwell,
     "PD": pd,
     "Polynomial": polynomial,
     "Ramp": ramp,

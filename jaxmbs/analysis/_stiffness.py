@@ -10,9 +10,9 @@ from jaxtyping import Array, Float
 
 from ..dynamics._bodies import bodies_of, total
 from ..dynamics._conservative_efforts import conservative_efforts, source_efforts
-from ..dynamics._efforts import element_flows
 from ..dynamics.paper._ports import projected_gravity_effort
 from ..kinematics._configuration import Configuration, at_rest, at_state, node_motion
+from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import velocity_map
 from ..kinematics._kic_second import along_independent
 from ..kinematics._mobility import independent_state_function

@@ -10,10 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..dynamics._efforts import efforts, element_efforts, element_flows
+from ..dynamics._efforts import efforts, element_efforts
 from ..dynamics._loads import Loads, on_columns
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, node_motion, with_velocities
+from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import independent_columns
 from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
 from ..math._linalg import full_rank_lstsq

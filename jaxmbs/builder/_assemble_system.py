@@ -9,7 +9,9 @@ from ..errors import ModelError
 from ..forces._fields import as_function
 from ..forces._ports import JointPort, port_of
 from ..forces._signals import as_signal
+from ..forces._state_laws import internal_layout
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
+from ..model._internal_states import internal_records
 from ..model._pose import Pose
 from ..model._rows import CoupledJoints, Drive, UserPositionRows, UserVelocityRows
 from ..model._system import ClosureGroup, ForceGroup, System
@@ -84,6 +86,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         row_joint=row_names,
         slip_rows=slip_rows,
         guess=tuple((name, tuple(np.atleast_1d(x).astype(float).tolist())) for name, x in (guess or {}).items()),
+        internal=internal_records(force_groups),
     )
     return System(
         topology=topology,
@@ -178,8 +181,8 @@ def _force_groups(forces, frames, record, bodies, named):
             places.append(frames.add(f"{force.name}.{side}", body, rotation_and_position(pose)))
         items.append((force.name, force.law, *(places or (0, 0)), port_of(force.law)))
     return tuple(
-        ForceGroup(names=names, port=port, first=first, second=second, law=law)
-        for port, names, law, first, second, _ in _group_by_structure(items)
+        ForceGroup(names, port, first, second, law, internal_layout(members[0][1]))
+        for port, names, law, first, second, members in _group_by_structure(items)
     )
 
 

@@ -5,12 +5,22 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import any_concrete, faults_if, is_concrete, no_such
-from ..forces import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ..forces import (
+    AbstractBodyLaw,
+    AbstractBodyStateLaw,
+    AbstractPoseLaw,
+    AbstractPoseStateLaw,
+    AbstractScalarLaw,
+    AbstractScalarStateLaw,
+    AbstractSystemLaw,
+    AbstractSystemStateLaw,
+)
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
 from ._declarations import GROUND, Model, as_pose, resolve_frame
 from ._elastic import entry_faults
+from ._law_faults import law_call_faults
 
 
 def model_faults(model: Model) -> list[str]:
@@ -214,13 +224,13 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     """Faults of the law, port and references of one force element."""
     where, law, found = f"force {force.name!r}", force.law, []
     given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
-    if isinstance(law, AbstractScalarLaw):
+    if isinstance(law, (AbstractScalarLaw, AbstractScalarStateLaw)):
         wanted = ("between", "joint")
-    elif isinstance(law, AbstractPoseLaw):
+    elif isinstance(law, (AbstractPoseLaw, AbstractPoseStateLaw)):
         wanted = ("between",)
-    elif isinstance(law, AbstractBodyLaw):
+    elif isinstance(law, (AbstractBodyLaw, AbstractBodyStateLaw)):
         wanted = ("on",)
-    elif isinstance(law, AbstractSystemLaw):
+    elif isinstance(law, (AbstractSystemLaw, AbstractSystemStateLaw)):
         wanted = ()
     else:
         return [f"{where}: {law!r} is not a force law such as SpringDamper(...) or Force(...)"]
@@ -247,7 +257,7 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
                 "effect; give frames on two "
                 "bodies"
             )
-        if isinstance(law, AbstractScalarLaw):
+        if hasattr(law, "length_faults"):
             found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
     return found + [f"{where}: {fault}" for fault in law.faults() or _effort_faults(law, force.joint is not None)]
 
@@ -259,22 +269,14 @@ def _effort_faults(law, on_joint) -> list[str]:
         return []
     zero, place = jnp.zeros(()), (jnp.eye(3), jnp.zeros(3))
     displacement = {LinePort: place[1:], JointPort: (zero,)}.get(type(port), place)
-    return call_faults(law, port, displacement, port.num_flows)
-
-
-def call_faults(law, port, displacement, size) -> list[str]:
-    """Faults of the effort (size,) that a law returns, found by its shape alone."""
-    try:
-        found = jax.eval_shape(lambda: port.effort(law, displacement, jnp.zeros(size), jnp.zeros(()))).shape
-    except Exception as error:  # noqa: BLE001 - the user's own code
-        return [f"the law cannot be evaluated: {type(error).__name__}: {error}"]
-    return faults_if((found != (size,), f"the law gives shape {found}, not {(size,)}"))
+    return law_call_faults(law, port, displacement, port.num_flows)
 
 
 def system_law_faults(forces, topology) -> list[str]:
     """Faults that one abstract call of every law of the whole system shows."""
-    laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
-    call = lambda law: call_faults(law, SystemPort(), (jnp.zeros(topology.num_coordinates),), topology.num_velocities)  # noqa: E731
+    laws = [force for force in forces if isinstance(force.law, (AbstractSystemLaw, AbstractSystemStateLaw))]
+    place, size = (jnp.zeros(topology.num_coordinates),), topology.num_velocities
+    call = lambda law: law_call_faults(law, SystemPort(), place, size)  # noqa: E731
     return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
 
 

@@ -6,10 +6,11 @@ import jax
 import jax.numpy as jnp
 
 from ..kinematics._configuration import Configuration, at_rest
+from ..kinematics._element_flows import element_flows
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
 from ._bodies import bodies_of, total
-from ._efforts import element_efforts, element_flows
+from ._efforts import element_efforts
 from ._loads import Loads, on_columns
 
 

@@ -11,18 +11,12 @@ import jax.numpy as jnp
 from jax import Array
 
 from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
-from ..kinematics._poses import frame_twists
+from ..kinematics._element_flows import element_flows
+from ..kinematics._internal_states import group_rates
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
 from ._bodies import bodies_of, total
 from ._loads import Loads
-
-
-def element_flows(system: System, group, at: Configuration, V, u):
-    """Inputs of the ports of a group (see `AbstractPort.gather`), their displacements, and their flows (n, size), at
-    node twists V and velocities u."""
-    seen = group.port.gather(group, at, frame_twists(system, V), u)
-    return seen, jax.vmap(group.port.displacement)(*seen), jax.vmap(group.port.flow)(*seen)
 
 
 def element_efforts(group, displacement, flow, t):
@@ -57,11 +51,19 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
         storing = jax.vmap(lambda law, x, f, port=port: port.storage_power(law, x, f, at.t))(
             group.law, displacement, flow
         )
-        powers.append(jnp.sum(effort * flow, axis=1) + storing)
+        power = jnp.sum(effort * flow, axis=1) + storing
+        powers.append(power + _state_power(group, displacement, flow, at.t) if group.internal else power)
     for bodies in bodies_of(system):
         strain, power = bodies.strain_efforts(system, at, owners)
         loads, powers = loads + strain, [*powers, *power]
     return loads.wrench, loads.column, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
+
+
+def _state_power(group, displacement, flow, t):
+    """Power (n,) that goes into the stored energy of a group by the rates of its internal states."""
+    x = jax.vmap(lambda d, f: group.port.arguments(d, f)[0])(displacement, flow)
+    rates = group_rates(group, displacement, flow, t)
+    return jax.vmap(lambda law, x, rates: law.state_power(x, rates, t))(group.law, x, rates)
 
 
 def element_names(system: System) -> tuple[str, ...]:

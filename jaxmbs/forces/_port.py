@@ -38,6 +38,10 @@ class AbstractPort(abc.ABC):
         """Rate of the displacement."""
 
     @abc.abstractmethod
+    def arguments(self, displacement, flow) -> tuple[tuple, tuple]:
+        """Displacement and velocity as the methods of a law take them."""
+
+    @abc.abstractmethod
     def effort(self, law, displacement, flow, t) -> Array:
         """Effort (num_flows,) on the system."""
 

@@ -16,6 +16,7 @@ from ..math._spatial import to_public_order
 from ..runtime import gather_static, segment_sum_static
 from ._base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
 from ._port import AbstractPort
+from ._state_laws import AbstractBodyStateLaw, AbstractPoseStateLaw, AbstractScalarStateLaw
 
 
 class FrameMotion(NamedTuple):
@@ -64,6 +65,10 @@ class LinePort(_BetweenFrames):
     def rate(self, displacement, flow):
         return (flow,)
 
+    def arguments(self, displacement, flow):
+        (d,) = displacement
+        return (safe_norm(d),), (jnp.dot(direction(d), flow),)
+
     def effort(self, law, displacement, flow, t):
         return law.line_force(*displacement, flow, t)
 
@@ -99,6 +104,9 @@ class PosePort(_BetweenFrames):
     def rate(self, displacement, flow):
         return skew(flow[:3]) @ displacement[0], flow[3:]
 
+    def arguments(self, displacement, flow):
+        return displacement, (flow[:3], flow[3:])
+
     def effort(self, law, displacement, flow, t):
         return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
 
@@ -131,6 +139,9 @@ class FramePort(_BetweenFrames):
     def rate(self, displacement, flow):
         return skew(flow[:3]) @ displacement[0], flow[3:]
 
+    def arguments(self, displacement, flow):
+        return displacement, (flow[:3], flow[3:])
+
     def effort(self, law, displacement, flow, t):
         return _moment_first(law.wrench(*displacement, flow[:3], flow[3:], t))
 
@@ -158,6 +169,9 @@ class JointPort(AbstractPort):
 
     def rate(self, displacement, flow):
         return (flow[0],)
+
+    def arguments(self, displacement, flow):
+        return displacement, (flow[0],)
 
     def effort(self, law, displacement, flow, t):
         return law.effort(*displacement, flow[0], t)[None]
@@ -187,6 +201,9 @@ class SystemPort(AbstractPort):
     def rate(self, displacement, flow):
         return (jnp.zeros_like(displacement[0]),)
 
+    def arguments(self, displacement, flow):
+        return displacement, (flow,)
+
     def potential(self, law, displacement, t):
         return jnp.zeros((), displacement[0].dtype)
 
@@ -199,7 +216,11 @@ class SystemPort(AbstractPort):
 
 def port_of(law) -> AbstractPort:
     """The port of a law that acts on frames or on the whole system."""
-    kinds = ((AbstractScalarLaw, LinePort), (AbstractPoseLaw, PosePort), (AbstractBodyLaw, FramePort))
+    kinds = (
+        ((AbstractScalarLaw, AbstractScalarStateLaw), LinePort),
+        ((AbstractPoseLaw, AbstractPoseStateLaw), PosePort),
+        ((AbstractBodyLaw, AbstractBodyStateLaw), FramePort),
+    )
     return next((port() for kind, port in kinds if isinstance(law, kind)), SystemPort())
 
 

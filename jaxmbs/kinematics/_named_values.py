@@ -1,6 +1,7 @@
 """Parse joint coordinates and velocities given by name into a request for a state."""
 
 import warnings
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -23,6 +24,7 @@ class StateRequest(NamedTuple):
         cuts: values () of cut joints by name; `cut_guesses` what their search begins with.
         drives: rows whose joints start at the values of their drives.
         has_guess: True if the user or the model gave guesses for joints in the tree.
+        internal: internal states of force elements by name.
     """
 
     system: System
@@ -35,10 +37,11 @@ class StateRequest(NamedTuple):
     cut_guesses: dict
     drives: tuple[Drive, ...]
     has_guess: bool
+    internal: dict
 
     @property
     def numbers(self) -> tuple:
-        return self.coordinates, self.velocities, self.t, self.cuts, self.cut_guesses
+        return self.coordinates, self.velocities, self.t, self.cuts, self.cut_guesses, self.internal
 
     @property
     def free(self) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +50,7 @@ class StateRequest(NamedTuple):
         return free_column_mask(top, self.held, dtype), free_column_mask(top, self.held_rates, dtype)
 
 
-def parse_request(system: System, values, velocities, guess, t) -> StateRequest:
+def parse_request(system: System, values, velocities, guess, t, internal=None) -> StateRequest:
     """A checked request from values by name.  Raises: ModelError with all faults."""
     top, faults, own = system.topology, [], set(guess or {})
     guess = {**{name: np.squeeze(x) for name, x in top.guess}, **(guess or {})}
@@ -60,11 +63,31 @@ def parse_request(system: System, values, velocities, guess, t) -> StateRequest:
     u = set_joint_values(top, np.zeros(top.num_velocities, precision), velocities or {}, "velocities", faults)
     if np.shape(t) != () or isinstance(t, str) or any_concrete(lambda t: ~np.isfinite(t), t):
         faults.append(f"state: t must be one finite time, got {t!r}")
+    internal = _internal_values(top, internal or {}, faults)
     if faults:
         raise ModelError(faults)
     drives = tuple(row for row in system.rows if isinstance(row, Drive) and row.name not in {*own, *values})
     held, rates = (velocity_columns(top, given) for given in (values, velocities or {}))
-    return StateRequest(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess))
+    return StateRequest(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess), internal)
+
+
+def _internal_values(top, given, faults):
+    """Internal states by name as arrays; faults are collected."""
+    records, found = {record.name: record for record in top.internal}, {}
+    if not isinstance(given, Mapping):
+        faults.append(f'state: internal= takes values by name, {{"boom.p0": 2e6}}, got {given!r}')
+        return found
+    for name, value in given.items():
+        if name not in records:
+            faults.append(f"state: {no_such('internal state', name, list(records))}")
+        elif _is_not_real(value):
+            faults.append(f"state: internal state {name!r} takes finite real numbers, got {value!r}")
+        elif np.shape(value) != records[name].shape:
+            shape = records[name].shape
+            faults.append(f"state: internal state {name!r} has shape {shape}, got shape {np.shape(value)}")
+        else:
+            found[name] = jnp.asarray(value, float)
+    return found
 
 
 def split_cut_values(system, values, faults):

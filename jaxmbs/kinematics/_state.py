@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from ..errors import AssemblyError, ModelError
 from ..model._entry_points import check_state, check_system
+from ..model._internal_states import InternalStates
 from ..model._system import System
 from ..model._topology import Topology
 from ..runtime import as_array
@@ -26,6 +27,7 @@ from ._assembled_state import (
 )
 from ._branch_following import first_branch_point
 from ._host_rows import runs_on_host
+from ._internal_states import with_start
 from ._levenberg_marquardt import CLOSED_RESIDUAL
 from ._mobility import count_mobility
 from ._named_values import StateRequest, parse_request
@@ -44,6 +46,7 @@ class State(eqx.Module):
     `branch` (blocks,) is the sign of the branch on which each block of coupled loops is closed, see
     `kinematics.branch`, with the coordinates held that `at` was given; 0 at a singular pose or where nothing was
     assembled.  It is empty for trees, states by hand and those of motions.
+    `internal` are the internal states of force elements by name, `state.internal["boom.p0"]`; None without such.
 
     Raises: ValueError for shapes that do not belong together, TypeError for what are no real numbers.
     """
@@ -55,6 +58,7 @@ class State(eqx.Module):
     structure: tuple | None = eqx.field(static=True)
     rank_change: Float[Array, "..."]
     branch: Float[Array, "... blocks"]
+    internal: InternalStates | None
 
     def __init__(
         self,
@@ -65,6 +69,7 @@ class State(eqx.Module):
         structure: tuple | None = None,
         rank_change: Array | None = None,
         branch: Array | None = None,
+        internal: InternalStates | None = None,
     ) -> None:
         parts = {"t": t, "coordinates": coordinates, "velocities": velocities}
         self.t, self.coordinates, self.velocities = (_as_floats(name, x) for name, x in parts.items())
@@ -79,12 +84,14 @@ class State(eqx.Module):
         self.structure = structure
         self.rank_change = jnp.zeros_like(self.t) if rank_change is None else rank_change
         self.branch = as_array(np.zeros((*leading, 0), self.t.dtype), None) if branch is None else branch
+        self.internal = internal
 
     @property
     def ok(self) -> jax.Array:
         """True where the loops are closed and all numbers are finite (traceable)."""
         finite = [jnp.all(jnp.isfinite(x), axis=-1) for x in (self.coordinates, self.velocities)]
-        return (self.residual <= CLOSED_RESIDUAL[self.coordinates.dtype.itemsize]) & finite[0] & finite[1]
+        found = (self.residual <= CLOSED_RESIDUAL[self.coordinates.dtype.itemsize]) & finite[0] & finite[1]
+        return found if self.internal is None else found & self.internal.ok
 
     def topology_at(self, system: System) -> Topology:
         """The topology of a system with the mobility counted at this state.
@@ -102,6 +109,7 @@ class State(eqx.Module):
         guess: Mapping[str, Any] | None = None,
         t: ArrayLike | None = None,
         near: "State | None" = None,
+        internal: Mapping[str, Any] | None = None,
         **named: Any,
     ) -> "State":
         """The assembled state in which the named joint coordinates and velocities have the given values.
@@ -119,10 +127,12 @@ class State(eqx.Module):
             t: time [s], for driven joints (default: that of `near`, else zero).
             near: a state whose branch is followed, without a search, while given coordinates and time go linearly
                 from its values to the requested ones; a constant to derivatives.
+            internal: name -> internal state of a force element, `{"boom.p0": 2e6}` (default: as its law starts).
 
         Raises:
             ModelError: unknown names, wrong sizes, velocities of a joint that was cut or several coordinates of one,
-                `guess` beside `near` (all in one report); `near` of another system.
+                `guess` beside `near` (all in one report); `near` of another system; internal states that start at
+                values, or have rates there, that are not finite.
             AssemblyError: the loops cannot be closed there; names the joints and what remains open, or how far the
                 branch of `near` goes.  Inside of tracing (a batch, a gradient) nothing is raised: coordinates and
                 velocities are NaN there, and all that follows from them; `residual` says how far open the loops are.
@@ -132,19 +142,24 @@ class State(eqx.Module):
             _check_near(system, near, guess)
         if t is None:
             t = 0.0 if near is None else near.t
-        asked = parse_request(system, {**(values or {}), **named}, velocities, guess, t)
+        asked = parse_request(system, {**(values or {}), **named}, velocities, guess, t, internal)
         if near is not None:
             return _state_on_branch(asked, near)
         if runs_on_host(system, *asked.numbers):
-            return make_state(system, find_on_host(asked))
-        return make_state(system, find_in_trace(asked))
+            return make_state(system, find_on_host(asked), asked.internal)
+        return make_state(system, find_in_trace(asked), asked.internal)
 
 
-def make_state(system: System, found: AssembledState) -> State:
-    """The `State` of an assembled state, with a warning where the rank of the rows differs from the build."""
+def make_state(system: System, found: AssembledState, internal: Mapping[str, Any] | None = None) -> State:
+    """The `State` of an assembled state, with a warning where the rank of the rows differs from the build.
+
+    Args: internal: checked internal states by name; the others are as their laws start.
+    """
     parts = found.t, found.coordinates, found.velocities, jax.lax.stop_gradient(found.residual)
     t, psi, u, residual, change, signs = (as_array(x, None) for x in (*parts, found.rank_change, found.branch))
     state = State(t, psi, u, residual, system.topology.structure, change, signs)
+    if system.topology.internal:
+        state = with_start(system, state, internal or {})
     if runs_on_host(state) and state.t.ndim == 0 and int(state.rank_change):
         _warn_about_rank(system.topology, int(state.rank_change))
     return state

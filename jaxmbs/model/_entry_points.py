@@ -13,6 +13,7 @@ from jaxtyping import PyTree
 from ..checks import place_of
 from ..errors import ModelError
 from ..runtime import as_array, jit, map_chunked
+from ._internal_states import has_internal, with_internal
 
 Function = TypeVar("Function", bound=Callable)
 
@@ -22,12 +23,16 @@ def state_function(function: Function) -> Function:
 
     For a motion, or states with leading axes, results have those axes in front.
     """
-    compiled = jit(function)
+
+    @functools.wraps(function)
+    def at_one(system, state, *args, **kwargs):
+        return function(with_internal(system, state.internal), state, *args, **kwargs)
 
     @functools.wraps(function)
     def along(system, states, *args, **kwargs):
-        return map_states(lambda state: function(system, state, *args, **kwargs), states)
+        return map_states(lambda state: at_one(system, state, *args, **kwargs), states)
 
+    compiled = jit(at_one)
     compiled_along = jit(along)
 
     @functools.wraps(function)
@@ -69,7 +74,8 @@ def check_precision(numbers) -> None:
 def check_state(system, state) -> None:
     """Check that a state, or states with leading axes, has the coordinates of the system.
 
-    States made for a system have the layout of its joints; of one made by hand only the sizes are known.
+    States made for a system have the layout of its joints; of one made by hand only the sizes are known.  A system
+    whose laws are at their internal states (`with_internal`) needs none of the state.
 
     Raises: ModelError for the state of another system; TypeError for what is no system or no state.
     """
@@ -90,6 +96,17 @@ def check_state(system, state) -> None:
             raise ModelError(
                 [f"the state has {part} of shape {shape}; this system has {size}, of {_list_joints(top)}"]
             )
+    _check_internal(system, state)
+
+
+def _check_internal(system, state):
+    """Raises: ModelError for a state without the internal states of the system, or with others."""
+    records, own = system.topology.internal, getattr(state.internal, "records", ())
+    if own == records or (not own and has_internal(system)):
+        return
+    names = [", ".join(record.name for record in some) or "none" for some in (own, records)]
+    hint = "; State.at(system, ...) makes a state with them, State(..., internal=state.internal) keeps them"
+    raise ModelError([f"the state has the internal states {names[0]}; this system has {names[1]}{hint}"])
 
 
 def check_single_state(system, state) -> None:

@@ -21,7 +21,8 @@ from ._topology import Topology
 class ForceGroup(eqx.Module):
     """Force elements of one law on one kind of port, their parameters stacked.
 
-    `port` is one of `forces._ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate.
+    `port` is one of `forces._ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate;
+    `internal` are (name, shape, unit) of each internal state of the law.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -29,6 +30,7 @@ class ForceGroup(eqx.Module):
     first: tuple[int, ...] = eqx.field(static=True)
     second: tuple[int, ...] = eqx.field(static=True)
     law: Any
+    internal: tuple[tuple[str, tuple[int, ...], str], ...] = eqx.field(static=True, default=())
 
 
 class ClosureGroup(eqx.Module):

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ._internal_states import InternalRecord
 from ._tree import Tree
 
 
@@ -78,7 +79,7 @@ class Topology:
     for a weld, -1 on the ground).  A ball is three nodes with one quaternion.  `frame_node` says which node carries
     each frame.  `row_joint` names the joint or constraint of every constraint row; `slip_rows` are those of velocity
     alone.  `guess` are coordinates by joint where searches for a pose begin; `analysis` is of the pose they lead to;
-    `linear_solver` is "dense", "frontal" or "multifrontal".
+    `linear_solver` is "dense", "frontal" or "multifrontal"; `internal` are the internal states of force elements.
     """
 
     body_names: tuple[str, ...]
@@ -99,10 +100,16 @@ class Topology:
     guess: tuple[tuple[str, tuple[float, ...]], ...] = ()
     analysis: Mobility | None = field(default=None)
     linear_solver: str = "dense"
+    internal: tuple[InternalRecord, ...] = ()
 
     @property
     def num_velocities(self) -> int:
         return self.nodes.size
+
+    @property
+    def num_internal(self) -> int:
+        """Number of numbers of all internal states."""
+        return sum(record.size for record in self.internal)
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -71,6 +71,8 @@ def result_code(code, states, diagnostics, observed, ended, open_at_start, ts):
     """Result code (): that of the end, overruled by states or times asked for (T,) that are not finite, states that
     break the constraints or the energy account; and which of the saved times are lost: all from the first bad one."""
     finite = jnp.all(jnp.isfinite(states.coordinates), axis=1) & jnp.all(jnp.isfinite(states.velocities), axis=1)
+    if states.internal is not None:
+        finite = finite & states.internal.ok
     speed = 1.0 + jnp.max(jnp.abs(_zero_for_nan(states.velocities)), initial=0.0)
     drift, velocity_drift = (_zero_for_nan(x) for x in (diagnostics.constraint_drift, diagnostics.velocity_drift))
     broken = (drift > CLOSED) | (velocity_drift > CLOSED * speed)
@@ -106,7 +108,8 @@ def mask_failed(ended, lost, kept, states, diagnostics, end):
 
     def at(state, change):
         parts = change(state.coordinates), change(state.velocities)
-        return State(state.t, *parts, state.residual, state.structure)
+        internal = jax.tree.map(change, state.internal)
+        return State(state.t, *parts, state.residual, state.structure, internal=internal)
 
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
     changed = jax.tree.map(with_nan, accounts)

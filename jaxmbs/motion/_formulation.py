@@ -18,12 +18,14 @@ from ..kinematics import _constraints as constraints
 from ..kinematics._assembly import newton_step
 from ..kinematics._configuration import Configuration, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
+from ..kinematics._internal_states import internal_rates, internal_scale
 from ..kinematics._linear_rows import metric, metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
 from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
 from ..math._linalg import saddle_solve
+from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
 from ..ode._problem import Projection
 from ..runtime import gather_static, remat
@@ -60,9 +62,12 @@ class Rates(NamedTuple):
 class Formulation(eqx.Module):
     """Equations of motion of the first order in (coordinates, second half divided by its scale, work).
 
+    The internal states of force elements follow the second half, each divided by its declared scale; the methods that
+    a formulation defines see the second half alone, and a system whose laws are at their internal states.
+
     Attributes:
         system, P: the system and its tree parameters.
-        scale: of the second half.
+        scale: of the second half and the internal states.
         keeps_momenta: project the second half together with the coordinates.
         follows_rows: the constraint rows alone give the coordinates; error control then looks at them and the work.
     """
@@ -75,10 +80,15 @@ class Formulation(eqx.Module):
     follows_rows: ClassVar[bool] = False
 
     @classmethod
-    def begin(cls, system: System, at: Configuration, u: Array) -> tuple["Formulation", Array]:
-        """The problem and the scaled second half of its state."""
-        second, scale = cls.start(system, at, u)
+    def begin(
+        cls, system: System, at: Configuration, u: Array, internal: InternalStates | None = None
+    ) -> tuple["Formulation", Array]:
+        """The problem and the scaled second half of its state, the internal states with it."""
+        second, scale = cls.start(with_internal(system, internal), at, u)
         scale = lax.stop_gradient(jnp.maximum(scale, _LEAST_SCALE * jnp.max(scale, initial=0.0)))
+        if internal is not None:
+            second = jnp.concatenate([second, internal.values])
+            scale = jnp.concatenate([scale, lax.stop_gradient(internal_scale(system)).astype(scale.dtype)])
         return cls(system, at.P, scale), second / scale
 
     @classmethod
@@ -102,44 +112,67 @@ class Formulation(eqx.Module):
         """The second half of velocities u (nv,) that keep the rows, where it is projected."""
         return self.start(self.system, at, u)[0]
 
+    def split(self, p: Array) -> tuple["Formulation", Array, InternalStates | None]:
+        """The formulation whose laws are at the internal states in p, the second half alone, not scaled, and the
+        internal states; the formulation itself and None for a system without."""
+        second, number = p * self.scale, self.system.topology.num_internal
+        if not number:
+            return self, second, None
+        end = second.shape[-1] - number
+        internal = InternalStates(second[..., end:], self.system.topology.internal)
+        system = with_internal(self.system, internal)
+        return eqx.tree_at(lambda f: f.system, self, system), second[..., :end], internal
+
+    def join(self, second: Array, internal: InternalStates | None) -> Array:
+        """p of a second half and internal states, not scaled."""
+        parts = second if internal is None else jnp.concatenate([second, internal.values])
+        return parts / self.scale
+
     def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""
         return self.velocities_at(configuration(self.system, self.P, psi, t), p)
 
     def velocities_at(self, at: Configuration, p: Array) -> Array:
         """`velocities` at a configuration."""
-        return self.velocities_of(at, p * self.scale)
+        here, second, _ = self.split(p)
+        return here.velocities_of(at, second)
 
     def rate(self, t: ScalarLike, y: tuple) -> tuple[Array, Array, Array]:
         """Rate of (psi, scaled second half, work): the vector field."""
-        (psi, p, _), system = y, self.system
-        at = configuration(system, self.P, psi, t)
-        psi_dot, rate, powers, u, multipliers = self.rates_of(at, p * self.scale)
+        psi, p, _ = y
+        at = configuration(self.system, self.P, psi, t)
+        here, second, internal = self.split(p)
+        system = here.system
+        psi_dot, rate, powers, u, multipliers = here.rates_of(at, second)
         powers = efforts(system, with_velocities(system, at, u))[2] if powers is None else powers
         if is_rheonomic(system):
             if multipliers is None:
                 multipliers = accelerations(system, with_velocities(system, at, u))[1]
             drive = -jnp.dot(multipliers, constraints.time_rate(system, at))
             powers = jnp.concatenate([powers, drive[None]])
+        if internal is not None:
+            rate = jnp.concatenate([rate, internal_rates(system, with_velocities(system, at, u))])
         return psi_dot, rate / self.scale, powers
 
     def state_at(self, t: Array, y: tuple) -> State:
         """The state of (psi, scaled second half, work), which an event is a function of."""
         psi, p = y[0], y[1]
-        return State(t, psi, self.velocities(t, psi, p), structure=self.system.topology.structure)
+        u, internal = self.velocities(t, psi, p), self.split(p)[2]
+        return State(t, psi, u, structure=self.system.topology.structure, internal=internal)
 
     def project(self, t: Array, y: tuple) -> Projection:
         """Positions and velocities back on the constraints, quaternions of unit length."""
         before, p, work = y
         if self.keeps_momenta:
-            psi, p, u, converged = self._project_both(t, before, p)
+            psi, p, saved, converged = self._project_both(t, before, p)
         else:
-            (psi, converged), u = self.project_position(t, before), None
+            (psi, converged), saved = self.project_position(t, before), None
         correction = jnp.where(converged, jnp.abs(psi - before), jnp.inf)
-        return Projection((psi, p, work), correction, None if u is None else tuple(SavedStep(psi, u, work)))
+        return Projection((psi, p, work), correction, None if saved is None else tuple(SavedStep(psi, saved, work)))
 
     def _project_both(self, t, psi, p):
-        """(coordinates, second half, velocities) on the constraints, and True if the first Newton step converged.
+        """(coordinates, p, velocities) on the constraints, and True if the first Newton step converged; the
+        velocities are followed by the internal states.
 
         One scan of three passes, so that kinematics and solver are compiled once.  Each solves the saddle system
 
@@ -159,17 +192,21 @@ class Formulation(eqx.Module):
             at = configuration(system, self.P, psi, t)
             parts, at = closures.residual_and_directions(system, at)
             f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
-            momentum = jnp.where(last, self.momenta_of(at, p * self.scale), 0.0)
+            _, second, internal = self.split(p)
+            momentum = jnp.where(last, self.momenta_of(at, second), 0.0)
             gap = jnp.where(last, f_t, gather_static(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
             solve = self._saddle_of_matrices if is_dense else self._saddle_without_matrix
             u = solve(at, last, last | is_position, momentum, -gap)
-            then = self.second_of(at, u) / self.scale
+            then = self.join(self.second_of(at, u), internal)
             moved = normalise(system.topology, step_coordinates(system.topology, psi, u))
             return jnp.where(last, psi, moved), (jnp.max(jnp.abs(f), initial=0.0), then, u)
 
         # to keep all that a pass makes costs more, compiled and run
         psi, (gaps, then, u) = lax.scan(remat(one_pass), psi, np.array([False, False, True]))
-        return psi, then[2], u[2], _has_converged(gaps)
+        saved = u[2]
+        if system.topology.internal:
+            saved = jnp.concatenate([saved, self.split(then[2])[2].values])  # type: ignore[union-attr]
+        return psi, then[2], saved, _has_converged(gaps)
 
     def _saddle_of_matrices(self, at, of_velocities, active, m, g):
         """u of the system of `_project_both`, for the rows that are active."""

@@ -4,6 +4,7 @@ Beside the coordinates and the second half, what is integrated holds a record of
 zero and that change in an action alone.  So it is saved, projected and differentiated as the rest is.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import equinox as eqx
@@ -113,7 +114,7 @@ class HybridEquations(eqx.Module):
         before, account = self.in_mode(y[2]), self.account(y[2])
         action, mode = self.actions.actions[number], self.modes[number]
         start = before.state_at(t, y)
-        state = start if action is None else action(start)
+        state = start if action is None else _with_own_internal(action(start), start)
         after = before if mode is None else mode
         index = jnp.sum(account.numbers > 0.5, dtype=jnp.int32)
         psi, p = _of_state(after, t, state)
@@ -138,11 +139,16 @@ def _where(condition, one, other):
     return eqx.combine(chosen, rest)
 
 
+def _with_own_internal(state, before):
+    """The state of an action, with the internal states before it where it gives none."""
+    return state if state.internal is not None else dataclasses.replace(state, internal=before.internal)
+
+
 def _of_state(formulation, t, state):
     """(coordinates, scaled second half) of a state, on the constraints."""
     system, P = formulation.system, formulation.P
     at = configuration(system, P, state.coordinates, t)
-    p = formulation.second_of(at, state.velocities) / formulation.scale
+    p = formulation.join(formulation.second_of(at, state.velocities), state.internal)
     if not system.has_constraints:
         return state.coordinates, p
     return formulation.project(t, (state.coordinates, p, jnp.zeros(0, p.dtype))).y[:2]
@@ -151,6 +157,5 @@ def _of_state(formulation, t, state):
 def _energy(formulation, t, psi, p):
     """Kinetic and potential energy () [J]."""
     at = configuration(formulation.system, formulation.P, psi, t)
-    return sum(
-        energies(formulation.system, with_velocities(formulation.system, at, formulation.velocities_at(at, p)))
-    )
+    here, second, _ = formulation.split(p)
+    return sum(energies(here.system, with_velocities(here.system, at, here.velocities_of(at, second))))

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..checks import any_concrete, is_concrete
+from ..errors import ModelError
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..math._nan import nan_where
@@ -109,6 +110,15 @@ class Motion(eqx.Module):
                 raise IndexError(f"a motion of {len(self)} saved states has none of number {index!r}")
         designs = (slice(None),) * (self.ts.ndim - 1)
         return jax.tree.map(lambda x: x[(*designs, index)], self.states)
+
+    def internal(self, name: str) -> jax.Array:
+        """An internal state of a force element (T, *shape) by name, `motion.internal("boom.p0")`.
+
+        Raises: UnknownNameError; ModelError for a motion without internal states.
+        """
+        if self.states.internal is None:
+            raise ModelError([f"no force element of the motion has internal states, so there is no {name!r}"])
+        return self.states.internal[name]
 
     def at(self, system: System, t: ArrayLike) -> State:
         """The state at a time t, or states at times (...,) [s], between the saved ones.

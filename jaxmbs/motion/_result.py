@@ -52,8 +52,9 @@ def motion_of(
         if events is not None or not lands_on_times:
             psi, _ = equations.project_position(t, psi)
         at = configuration(equations.system, equations.P, psi, t)
-        u = equations.velocities_at(at, p)
-        return psi, u, observe(equations.system, with_velocities(equations.system, at, u))
+        here, second, internal = equations.split(p)
+        u = here.velocities_of(at, second)
+        return (psi, u, internal), observe(here.system, with_velocities(here.system, at, u))
 
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed
@@ -61,14 +62,16 @@ def motion_of(
     filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, *(psi, p, work)[:parts]), there, strict=True)]
     first = (start.t, *y0[:parts])
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
-    psi, u, observed = map_chunked(sample, rows)
+    found, observed = map_chunked(sample, rows)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
     lost = jnp.concatenate([gone, ~arrived[None]])
-    psi, u = (jnp.concatenate([x[:1], nan_where(lost, x[1:])]) for x in (psi, u))
+    found = jax.tree.map(lambda x: jnp.concatenate([x[:1], nan_where(lost, x[1:])]), found)
     structure = equations.system.topology.structure
-    end = State(reached, psi[-1], u[-1], observed[2][-1], structure)
-    psi, u, observed = jax.tree.map(lambda x: x[:-1], (psi, u, observed))
-    states = State(times, psi[1:], u[1:], observed[2][1:], structure)
+    psi, u, internal = jax.tree.map(lambda x: x[-1], found)
+    end = State(reached, psi, u, observed[2][-1], structure, internal=internal)
+    found, observed = jax.tree.map(lambda x: x[:-1], (found, observed))
+    psi, u, internal = jax.tree.map(lambda x: x[1:], found)
+    states = State(times, psi, u, observed[2][1:], structure, internal=internal)
     work, acting = _work(equations, work, names)
     diagnostics = diagnose(equations.system, observed, masked(ended, work, jnp.nan), final, acting)
     code = _code_of_end(final, events)

@@ -10,12 +10,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from ..kinematics._state import State
 from ..ode._integrate import masked
 from ..ode._problem import LoopState
 
 
 class SavedStep(NamedTuple):
-    """The end of a step on the constraints: coordinates (nq,), velocities (nv,), work of each element (n,)."""
+    """The end of a step on the constraints: coordinates (nq,), velocities (nv,) and after them the internal states of
+    force elements, work of each element (n,)."""
 
     coordinates: Array
     velocities: Array
@@ -32,3 +34,10 @@ def with_saved_steps(state: LoopState, start: SavedStep, early: Array, moved: Ar
     ys = jax.tree.map(lambda x, x0: masked(early, x, x0[None]), state.ys, tuple(start))
     velocities = jnp.where(moved, SavedStep(*state.projected).velocities, start.velocities)
     return eqx.tree_at(lambda s: (s.ys, s.y), state, (ys, (state.y[0], velocities, state.y[2])))
+
+
+def with_internal_values(state: State) -> Array:
+    """Velocities (nv,) of a state, and its internal states after them."""
+    if state.internal is None:
+        return state.velocities
+    return jnp.concatenate([state.velocities, state.internal.values])

@@ -34,7 +34,7 @@ from ._hybrid import HybridEquations
 from ._motion import Motion
 from ._options import choose_formulation
 from ._result import motion_of
-from ._saved_step import SavedStep, with_saved_steps
+from ._saved_step import SavedStep, with_internal_values, with_saved_steps
 
 #: Default absolute tolerance of a step by the size of a number [bytes], of coordinates and velocities [m, rad, s]:
 #: they are near one, so it is that of the relative tolerance; in single precision a few ten roundings.
@@ -149,12 +149,14 @@ def _is_prescribed(system, state):
 @jit
 def _integrate(system, state, ts, t1, formulation, events, options):
     at = at_state(system, state)
-    equations, p0 = formulation.begin(system, at, state.velocities)
+    equations, p0 = formulation.begin(system, at, state.velocities, state.internal)
     no_work = jnp.zeros(num_powers(system), p0.dtype)
     open_at_start = lax.stop_gradient(jnp.maximum(state.residual, gap(system, at)))
     ts, valid = valid_times(ts, state.t, t1)
     valid = valid & (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
     valid = valid & jnp.all(jnp.isfinite(state.velocities))
+    if state.internal is not None:
+        valid = valid & state.internal.ok
     names = () if events is None else events[1].names
     if events is not None:
         equations, events = _with_events(equations, events, _state_of(system, state))
@@ -177,7 +179,7 @@ def _integrate(system, state, ts, t1, formulation, events, options):
     )
     if problem.saves_projection:  # rows of velocities, which need no formulation to be read
         args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0))), stop_gradients(state.t)
-        start = (state.coordinates, state.velocities, no_work)
+        start = (state.coordinates, with_internal_values(state), no_work)
         y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
         final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
     return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names)
@@ -205,4 +207,5 @@ def _check_acting(formulation, loop):
 
 def _state_of(system, state):
     """The state as one of the system: one written by hand does not know the joints."""
-    return State(state.t, state.coordinates, state.velocities, structure=system.topology.structure)
+    parts = state.t, state.coordinates, state.velocities
+    return State(*parts, structure=system.topology.structure, internal=state.internal)

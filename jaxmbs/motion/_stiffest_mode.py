@@ -5,8 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..analysis._linearise import linearise
-from ..dynamics._efforts import element_efforts, element_flows
+from ..dynamics._efforts import element_efforts
 from ..kinematics._configuration import at_coordinates, at_state, with_velocities
+from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import velocity_map
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate

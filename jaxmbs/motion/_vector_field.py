@@ -14,6 +14,7 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import node_parameters, normalise
 from ..kinematics._state import State
 from ..model._entry_points import check_single_state, check_system
+from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, ScalarLike
@@ -28,7 +29,7 @@ class PhaseState(NamedTuple):
     Attributes:
         coordinates: (nq,).
         momenta: (nv,) of the canonical formulation, (N,) of the independent one; what another one has in their place,
-            such as velocities.  Divided by the field's scale.
+            such as velocities; the internal states of force elements follow them.  Divided by the field's scale.
         work: (n,) [J] of every force element, and of all drives together.
     """
 
@@ -110,14 +111,15 @@ def vector_field(
 @jit
 def _equations(system, formulation, state):
     if state is not None:
-        return formulation.begin(system, at_state(system, state), state.velocities)[0]
+        return formulation.begin(system, at_state(system, state), state.velocities, state.internal)[0]
     return formulation(system, node_parameters(system), jnp.ones((), system.gravity.dtype))
 
 
 @jit
 def _start(equations, state):
     at, system = at_state(equations.system, state), equations.system
-    second = equations.start(system, at, state.velocities)[0] / equations.scale
+    second = equations.start(with_internal(system, state.internal), at, state.velocities)[0]
+    second = equations.join(second, state.internal)
     return PhaseState(state.coordinates, second, jnp.zeros(num_powers(system), second.dtype))
 
 
@@ -128,8 +130,9 @@ def _states(equations, t, y):
     y, system = _project(equations, t, y), equations.system
     at = configuration(system, equations.P, y.coordinates, t)
     open_there = lax.stop_gradient(gap(system, at))
-    u = equations.velocities_at(at, y.momenta)
-    return State(t, y.coordinates, u, open_there, system.topology.structure)
+    here, second, internal = equations.split(y.momenta)
+    u = here.velocities_of(at, second)
+    return State(t, y.coordinates, u, open_there, system.topology.structure, internal=internal)
 
 
 def _project(equations, t, y):

@@ -1,0 +1,99 @@
+"""Internal states of force elements at a configuration: their initial values and their rates."""
+
+import dataclasses
+from collections.abc import Mapping
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..checks import is_concrete
+from ..errors import ModelError
+from ..model._internal_states import InternalStates, declared_scales, join_states, stacked, with_internal
+from ..model._system import System
+from ..runtime import jit
+from ._configuration import VelocityKinematics, at_state, with_velocities
+from ._element_flows import element_flows
+
+
+def group_rates(group, displacement, flow, t) -> dict[str, Array]:
+    """Rates (n, *shape) of the internal states of a group by name; its laws are at their states."""
+
+    def of_one(law, displacement, flow):
+        x, v = group.port.arguments(displacement, flow)
+        rates = law.rate(*x, *v, t)
+        return {name: rates[name] for name, *_ in group.internal}
+
+    return jax.vmap(of_one)(group.law, displacement, flow)
+
+
+def internal_rates(system: System, at: VelocityKinematics) -> Array:
+    """Rates (ns,) of all internal states of a system whose laws are at them (`with_internal`)."""
+
+    def of_group(group):
+        _, displacement, flow = element_flows(system, group, at, at.V, at.u)
+        return join_states(group, group_rates(group, displacement, flow, at.t))
+
+    return stacked(of_group(group) for group in system.forces if group.internal)
+
+
+def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
+    """The internal states that a system's laws start with."""
+
+    def of_group(group):
+        _, displacement, flow = element_flows(system, group, at, at.V, at.u)
+
+        def of_one(law, displacement, flow):
+            x, v = group.port.arguments(displacement, flow)
+            given = law.start(*x, *v, at.t)
+            return {
+                name: jnp.broadcast_to(jnp.asarray(given.get(name, 0.0), at.psi.dtype), shape)
+                for name, shape, _ in group.internal
+            }
+
+        return join_states(group, jax.vmap(of_one)(group.law, displacement, flow))
+
+    values = stacked(of_group(group) for group in system.forces if group.internal)
+    return InternalStates(values, system.topology.internal)
+
+
+def internal_scale(system: System) -> Array:
+    """Scales (ns,) of all internal states."""
+    return stacked(join_states(group, declared_scales(group)) for group in system.forces if group.internal)
+
+
+def with_start(system: System, state, given: Mapping[str, Array]):
+    """The state with its internal states: those given by name, the others as their laws start.
+
+    Raises: ModelError for values or rates that are not finite, where they can be seen.
+    """
+    internal, rates = _start_and_rates(system, state, dict(given))
+    if is_concrete(internal, rates):
+        _check_finite(internal, rates)
+    return dataclasses.replace(state, internal=internal)
+
+
+@jit(compile="quick")
+def _start_and_rates(system, state, given):
+    at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
+    internal = initial_states(system, at)
+    values = internal.values
+    for record in internal.records:
+        if record.name in given:
+            part = given[record.name].astype(values.dtype).reshape(record.size)
+            values = values.at[record.first : record.first + record.size].set(part)
+    internal = InternalStates(values, internal.records)
+    return internal, internal_rates(with_internal(system, internal), at)
+
+
+def _check_finite(internal, rates):
+    """Raises: ModelError with the names of the internal states whose values or rates are not finite."""
+    faults = []
+    for what, values in (("start at values", internal.values), ("have rates", rates)):
+        bad = ~np.isfinite(np.asarray(values))
+        names = [name for name, wrong in zip(internal.entries, bad, strict=True) if wrong]
+        if names:
+            faults.append(f"state: the internal states {', '.join(names)} {what} that are not finite")
+    if faults:
+        raise ModelError(faults)

@@ -1,0 +1,145 @@
+"""Internal states of force elements: their layout in one vector, by name, and the laws of a system at them.
+
+For all functions of one instant the internal states are numbers of the laws: `with_internal` puts them there.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..checks import place_of
+
+
+@dataclass(frozen=True)
+class InternalRecord:
+    """One internal state of one force element: "boom.p0" of the element "boom".
+
+    Attributes:
+        shape: of its array, () for one number; unit: of its numbers.
+        first: its place in the vector of all.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    unit: str
+    first: int
+
+    @property
+    def size(self) -> int:
+        return math.prod(self.shape)
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """A name for every number."""
+        return (self.name,) if self.shape == () else tuple(f"{self.name} {k}" for k in range(self.size))
+
+
+class InternalStates(eqx.Module):
+    """Internal states of all force elements, `states["boom.p0"]`; with leading axes for a motion.
+
+    Attributes:
+        values: (..., ns) in one vector, in the order of the elements' powers.
+        records: their names, shapes and units (static).
+    """
+
+    values: Float[Array, "... ns"]
+    records: tuple[InternalRecord, ...] = eqx.field(static=True)
+
+    def __getitem__(self, name: str) -> Array:
+        """The state of a name (..., *shape).  Raises: UnknownNameError."""
+        record = self.records[place_of("internal state", name, [r.name for r in self.records])]
+        part = self.values[..., record.first : record.first + record.size]
+        return part.reshape(*self.values.shape[:-1], *record.shape)
+
+    def named(self) -> dict[str, Array]:
+        """All of them by name."""
+        return {record.name: self[record.name] for record in self.records}
+
+    @property
+    def ok(self) -> Array:
+        """True (...) where all numbers are finite."""
+        return jnp.all(jnp.isfinite(self.values), axis=-1)
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """A name for every number of `values`."""
+        return tuple(entry for record in self.records for entry in record.entries)
+
+
+def internal_records(groups) -> tuple[InternalRecord, ...]:
+    """Records of all internal states of groups of force elements."""
+    found, first = [], 0
+    for group in groups:
+        for element in group.names:
+            for name, shape, unit in group.internal:
+                found.append(InternalRecord(f"{element}.{name}", shape, unit, first))
+                first += found[-1].size
+    return tuple(found)
+
+
+def group_size(group) -> int:
+    """Number of numbers of one element's internal states."""
+    return sum(math.prod(shape) for _, shape, _ in group.internal)
+
+
+def split_states(group, values) -> dict[str, Array]:
+    """States (n, *shape) of a group's elements by name, from values (n * size,)."""
+    rows, found, first = values.reshape(len(group.names), group_size(group)), {}, 0
+    for name, shape, _ in group.internal:
+        size = math.prod(shape)
+        found[name] = rows[:, first : first + size].reshape(len(rows), *shape)
+        first += size
+    return found
+
+
+def join_states(group, states: dict[str, Array]) -> Array:
+    """Values (n * size,) of a group from states (n, *shape) by name."""
+    rows = [states[name].reshape(len(group.names), -1) for name, *_ in group.internal]
+    return (rows[0] if len(rows) == 1 else jnp.concatenate(rows, axis=1)).reshape(-1)
+
+
+def with_internal(system, internal: Any):
+    """The system whose laws have the internal states of a state, an `InternalStates` or its values (ns,).
+
+    One without internal states, or at given ones already where none are given, is returned as it is.
+    """
+    if internal is None or not system.topology.internal:
+        return system
+    values, first, groups = getattr(internal, "values", internal), 0, []
+    for group in system.forces:
+        if not group.internal:
+            groups.append(group)
+            continue
+        end = first + len(group.names) * group_size(group)
+        law, s = getattr(group.law, "law", group.law), split_states(group, values[first:end])
+        groups.append(eqx.tree_at(lambda g: g.law, group, law.at(s)))
+        first = end
+    return eqx.tree_at(lambda s: s.forces, system, tuple(groups))
+
+
+def has_internal(system) -> bool:
+    """True if the laws of the system are at their internal states, or have none."""
+    return all(hasattr(group.law, "s") for group in system.forces if group.internal)
+
+
+def stacked(values) -> Array:
+    """One vector of the values of all groups."""
+    found = list(values)
+    return found[0] if len(found) == 1 else jnp.concatenate(found)
+
+
+def declared_scales(group) -> dict[str, Array]:
+    """Scales (n, *shape) of a group's states by name, as its laws declare them."""
+
+    def of_one(law):
+        found = law.internal_states
+        return {
+            name: jnp.broadcast_to(jnp.asarray(found[name].scale, float), shape) for name, shape, _ in group.internal
+        }
+
+    return jax.vmap(of_one)(getattr(group.law, "law", group.law))
