@@ -10,6 +10,7 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate, node_parameters
 from ..kinematics._state import State
 from ..model._entry_points import states_of
+from ..model._internal_states import with_internal
 from ..model._system import System
 from ..motion._motion import Motion
 from ..runtime import jit
@@ -134,6 +135,7 @@ def inertial_efforts(system: System, values) -> dict:
 def _values(system, P, state):
     """Flows, moduli and efforts by name of all views at a state."""
     psi, u, t = state.coordinates, state.velocities, state.t
+    system = with_internal(system, state.internal)
     values = graph_values(system, P, psi, u, t)
     names = name_values(system, values)
     return names.flow, names.modulus, names.effort | inertial_efforts(system, values)

@@ -14,6 +14,7 @@ from ..kinematics._state import HasStates, State
 from ..linear._system import LinearSystem
 from ..math._linalg import skew
 from ..model._entry_points import states_of
+from ..model._internal_states import with_internal
 from ..model._system import System
 from ..reaction._solve import reactions
 from ..runtime import jit, map_chunked
@@ -120,6 +121,7 @@ def _component_loads(system, states, components, wrenches, joints, method):
 
 def _node_motion(system, state, method):
     """Configuration, and world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
+    system = with_internal(system, state.internal)
     at = with_velocities(system, at_state(system, state), state.velocities)
     V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
     return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))

@@ -16,6 +16,7 @@ from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
 from ..math._spatial import to_public_order
 from ..model._entry_points import states_of
+from ..model._internal_states import with_internal
 from ..model._system import System
 from ..reductions import _recovery as recovery
 from ..runtime import jit
@@ -132,6 +133,7 @@ def _deformations(system, group, index, state):
 
 def _body_motion(system, group, index, frame, state):
     """Motion of an elastic body; its inertia is the rate of the nodal momenta, `-(M y_dot + Omega x M y)`."""
+    system = with_internal(system, state.internal)
     at = with_velocities(system, at_state(system, state), state.velocities)
     a, *_ = accelerations(system, at)
     V_dot = node_accelerations(system.topology, at, a)

@@ -8,13 +8,17 @@ from jax import Array, lax
 
 from ..dynamics._newton_euler import forward_dynamics
 from ..kinematics._assembly import consistent_velocities, newton_step
-from ..kinematics._poses import coordinate_rate, normalise
+from ..kinematics._configuration import configuration, with_velocities
+from ..kinematics._internal_states import internal_rates
+from ..kinematics._poses import coordinate_rate, node_parameters, normalise
 from ..kinematics._state import State
+from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
 
 
 class Knots(NamedTuple):
-    """Saved states: times (k,), coordinates, their rates and second rates (k, nq); of one of them without k."""
+    """Saved states: times (k,), coordinates, their rates and second rates (k, nq); of one of them without k.  The
+    internal states of force elements follow the coordinates."""
 
     t: Array
     psi: Array
@@ -34,20 +38,44 @@ def knots_of(system: System, states: State) -> Knots:
         a, _ = forward_dynamics(system, state)
         psi, u = state.coordinates, state.velocities
         rate = coordinate_rate(top, psi, u)
-        return psi, *jax.jvp(lambda psi, u: coordinate_rate(top, psi, u), (psi, u), (rate, a))
+        found = psi, *jax.jvp(lambda psi, u: coordinate_rate(top, psi, u), (psi, u), (rate, a))
+        if state.internal is None:
+            return found
+        return tuple(map(_concatenated, found, _internal_knot(system, state, rate, a)))
 
     return Knots(states.t, *jax.vmap(at)(states))
+
+
+def _concatenated(*parts):
+    return jnp.concatenate(parts)
+
+
+def _internal_knot(system, state, psi_dot, a):
+    """Internal states (ns,) of a state, their rates and second rates along the motion."""
+    P, values = node_parameters(system), state.internal.values
+
+    def rates(psi, u, values, t):
+        here = with_internal(system, values)
+        return internal_rates(here, with_velocities(here, configuration(here, P, psi, t, inertias=False), u))
+
+    at = state.coordinates, state.velocities, values, state.t
+    rate = rates(*at)
+    return values, *jax.jvp(rates, at, (psi_dot, a, rate, jnp.ones_like(state.t)))
 
 
 def between(system: System, P: Array, first: Knots, second: Knots, t: Array) -> State:
     """The state at a time t () between two knots, on all constraints."""
     psi, rate = _quintic(first, second, t)
-    top, free = system.topology, jnp.ones(system.topology.num_velocities, psi.dtype)
+    internal, top = None, system.topology
+    if top.internal:
+        internal = InternalStates(psi[top.num_coordinates :], top.internal)
+        psi, rate = psi[: top.num_coordinates], rate[: top.num_coordinates]
+    free = jnp.ones(top.num_velocities, psi.dtype)
     if system.has_constraints:
         psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
     psi = normalise(top, psi)
     u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
-    return State(t, psi, u, structure=top.structure)
+    return State(t, psi, u, structure=top.structure, internal=internal)
 
 
 def _quintic(first: Knots, second: Knots, t):

@@ -50,7 +50,7 @@ class Diagnostics(eqx.Module):
 
 
 def _table_parts(motion):
-    """Every coordinate in a row; how the motion ended and its accounts in the summary."""
+    """Every coordinate and internal state in a row; how the motion ended and its accounts in the summary."""
     ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
     residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
     summary = (
@@ -60,6 +60,9 @@ def _table_parts(motion):
     names = _labels((name, size) for name, _, size, _ in motion.states.structure or ())
     names = names or [str(k) for k in range(psi.shape[1])]
     rows = [(name, *span(psi[:, k])) for k, name in enumerate(names)]
+    if (internal := motion.states.internal) is not None:
+        values = np.asarray(internal.values)
+        rows += [(name, *span(values[:, k])) for k, name in enumerate(internal.entries)]
     return summary, [("coordinate", "first", "last", "least", "largest"), *rows]
 
 
@@ -141,7 +144,7 @@ class Motion(eqx.Module):
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "ball 0" of one with
-        several), energies, and the work of every force element."""
+        several), internal states of force elements with their units, energies, and the work of every element."""
         import xarray
 
         given = self.states.structure or ()
@@ -158,17 +161,23 @@ class Motion(eqx.Module):
             "work": (("time", "element"), work, energy),
         }
         places = {"coordinate": names[0], "velocity": names[1], "element": list(found.work)}
+        if (internal := self.states.internal) is not None:
+            units = [record.unit for record in internal.records for _ in record.entries]
+            data["internal"] = (("time", "internal_state"), np.asarray(internal.values))
+            places |= {"internal_state": list(internal.entries), "unit": ("internal_state", units)}
         time = ("time", np.asarray(self.ts), {"units": "s"})
         return xarray.Dataset(data, {"time": time, **places}, {"status": str(self.status)})
 
     def to_pandas(self) -> Any:
-        """A `pandas.DataFrame` by time: coordinates by joint, "velocity of ..." each, and energies [J]."""
+        """A `pandas.DataFrame` by time: coordinates by joint, "velocity of ..." each, internal states of elements
+        by name, and energies [J]."""
         import pandas
 
         found = self.to_xarray()
         parts = [
             found["coordinates"].to_pandas(),
             found["velocities"].to_pandas().add_prefix("velocity of "),
+            *([found["internal"].to_pandas()] if "internal" in found else []),
             found[["kinetic", "potential"]].to_dataframe(),
         ]
         return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)
@@ -184,8 +193,9 @@ def _at(system, states, ts, last, t):
         knots = knots_of(system, jax.tree.map(lambda x: x[both], states))
         state = between(system, P, knots.number(0), knots.number(1), t)
         outside = ~((t >= ts[0]) & (t <= ts[last]))
-        parts = (nan_where(outside, x) for x in (state.coordinates, state.velocities))
-        return State(t, *parts, structure=state.structure)
+        parts = state.coordinates, state.velocities, state.internal
+        psi, u, internal = jax.tree.map(lambda x: nan_where(outside, x), parts)
+        return State(t, psi, u, structure=state.structure, internal=internal)
 
     found = jax.vmap(one)(t.reshape(-1))
     return jax.tree.map(lambda x: x.reshape(*t.shape, *x.shape[1:]), found)

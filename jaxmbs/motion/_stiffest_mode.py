@@ -12,6 +12,7 @@ from ..kinematics._kic import velocity_map
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._state import State
+from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import jit
 
@@ -63,6 +64,7 @@ def _element(system, state, shape, rate):
 @jit(compile="quick")
 def _shares(system, state, shape):
     """`z . K z` and `z . C z` of every force element along the velocities of an independent motion (N,)."""
+    system = with_internal(system, state.internal)
     at = at_state(system, state, inertias=False)
     z = velocity_map(system, at)[0] @ shape
 

@@ -20,6 +20,7 @@ from ..kinematics._linear_rows import metric
 from ..kinematics._state import HasStates, State
 from ..math._linalg import RowScale, relative, saddle_solve
 from ..model._entry_points import map_states, rates_of, states_of
+from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import jit, map_chunked
 from ..typing import ArrayLike
@@ -106,7 +107,7 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 def _all_tree_efforts(system, states, acceleration):
     def one(state, acceleration):
         at = with_velocities(system, at_state(system, state), state.velocities)
-        return tree_efforts(system, at, acceleration)
+        return tree_efforts(with_internal(system, state.internal), at, acceleration)
 
     return map_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
@@ -121,9 +122,10 @@ def tree_efforts(system: System, at: VelocityKinematics, acceleration, loads=Non
 def _actuator_efforts(system, states, acceleration, columns, batched):
     def one(row):
         state, a = row
-        at = with_velocities(system, at_state(system, state), state.velocities)
-        a = accelerations(system, at)[0] if a is None else a
-        released, need = without_drives(system), tree_efforts(system, at, a)
+        here = with_internal(system, state.internal)
+        at = with_velocities(here, at_state(here, state), state.velocities)
+        a = accelerations(here, at)[0] if a is None else a
+        released, need = without_drives(here), tree_efforts(here, at, a)
         found, row_gap = balance_efforts(released, at, need, columns), _row_residual(released, at, a, need)
         least = ROUNDING_TOLERANCE[row_gap.dtype.itemsize]
         return found.efforts, found.gap, row_gap, state.ok & (found.gap <= least) & (row_gap <= least)
