@@ -99,7 +99,9 @@ def check(system: Any, *args: Any, **options: Any) -> Any:
 
 
 @overload
-def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw: bool = True) -> Equilibrium: ...
+def equilibrium(
+    system: System, state: State, moving: Iterable[str] = (), throw: bool = True, held: Iterable[str] = ()
+) -> Equilibrium: ...
 @overload
 def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse: ...
 @_dispatch(mechanism_equilibrium, linear_equilibrium)

@@ -1,6 +1,7 @@
 """Balance of efforts and loops at a configuration with its slope, and the Newton search for where it vanishes.
 
 The search, the stiffness and the derivatives of an equilibrium all read one linearisation: a program has it once.
+Internal states of force elements are unknowns beside the coordinates (`_unknowns`), their rates vanish as efforts do.
 """
 
 from typing import NamedTuple
@@ -10,16 +11,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
+from jax.scipy.linalg import block_diag
 
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import configuration
+from ..kinematics._configuration import configuration, with_velocities
+from ..kinematics._internal_states import internal_rates, internal_scale
 from ..kinematics._kic import independent_columns, motion_map
-from ..kinematics._poses import coordinate_rate, node_parameters, normalise, step_coordinates
+from ..kinematics._poses import coordinate_rate, node_parameters
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ._linearise import unbalanced_efforts
+from ._unknowns import at_unknowns, moved, normalised, rate_of_step
 
 _MOST_STEPS = 200  # trials of the line search included
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
@@ -27,15 +31,16 @@ _STEP_TOLERANCE = {8: 1e-11, 4: 1e-6}  # a trial nearer than this, relative to t
 
 
 class Balance(NamedTuple):
-    """Balance at coordinates psi with the independent velocities w held constant.
+    """Balance at unknowns with the independent velocities w held constant.
 
     Attributes:
-        efforts: (N,) missing for zero accelerations; velocities: (nv,) there.
+        efforts: (N + ns,) missing for zero accelerations, and the rates of the internal states over their scales;
+            velocities: (nv,) there.
         gap: (position rows,) of the loops.
-        slope: (N, N) of the efforts along the admissible directions, the stiffness.
-        closing: (nv,) displacement of the dependent columns that closes the loops, to first order; drift: (N,) what
+        slope: (N + ns, N + ns) of the efforts along the admissible directions; of the first N the stiffness.
+        closing: (nv + ns,) step of the dependent columns that closes the loops, to first order; drift: (N + ns,) what
             it changes the efforts by.
-        Gamma: (nv, N) admissible directions.
+        Gamma: (nv + ns, N + ns) admissible directions.
     """
 
     efforts: Array
@@ -48,13 +53,13 @@ class Balance(NamedTuple):
 
 
 def balance(system: System, psi, t, w) -> Balance:
-    """The balance at coordinates psi (nq,), its slope by one linearisation."""
+    """The balance at unknowns psi (nq + ns,), its slope by one linearisation."""
     top = system.topology
-    P, none = node_parameters(system), jnp.zeros(system.topology.num_velocities, psi.dtype)
+    P, none = node_parameters(system), jnp.zeros(top.num_velocities + top.num_internal, psi.dtype)
 
     def efforts(step):
-        at = configuration(system, P, step_coordinates(top, psi, step), t)
-        return _efforts_and_loops(system, at, w)
+        here, moved_psi, _ = at_unknowns(system, moved(system, psi, step))
+        return _efforts_and_loops(here, configuration(here, P, moved_psi, t), w)
 
     found, slopes, (gap, u, Gamma, closing) = jax.linearize(efforts, none, has_aux=True)
     along = jax.vmap(slopes, 1, 1)(jnp.concatenate([Gamma, closing[:, None]], axis=1))
@@ -62,13 +67,18 @@ def balance(system: System, psi, t, w) -> Balance:
 
 
 def _efforts_and_loops(system, at, w):
-    """The efforts (N,); the gap of the loops, all velocities, `Gamma` and `closing`."""
+    """The efforts (N + ns,); the gap of the loops, all velocities, `Gamma` and `closing`."""
     at, eye = closures.with_directions(system, at), jnp.eye(w.shape[0] + 1, w.shape[0], dtype=w.dtype)
     move, gap = motion_map(system, at), constraints.residual(system, at)
     efforts, u, _ = unbalanced_efforts(system, at, w, jnp.zeros_like(w), move)
     rows = jnp.zeros((len(eye), system.topology.num_rows), w.dtype).at[-1].set(-_on_all_rows(system, gap))
     found = jax.vmap(move, out_axes=1)(eye, rows)
-    return efforts, (gap, u, found[:, :-1], found[:, -1])
+    Gamma, closing = found[:, :-1], found[:, -1]
+    if number := system.topology.num_internal:
+        rates = internal_rates(system, with_velocities(system, at, u)) / internal_scale(system)
+        efforts, closing = jnp.concatenate([efforts, rates]), jnp.concatenate([closing, jnp.zeros_like(rates)])
+        Gamma = block_diag(Gamma, jnp.eye(number, dtype=Gamma.dtype))
+    return efforts, (gap, u, Gamma, closing)
 
 
 def _on_all_rows(system, gap):
@@ -97,14 +107,14 @@ class _Trial(NamedTuple):
 
 @eqx.filter_custom_jvp
 def search_balance(system: System, psi, t, w, moving, weight):
-    """Coordinates near psi at which the loops are closed and no independent velocity but `moving` lacks efforts.
+    """Unknowns near psi at which the loops are closed and no independent velocity but `moving` lacks efforts.
 
     Newton's method on the independent coordinates and the loops together, with a backtracking line search.  The
     columns `moving` keep their coordinates.  Derivatives of every order by the implicit function theorem.
 
     Args: weight: an effort that is large; with those at psi, it is the scale of what is small.
 
-    Returns: coordinates, `Balance` there, scale and number of steps; the last point taken where none is found.
+    Returns: unknowns, `Balance` there, scale and number of steps; the last point taken where none is found.
     """
     top, still = system.topology, still_columns(system, moving, psi.dtype)
     tolerance = _STEP_TOLERANCE[psi.dtype.itemsize]
@@ -115,7 +125,7 @@ def search_balance(system: System, psi, t, w, moving, weight):
     def once(last):
         new = balance(system, last.trial, t, w)
         first = last.steps == 0
-        scale = jnp.where(first, weight + jnp.max(jnp.abs(new.efforts), initial=0.0), last.scale)
+        scale = jnp.where(first, _scale(new.efforts, weight, top.num_internal), last.scale)
         scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
         loss = loss_of(new, scale)
         better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
@@ -123,9 +133,9 @@ def search_balance(system: System, psi, t, w, moving, weight):
         taken = (last.trial, new, loss, direction, jnp.ones_like(loss))
         kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length)
         psi, found, loss, direction, length = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
-        trial = normalise(top, step_coordinates(top, psi, length * direction))
-        moved = jnp.where(first, jnp.inf, jnp.max(jnp.abs(last.trial - last.psi), initial=0.0))
-        return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, moved)
+        trial = normalised(system, moved(system, psi, length * direction))
+        change = jnp.where(first, jnp.inf, jnp.max(jnp.abs(last.trial - last.psi), initial=0.0))
+        return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, change)
 
     def goes_on(last):  # not where a step is NaN: the slope is singular
         far = last.moved > tolerance * (1.0 + jnp.max(jnp.abs(last.psi), initial=0.0))
@@ -135,21 +145,39 @@ def search_balance(system: System, psi, t, w, moving, weight):
     return found.psi, found.found, found.scale, found.steps
 
 
+def _scale(efforts, weight, number):
+    """The scale () of the efforts; with internal states (N + ns,), that of their rates beside it."""
+    if not number:
+        return weight + jnp.max(jnp.abs(efforts), initial=0.0)
+    efforts, rates = efforts[:-number], efforts[-number:]
+    parts = weight + jnp.max(jnp.abs(efforts), initial=0.0), 1.0 + jnp.max(jnp.abs(rates))
+    return jnp.concatenate([jnp.full_like(x, part) for x, part in zip((efforts, rates), parts, strict=True)])
+
+
 def _first_trial(system, psi, w):
-    n, N, rows = system.topology.num_velocities, w.shape[0], len(system.topology.position_rows)
-    shapes = Balance((N,), (n,), (rows,), (N, N), (n,), (N,), (n, N))
+    top, number = system.topology, system.topology.num_internal
+    nv, n, N = top.num_velocities, top.num_velocities + number, w.shape[0] + number
+    shapes = Balance((N,), (nv,), (len(top.position_rows),), (N, N), (n,), (N,), (n, N))
     nothing = Balance(*(jnp.full(shape, jnp.nan, psi.dtype) for shape in shapes))
     far, one = jnp.asarray(jnp.inf, psi.dtype), jnp.ones((), psi.dtype)
-    return _Trial(jnp.zeros((), int), psi, nothing, far, one, jnp.zeros(n, psi.dtype), one, psi, far)
+    scale = jnp.ones(N, psi.dtype) if number else one
+    return _Trial(jnp.zeros((), int), psi, nothing, far, scale, jnp.zeros(n, psi.dtype), one, psi, far)
 
 
 def still_columns(system: System, moving, dtype):
-    """1 for each independent velocity (N,) that is none of the columns `moving`, 0 for those."""
-    return jnp.asarray(~np.isin(independent_columns(system), moving), dtype)
+    """1 for each independent velocity and internal state (N + ns,) that is none of the columns `moving`, 0 for
+    those."""
+    return jnp.asarray(~np.isin(unknown_columns(system), moving), dtype)
+
+
+def unknown_columns(system: System) -> np.ndarray:
+    """Columns of the independent velocities, and of the internal states after all velocities (N + ns,)."""
+    top = system.topology
+    return np.concatenate([independent_columns(system), top.num_velocities + np.arange(top.num_internal)]).astype(int)
 
 
 def newton_step(at: Balance, still, efforts):
-    """Step (nv,) that closes the loops and takes the efforts (N,) away; columns with still = 0 stay, or take what
+    """Step (nv + ns,) that closes the loops and takes the efforts away; columns with still = 0 stay, or take what
     their entry of `efforts` says."""
     return at.Gamma @ _solve_slope(at.slope, still, -efforts - still * at.drift) + at.closing
 
@@ -165,22 +193,27 @@ def _search_balance_jvp(primals, tangents):
     found = search_balance(*primals)
     psi, at = found[:2]
     top, still = system.topology, still_columns(system, moving, psi.dtype)
+    coordinates = psi[: top.num_coordinates]
 
     def loops(system, t):
-        return constraints.residual(system, configuration(system, node_parameters(system), psi, t, inertias=False))
+        P = node_parameters(system)
+        return constraints.residual(system, configuration(system, P, coordinates, t, inertias=False))
 
     def efforts(system, psi, t, w):
-        return _efforts_and_loops(system, configuration(system, node_parameters(system), psi, t), w)[0]
+        here, psi, _ = at_unknowns(system, psi)
+        return _efforts_and_loops(here, configuration(here, node_parameters(here), psi, t), w)[0]
 
     d_system, d_psi0, d_t, d_w = tangents[:4]
     gap = _or_zeros(eqx.filter_jvp(loops, (system, t), (d_system, d_t))[1], at.gap)
-    here = closures.with_directions(system, configuration(system, node_parameters(system), psi, t))
+    here = closures.with_directions(system, configuration(system, node_parameters(system), coordinates, t))
     closing = motion_map(system, here)(jnp.zeros_like(w), -_on_all_rows(system, gap))
-    rate = coordinate_rate(top, psi, closing)
+    if top.internal:
+        closing = jnp.concatenate([closing, jnp.zeros(top.num_internal, closing.dtype)])
+    rate = rate_of_step(system, psi, closing)
     change = _or_zeros(eqx.filter_jvp(efforts, (system, psi, t, w), (d_system, rate, d_t, d_w))[1], at.efforts)
-    held = jnp.zeros_like(still) if not moving else _displacement(top, psi0, d_psi0)[independent_columns(system)]
+    held = jnp.zeros_like(still) if not moving else _displacement(top, psi0, d_psi0)[unknown_columns(system)]
     step = at.Gamma @ _solve_slope(at.slope, still, (1.0 - still) * held - still * change) + closing
-    d_psi = coordinate_rate(top, psi, step)
+    d_psi = rate_of_step(system, psi, step)
     d_at = eqx.filter_jvp(balance, (system, psi, t, w), (d_system, d_psi, d_t, d_w))[1]
     return found, (d_psi, d_at, jnp.zeros_like(found[2]), None)
 
@@ -190,10 +223,11 @@ def _or_zeros(tangent, like):
 
 
 def _displacement(top, psi, d_psi):
-    """Displacement (nv,) of all columns of which the change of the coordinates d_psi (nq,) or None is the rate."""
+    """Step (nv + ns,) of which the change of the unknowns d_psi (nq + ns,) or None is the rate."""
     if d_psi is None:
-        return jnp.zeros(top.num_velocities, psi.dtype)
+        return jnp.zeros(top.num_velocities + top.num_internal, psi.dtype)
     if top.is_simple:
         return d_psi
+    psi, end = psi[: top.num_coordinates], top.num_coordinates
     T = jax.vmap(lambda u: coordinate_rate(top, psi, u), 1, 1)(jnp.eye(top.num_velocities, dtype=psi.dtype))
-    return full_rank_lstsq(T, d_psi[:, None])[:, 0]
+    return jnp.concatenate([full_rank_lstsq(T, d_psi[:end, None])[:, 0], d_psi[end:]])

@@ -19,6 +19,7 @@ from ..model._entry_points import check_single_state
 from ..model._system import System
 from ..runtime import jit, lapack
 from ._balance import search_balance, still_columns
+from ._unknowns import at_unknowns, unknowns_of
 
 _MAX_SETS = 3  # independent sets tried, each from the pose found with the one before
 _RESIDUAL_TOLERANCE = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as zero, half the digits
@@ -34,7 +35,8 @@ class Equilibrium(eqx.Module):
             without derivative.
         ok: true if the residual is small.
         stable: true if the symmetric part of the stiffness is positive definite on the coordinates that do not move.
-        stiffness: K (N, N) there, all causes, along the admissible directions.
+        stiffness: K (N, N) there, all causes, along the admissible directions, at unchanged internal states of force
+            elements: of these `modes` has the stability.
         efforts: (N,) that keep the moving joints at their speed; zero when the motion sustains itself.
         steps: number of Newton steps.
     """
@@ -48,7 +50,9 @@ class Equilibrium(eqx.Module):
     steps: Int[Array, ""]
 
 
-def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw: bool = True) -> Equilibrium:
+def equilibrium(
+    system: System, state: State, moving: Iterable[str] = (), throw: bool = True, held: Iterable[str] = ()
+) -> Equilibrium:
     """The state of rest, or of steady motion, near a state.
 
     Args:
@@ -56,32 +60,36 @@ def equilibrium(system: System, state: State, moving: Iterable[str] = (), throw:
         moving: names of joints that turn or slide steadily: they keep their coordinates and velocities, all other
             independent velocities are zero.
         throw: raise when none is found (outside of tracing); otherwise check `.ok`.
+        held: internal states of force elements that keep the values of the state, such as the pressure of a closed
+            volume: at rest its rate vanishes at any.  The rates of all others vanish.
 
     Newton's method with a line search on the independent efforts and the loops together; derivatives by the
     implicit function theorem.
 
     Raises:
-        ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`).
+        ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`), an internal
+            state is unknown.
         SimulationError: no equilibrium was found.
     """
     check_single_state(system, state)
-    moving = tuple(moving)
-    result = _equilibrium_on_sets(system, state, moving)
+    moving, held = tuple(moving), tuple(held)
+    result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
+        hold = ", give held= the internal states that may have any value at rest" if system.topology.internal else ""
         raise SimulationError(
             f"no equilibrium was found near the state: the residual is {worst:.3g} of the model's scale; start from "
-            "a state that is closer, or add damping and simulate until the motion has died out"
+            f"a state that is closer{hold}, or add damping and simulate until the motion has died out"
         )
     return result
 
 
-def _equilibrium_on_sets(system, state, moving):
+def _equilibrium_on_sets(system, state, moving, held):
     """The equilibrium on the freedoms of the state, and once more from where it was found if these are others there:
     a linkage that starts straight leaves a singular pose."""
     for _ in range(_MAX_SETS):
         here = with_mobility_at(system, state)
-        result = _equilibrium(here, state, _columns(here, moving))
+        result = _equilibrium(here, state, _columns(here, moving) + _held_columns(here.topology, held))
         if not is_concrete(result):
             fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True
             return eqx.tree_at(lambda r: r.ok, result, result.ok & fits)
@@ -108,19 +116,34 @@ def _columns(system, moving):
     return tuple(columns)
 
 
+def _held_columns(top, held):
+    """Columns after the velocities of the internal states that keep their values.  Raises: ModelError."""
+    records = {record.name: record for record in top.internal}
+    faults = [f"held: {no_such('internal state', name, list(records))}" for name in held if name not in records]
+    if faults:
+        raise ModelError(faults)
+    found = [records[name] for name in held]
+    return tuple(top.num_velocities + one.first + k for one in found for k in range(one.size))
+
+
 @jit(compile="quick")
 def _equilibrium(system, state, moving):
-    top, psi, t = system.topology, state.coordinates, state.t
-    still = still_columns(system, moving, psi.dtype)
-    w = state.velocities[independent_columns(system)] * (1.0 - still)
+    top, psi, t = system.topology, unknowns_of(system, state), state.t
+    still, chosen = still_columns(system, moving, psi.dtype), independent_columns(system)
+    N = len(chosen)
+    w = state.velocities[chosen] * (1.0 - still[:N])
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
     psi, at, scale, count = search_balance(system, psi, t, w, moving, weight)
     efforts, gap = (jnp.max(jnp.abs(x), initial=0.0) for x in (still * at.efforts / scale, at.gap))
     residual = lax.stop_gradient(jnp.maximum(efforts, gap))
-    ok, stable = residual < _RESIDUAL_TOLERANCE[psi.dtype.itemsize], _is_stable(at.slope, still)
-    psi, u, K, efforts = (nan_where(~ok, x) for x in (psi, at.velocities, at.slope, at.efforts))
-    state = State(t, psi, u, structure=top.structure)
-    return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * efforts, steps=count)
+    ok, stiffness, missing = residual < _RESIDUAL_TOLERANCE[psi.dtype.itemsize], at.slope, at.efforts
+    if top.internal:
+        stiffness, missing, still = stiffness[:N, :N], missing[:N], still[:N]
+    stable = _is_stable(stiffness, still)
+    psi, u, K, missing = (nan_where(~ok, x) for x in (psi, at.velocities, stiffness, missing))
+    _, psi, internal = at_unknowns(system, psi)
+    state = State(t, psi, u, structure=top.structure, internal=internal)
+    return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * missing, steps=count)
 
 
 def _is_stable(K, still):

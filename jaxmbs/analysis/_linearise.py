@@ -22,6 +22,7 @@ from ..flexible._stiffening import squared_spins, stiffening_errors, warn_of_sti
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import at_state, configuration, node_accelerations, with_velocities
+from ..kinematics._internal_states import internal_rates
 from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics._mobility import nan_unless_determined, with_mobility_at
 from ..kinematics._poses import coordinate_rate
@@ -31,6 +32,7 @@ from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._entry_points import check_single_state
+from ..model._internal_states import InternalStates, with_internal
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import jit
@@ -40,7 +42,8 @@ from ._release_drives import release_drives
 
 
 class StateSpace(NamedTuple):
-    """`x' = A x + B v`, `y = C x + D v`, with x = (coordinates (n,), velocities (N,)) as differences."""
+    """`x' = A x + B v`, `y = C x + D v`, with x = (coordinates (n,), velocities (N,), internal states (ns,)) as
+    differences."""
 
     A: jax.Array
     B: jax.Array
@@ -55,13 +58,15 @@ class Linearisation(eqx.Module):
         mass: M (N, N), the inertia field I*.
         damping: C (N, N), of dampers and of the steady motion.
         gyroscopic: the part of C that the motion makes, `C - R` with R of S2 (74).
-        stiffness: K (N, n) in total derivatives: springs, gravity, loads and the steady motion.
+        stiffness: K (N, n) in total derivatives: springs, gravity, loads and the steady motion.  K and C are those at
+            unchanged internal states of force elements.
         state_space: A, B, C, D.
         positions, velocities: columns of the independent coordinates and velocities (static); they differ (n > N)
             where rows of velocity restrict the motion.
         names: of the independent velocities (static), "pin", or "ball rx" of a joint with several.
         position_names: likewise of the independent coordinates, the same but where rows of velocity restrict the
             motion.
+        internal_names: of the internal states, in their own units.
         stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
             out, see `flexible.stiffening`.
     """
@@ -75,25 +80,35 @@ class Linearisation(eqx.Module):
     velocities: tuple[int, ...] = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True, default=())
     position_names: tuple[str, ...] = eqx.field(static=True, default=())
+    internal_names: tuple[str, ...] = eqx.field(static=True, default=())
     stiffening: dict = eqx.field(default_factory=dict)
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Names of the states x of `state_space` and of the rows of modes: coordinates "pin", then "rate of pin"."""
-        return (*self.position_names, *(f"rate of {name}" for name in self.names))
+        """Names of the states x of `state_space` and of the rows of modes: coordinates "pin", then "rate of pin",
+        then internal states "boom.p0"."""
+        return (*self.position_names, *(f"rate of {name}" for name in self.names), *self.internal_names)
 
     @property
     def ok(self) -> Bool[Array, "..."]:
         """True if all matrices are finite: the state is assembled, and the independent set determines the motion."""
-        parts = self.mass, self.damping, self.stiffness
+        parts = self.mass, self.damping, self.stiffness, *([self.state_space.A] if self.internal_names else [])
         return jnp.all(jnp.stack([jnp.all(jnp.isfinite(part), axis=(-2, -1)) for part in parts]), axis=0)
 
     @property
     def system(self) -> LinearSystem:
         """M, C and K by names of joints, all of them interface: a component that `connect` joins to others.
 
-        Raises: ModelError where rows of velocity restrict the motion: it has more coordinates than velocities.
+        Raises: ModelError where rows of velocity restrict the motion, which has more coordinates than velocities, and
+            where force elements have internal states.
         """
+        if self.internal_names:
+            raise ModelError(
+                [
+                    "a mechanism whose force elements have internal states is no LinearSystem of M, C and K: take "
+                    "its `state_space`, with rows named by `state_names`, or `modes` of it"
+                ]
+            )
         if self.positions != self.velocities:
             raise ModelError(
                 [
@@ -141,7 +156,8 @@ def linearise(
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
-    return dataclasses.replace(found, names=names, position_names=position_names)
+    internal = tuple(entry for record in system.topology.internal for entry in record.entries)
+    return dataclasses.replace(found, names=names, position_names=position_names, internal_names=internal)
 
 
 def _column_names(topology, columns):
@@ -202,25 +218,37 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     Gamma = velocity_map(system, at)[0]
     Z = position_map(system, at) if top.slip_rows else Gamma
 
-    def everything(psi, w, a):
-        need, u, u_dot = unbalanced_efforts(system, configuration(system, at.P, psi, t), w, a)
-        return need, coordinate_rate(top, psi, u), outputs(State(t, psi, u, structure=top.structure), u_dot)
+    def everything(psi, w, a, s):
+        here = with_internal(system, s)
+        moved = configuration(here, at.P, psi, t)
+        need, u, u_dot = unbalanced_efforts(here, moved, w, a)
+        internal = None if s is None else InternalStates(s, top.internal)
+        output = outputs(State(t, psi, u, structure=top.structure, internal=internal), u_dot)
+        rates = None if s is None else internal_rates(here, with_velocities(here, moved, u))
+        return (need, coordinate_rate(top, psi, u), output), rates
 
-    (_, psi_dot, _), slopes = jax.linearize(everything, psi, w, a)
-    ends = [Z.shape[1], Z.shape[1] + len(chosen)]  # directions: positions, velocities, accelerations
-    eye = np.eye(ends[1] + len(chosen), dtype=psi.dtype)
+    s = None if state.internal is None else state.internal.values
+    ((_, psi_dot, _), _), slopes = jax.linearize(everything, psi, w, a, s)
+    # directions: positions, velocities, accelerations, internal states
+    ends, number = np.cumsum([Z.shape[1], len(chosen), len(chosen)]), top.num_internal
+    eye = np.eye(ends[2] + number, dtype=psi.dtype)
     moved = jax.vmap(lambda z: coordinate_rate(top, psi, z), 1, 1)(Z) @ eye[: ends[0]]
-    found = jax.vmap(slopes, 1, 1)(moved, jnp.asarray(eye[ends[0] : ends[1]]), jnp.asarray(eye[ends[1] :]))
-    (K, C, M), (drift, flow, _), (y_psi, y_w, y_a) = (jnp.split(part, ends, axis=1) for part in found)
+    w_moved, a_moved, s_moved = (jnp.asarray(part) for part in np.split(eye, ends)[1:])
+    found, rates = jax.vmap(slopes, 1, 1)(moved, w_moved, a_moved, s_moved if number else None)
+    split = ends if number else ends[:2]
+    (K, C, M, *F), (drift, flow, *_), (y_psi, y_w, y_a, *y_s) = (jnp.split(part, split, axis=1) for part in found)
     positions = independent_positions(system)
     upper = _position_rates(top, psi, Z, psi_dot, drift, flow)[positions]
-    lower, B = _acceleration_matrices(system, Gamma, M, jnp.concatenate([K, C], axis=1), inputs, driven)
+    lower, B = _acceleration_matrices(system, Gamma, M, jnp.concatenate([K, C, *F], axis=1), inputs, driven)
     space = StateSpace(
-        A=jnp.concatenate([upper, lower]),
+        A=jnp.concatenate([upper, lower]) if rates is None else _with_internal_rows(upper, lower, rates, ends),
         B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
-        C=jnp.concatenate([y_psi, y_w], axis=1) + y_a @ lower,
+        C=jnp.concatenate([y_psi, y_w, *y_s], axis=1) + y_a @ lower,
         D=y_a @ B,
     )
+    if number:
+        space = space._replace(B=jnp.concatenate([space.B, jnp.zeros((number, B.shape[1]), B.dtype)]))
+    system = with_internal(system, state.internal)
     R = projected_resistance_field(system, at, Gamma, state.velocities)
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
     still = (
@@ -229,6 +257,14 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
         else {}
     )
     return Linearisation(M, C, C - R, K, space, *columns, stiffening=still)
+
+
+def _with_internal_rows(upper, lower, rates, ends):
+    """A from the rates of positions (n, n + N), velocities (N, n + N + ns) and, along all directions, of internal
+    states (ns, n + 2 N + ns), which no acceleration changes."""
+    of_positions, of_velocities, _, own = jnp.split(rates, ends, axis=1)
+    upper = jnp.concatenate([upper, jnp.zeros((len(upper), len(rates)), upper.dtype)], axis=1)
+    return jnp.concatenate([upper, lower, jnp.concatenate([of_positions, of_velocities, own], axis=1)])
 
 
 def _position_rates(top, psi, Z, psi_dot, drift, flow):

@@ -27,10 +27,10 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             Nothing depends on them and their momenta stay: the modes are those at unchanged momenta, without the
             pair of zero roots of each (Routh's).
 
-    Returns: `Modes` by size of the roots, none of a mechanism without freedom; shapes (n + N, m) are coordinates,
-    then velocities of each mode, largest entry 1; `Modes.at("pin", "rate of pin")` finds rows by name.  Roots have
-    derivatives where they are simple or their vectors complete, shapes where the root is simple; at a defective one
-    (a free motion's pair of zeros) none exists, and zero is returned.
+    Returns: `Modes` by size of the roots, none of a mechanism without freedom; shapes (n + N + ns, m) are
+    coordinates, velocities and internal states of each mode, largest entry 1; `Modes.at("pin", "rate of pin")` finds
+    rows by name.  Roots have derivatives where they are simple or their vectors complete, shapes where the root is
+    simple; at a defective one (a free motion's pair of zeros) none exists, and zero is returned.
 
     Raises: UnknownNameError; ModelError for a coordinate left out that is not independent or, if that can be seen, on
     which something depends.
@@ -61,9 +61,10 @@ def _routh_reduction(lin, without):
     number = len(lin.velocities)
     rest = np.setdiff1d(np.arange(number), out)
     _check_cyclic(lin, out)
-    A, (x, v) = lin.state_space.A, (rest, number + rest)
-    kept = np.concatenate([x, v])
-    momenta = jnp.concatenate([lin.damping[np.ix_(out, rest)], lin.mass[np.ix_(out, rest)]], axis=1)
+    A, internal = lin.state_space.A, 2 * number + np.arange(len(lin.internal_names))
+    kept = np.concatenate([rest, number + rest, internal])
+    none = jnp.zeros((len(out), len(internal)), A.dtype)
+    momenta = jnp.concatenate([lin.damping[np.ix_(out, rest)], lin.mass[np.ix_(out, rest)], none], axis=1)
     return A[np.ix_(kept, kept)] - A[np.ix_(kept, number + out)] @ solve(lin.mass[np.ix_(out, out)], momenta)
 
 
@@ -80,7 +81,8 @@ def _check_cyclic(lin, out):
     """ModelError where something is seen to depend on a coordinate, or to take its momentum away."""
     if not is_concrete(lin.stiffness, lin.damping):
         return
-    K, C = np.asarray(lin.stiffness), np.asarray(lin.damping)
+    K, C, number = np.asarray(lin.stiffness), np.asarray(lin.damping), len(lin.velocities)
+    F = np.asarray(lin.mass) @ np.asarray(lin.state_space.A)[number : 2 * number, 2 * number :]
     least, faults = _CYCLIC_TOLERANCE[K.dtype.itemsize], []
     for k in out:
         name = lin.names[k]
@@ -88,5 +90,7 @@ def _check_cyclic(lin, out):
             faults.append(f"{name!r} is not a cyclic coordinate: the stiffness depends on it")
         elif np.abs(C[k, out]).max() > least * max(np.abs(C).max(), 1e-300):
             faults.append(f"the momentum of {name!r} is not conserved: the coordinate is damped")
+        elif np.any(F[k]):
+            faults.append(f"the momentum of {name!r} is not conserved: internal states of force elements act on it")
     if faults:
         raise ModelError(faults)

@@ -75,7 +75,8 @@ def _internal_values(top, given, faults):
     """Internal states by name as arrays; faults are collected."""
     records, found = {record.name: record for record in top.internal}, {}
     if not isinstance(given, Mapping):
-        faults.append(f'state: internal= takes values by name, {{"boom.p0": 2e6}}, got {given!r}')
+        hint = '; the value of a joint called "internal" goes into State.at(system, {"internal": ...})'
+        faults.append(f'state: internal= takes values by name, {{"boom.p0": 2e6}}, got {given!r}{hint}')
         return found
     for name, value in given.items():
         if name not in records:

@@ -17,7 +17,7 @@ from ..model._internal_states import InternalStates
 from ..model._system import System
 from ..model._topology import Topology
 from ..runtime import as_array
-from ..typing import ArrayLike
+from ..typing import ArrayLike, WordedError
 from ._assembled_state import (
     AssembledState,
     check_closed,
@@ -109,7 +109,7 @@ class State(eqx.Module):
         guess: Mapping[str, Any] | None = None,
         t: ArrayLike | None = None,
         near: "State | None" = None,
-        internal: Mapping[str, Any] | None = None,
+        internal: WordedError[Mapping[str, Any] | None] = None,
         **named: Any,
     ) -> "State":
         """The assembled state in which the named joint coordinates and velocities have the given values.
