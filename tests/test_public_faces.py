@@ -127,7 +127,7 @@ FACES = {
         interface_basis partition rigid_motions static_response
     """,
     "jaxmbs.model": """
-        Pose System Topology
+        InternalStates Pose System Topology
     """,
     "jaxmbs.motion": """
         Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState

@@ -60,7 +60,7 @@ def test_the_real_pole_has_the_name_of_its_state():
     assert names[np.argmax(np.abs(np.asarray(modes.shapes[:, k])))] in ("damper.stretch", "rate of strut")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_the_response_by_the_element():
     """Transfer function by numbers of the element, against differences of the matrix's own."""
     system = quarter_car()
@@ -94,6 +94,7 @@ def lift(target, stiffness=300.0, like=None):
     return b.build(like=like)
 
 
+@pytest.mark.slow
 def test_equilibrium_of_an_integrator():
     """The error vanishes, and the integral holds what is left of weight, spring and jack."""
     system = lift(0.2)
@@ -130,6 +131,7 @@ class Trapped(F.AbstractScalarStateLaw):
         return self.area * s["p"]
 
 
+@pytest.mark.slow
 def test_internal_states_that_are_held():
     """At rest the rate of the pressure vanishes whatever it is: it must be given."""
     b = mbs.SystemBuilder(gravity=(0, 0, 0))
@@ -152,7 +154,7 @@ def test_internal_states_that_are_held():
         mbs.equilibrium(system, state, held=["oil.q"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_linearised_four_bar_against_differences():
     """A loop with elements on a joint and between points: A times a small displacement is the change of the rates."""
     b = four_bar_builder()
