@@ -23,7 +23,7 @@ from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ._linearise import unbalanced_efforts
-from ._unknowns import at_unknowns, moved, normalised, rate_of_step
+from ._unknowns import after_step, at_unknowns, normalised, rate_of_step
 
 _MOST_STEPS = 200  # trials of the line search included
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
@@ -58,7 +58,7 @@ def balance(system: System, psi, t, w) -> Balance:
     P, none = node_parameters(system), jnp.zeros(top.num_velocities + top.num_internal, psi.dtype)
 
     def efforts(step):
-        here, moved_psi, _ = at_unknowns(system, moved(system, psi, step))
+        here, moved_psi, _ = at_unknowns(system, after_step(system, psi, step))
         return _efforts_and_loops(here, configuration(here, P, moved_psi, t), w)
 
     found, slopes, (gap, u, Gamma, closing) = jax.linearize(efforts, none, has_aux=True)
@@ -133,7 +133,7 @@ def search_balance(system: System, psi, t, w, moving, weight):
         taken = (last.trial, new, loss, direction, jnp.ones_like(loss))
         kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length)
         psi, found, loss, direction, length = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
-        trial = normalised(system, moved(system, psi, length * direction))
+        trial = normalised(system, after_step(system, psi, length * direction))
         change = jnp.where(first, jnp.inf, jnp.max(jnp.abs(last.trial - last.psi), initial=0.0))
         return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, change)
 

@@ -26,7 +26,7 @@ def at_unknowns(system: System, x):
     return with_internal(system, internal), x[: top.num_coordinates], internal
 
 
-def moved(system: System, x, step):
+def after_step(system: System, x, step):
     """Unknowns after a step (nv + ns,)."""
     return _by_parts(system, step_coordinates, jnp.add, x, step)
 
