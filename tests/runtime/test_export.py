@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.model._internal_states import InternalRecord
 from jaxmbs.runtime._structure_data import from_data, to_data
 
 MODEL = """
@@ -222,6 +223,9 @@ def test_results_of_every_kind_come_back():
         "numbers": np.array([1.0, np.nan, np.inf]),
         "type": np.dtype("float32"),
         "keys": {3: -0.0, 4: 1},
+        "internal": mbs.model.InternalStates(
+            jnp.ones(3), (InternalRecord("a.p", (), "Pa", 0), InternalRecord("b.z", (2,), "m", 1))
+        ),
     }
     found = from_data(json.loads(json.dumps(to_data(values))))
     assert jax.tree.structure(found) == jax.tree.structure(values)

@@ -52,6 +52,7 @@ def classes() -> dict[str, type]:
     """Classes of the library by name: what can be declared, and the declarations."""
     found = [getattr(room, name) for room in _ROOMS for name in room.__all__]
     found = [item for item in (*found, *_OTHER_CLASSES) if isinstance(item, type) and _is_record(item)]
+    found = [item for item in found if item is not forces.InternalState]  # a law declares it, no file does
     return {item.__name__: item for item in found if not item.__name__.startswith("Abstract")}
 
 

@@ -52,6 +52,7 @@ MORE = {
     "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
     "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
     "effort": mbs.forces.GeneralisedEffort(gearing),
+    "maxwell": mbs.forces.Maxwell(40.0, 0.1 + 0.2),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
 }
 THINGS = {
@@ -101,6 +102,22 @@ def test_every_thing_comes_back(tmp_path):
             np.testing.assert_array_equal(found[name].upper, thing.upper)
         else:
             assert same(thing, found[name]), name
+
+
+def test_an_element_with_internal_states_comes_back(tmp_path):
+    """Their names, units and order are those of the laws, so that a state of the one is one of the other."""
+    b = mbs.SystemBuilder()
+    b.body("block", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "block")
+    b.force("rubber", mbs.forces.Maxwell(40.0, 3.0), joint="x")
+    b.force("mount", mbs.forces.Maxwell(50.0, 2.0), joint="x")
+    system, found = b.build(), again(b, tmp_path).build()
+    assert found.topology == system.topology and [r.name for r in found.topology.internal] == [
+        "rubber.stretch",
+        "mount.stretch",
+    ]
+    state = mbs.State.at(system, x=0.1, internal={"mount.stretch": 0.2})
+    np.testing.assert_array_equal(mbs.forward_dynamics(found, state)[0], mbs.forward_dynamics(system, state)[0])
 
 
 def test_every_class_is_tried():
