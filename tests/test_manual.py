@@ -34,6 +34,7 @@ LONG += (
     "start/first-design",
     "tasks/everyday",
     "inside",
+    "extend/law",
     "extend/reduction",
 )
 

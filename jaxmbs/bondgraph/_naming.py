@@ -84,8 +84,11 @@ def _name_forces(system, group, values, result):
     for i, name in enumerate(group.names):
         for place in ("rate", "C", "R", "Se"):
             result.flow[f"{place}:{name}"] = flow[i]
-        rest = total[i] - stored[i]
-        result.effort.update({f"C:{name}": -stored[i], f"R:{name}": -rest, f"Se:{name}": rest})
+        if group.internal:  # one port takes all its effort
+            conservative = rest = total[i]
+        else:
+            conservative, rest = stored[i], total[i] - stored[i]
+        result.effort.update({f"C:{name}": -conservative, f"R:{name}": -rest, f"Se:{name}": rest})
         _store_modulus(system, result, name, modulus[i], "Gamma" if isinstance(group.port, SystemPort) else "G", "B")
         if isinstance(group.port, JointPort):
             column = group.first[i]

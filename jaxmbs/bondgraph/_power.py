@@ -162,7 +162,9 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
         view: "detailed", "inertia" or "hamiltonian", as in `bond_graph`.
 
     The bond of I* alone does not conserve: `p_dot.phi_dot = dKE/dt + phi_dot^T GR phi_dot`, so the power of GR counts
-    with it.  Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
+    with it.  The power into a force element with internal states is what it stores and what becomes heat.
+
+    Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
     states = states_of(system, motion)
     system = with_mobility_at(system, states)
