@@ -36,6 +36,9 @@ def _heading_lines(topology):
             f"redundant constraints: {found.redundant}; statics does not determine all reactions of: "
             + ", ".join(found.redundant_names)
         )
+    if topology.internal:
+        states = (f"{one.name} [{one.unit}]" if one.unit else one.name for one in topology.internal)
+        lines.append(f"internal states: {', '.join(states)}")
     return lines
 
 

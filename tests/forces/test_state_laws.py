@@ -99,6 +99,10 @@ def test_dissipation_of_maxwell(moving):
     np.testing.assert_allclose(motion.diagnostics.work["rubber"][-1], -lost, rtol=2e-4)
 
 
+def test_the_description_lists_them(moving):
+    assert "internal states: " in moving[0].describe() and "jack.force [N]" in moving[0].describe()
+
+
 def test_accelerations_follow_the_internal_states(moving):
     system, state, _ = moving
     push = lambda f: mbs.forward_dynamics(system, with_force(f))[0][0]  # noqa: E731
