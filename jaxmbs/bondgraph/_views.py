@@ -191,8 +191,8 @@ def joint_junction(system: System, column: int) -> str:
 def law_one_ports(group, i: int) -> list[str]:
     """Kinds of one-ports that law `i` of a group needs, as the law itself says.
 
-    A law with internal states is one: its effort follows from them, as that of a C does, and part of what it takes may
-    become heat.
+    A law with internal states is one: its effort follows from them, as that of a C does, and part of the energy that
+    it takes may become heat.
     """
     law = jax.tree.map(lambda x: x[i], group.law)
     if group.internal:

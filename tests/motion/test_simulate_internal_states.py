@@ -250,3 +250,35 @@ def test_twenty_states_on_a_four_bar():
     slope = mbs.jit(jax.grad(load), compile="quick")(numbers)
     difference = [(value(numbers + d) - value(numbers - d)) / 2e-5 for d in 1e-5 * np.eye(2)]
     np.testing.assert_allclose(slope, difference, rtol=1e-5, atol=1e-5)
+
+
+class Cylinder(F.AbstractScalarStateLaw):
+    """A closed column of oil with a leak, its pressure in a unit of so many pascals."""
+
+    unit: float = eqx.field(static=True)
+
+    @property
+    def internal_states(self):
+        return {"p": F.InternalState(scale=1e6 / self.unit)}
+
+    def rate(self, x, v, s, t):
+        return {"p": (-1e9 / 1e-3 * 1e-3 * v - 3.0 * self.unit * s["p"]) / self.unit}
+
+    def effort(self, x, v, s, t):
+        return 1e-3 * self.unit * s["p"]
+
+
+def test_tolerances_apply_to_the_state_over_its_scale():
+    """The same steps, whether pressures are in Pa or in GPa."""
+    motions = []
+    for unit in (1.0, 1e9):
+        b = mbs.SystemBuilder(gravity=(0, 0, 0))
+        b.body("rod", mass=5.0)
+        b.joint("x", mbs.Prismatic("x"), "ground", "rod")
+        b.force("oil", Cylinder(unit), joint="x")
+        system = b.build()
+        state = mbs.State.at(system, internal={"oil.p": 2e6 / unit})
+        motions.append(mbs.simulate(system, state, ts=TIMES, rtol=1e-6, atol=1e-6))
+    pascal, giga = motions
+    assert pascal.diagnostics.num_steps == giga.diagnostics.num_steps
+    np.testing.assert_allclose(pascal.internal("oil.p"), 1e9 * giga.internal("oil.p"), rtol=1e-9)
