@@ -142,4 +142,4 @@ def declared_scales(group) -> dict[str, Array]:
             name: jnp.broadcast_to(jnp.asarray(found[name].scale, float), shape) for name, shape, _ in group.internal
         }
 
-    return jax.vmap(of_one)(getattr(group.law, "law", group.law))
+    return jax.vmap(of_one, axis_size=len(group.names))(getattr(group.law, "law", group.law))
