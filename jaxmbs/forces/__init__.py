@@ -1,13 +1,19 @@
 """Force laws: one law per file, each a port from motion to effort."""
 
 from ._actuator import PD, Actuator
+from ._air_spring import AirSpring
 from ._applied import Force, Torque, Wrench
 from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
+from ._elasto_plastic import ElastoPlastic
 from ._friction import CoulombFriction
 from ._generalised import GeneralisedEffort
+from ._hydraulic_cylinder import HydraulicCylinder
+from ._lugre import LuGre
 from ._maxwell import Maxwell
+from ._motor import Motor
+from ._prony import Prony, PronyBushing
 from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
 from ._spring_damper import SpringDamper
 from ._state_laws import (
@@ -19,6 +25,7 @@ from ._state_laws import (
     InternalState,
 )
 from ._table import Table
+from ._zener import Zener
 
 __all__ = [
     "AbstractBodyLaw",
@@ -33,17 +40,24 @@ __all__ = [
     "AbstractSystemLaw",
     "AbstractSystemStateLaw",
     "Actuator",
+    "AirSpring",
     "BumpStop",
     "Bushing",
     "Constant",
     "CoulombFriction",
+    "ElastoPlastic",
     "Force",
     "GeneralisedEffort",
     "Harmonic",
+    "HydraulicCylinder",
     "InternalState",
+    "LuGre",
     "Maxwell",
+    "Motor",
     "PD",
     "Polynomial",
+    "Prony",
+    "PronyBushing",
     "Ramp",
     "Spline",
     "SpringDamper",
@@ -51,4 +65,5 @@ __all__ = [
     "Table",
     "Torque",
     "Wrench",
+    "Zener",
 ]

@@ -1,0 +1,139 @@
+"""Springs with memory: a Prony series, of a scalar displacement and of a bushing."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..checks import faults_if, negative, not_positive
+from ..math._rotation import rotation_vector
+from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
+from ._bushing import moment_of_gradient
+from ._fields import number
+from ._state_laws import AbstractPoseStateLaw, AbstractScalarStateLaw, InternalState, States
+
+
+class Prony(AbstractScalarStateLaw):
+    """Rubber as a Prony series (generalised Maxwell model): a spring k0 beside n springs k_i that relax in times T_i.
+
+    `effort = -k0 (x - x0) - sum k_i z_i` with `dz_i/dt = v - z_i / T_i`; of a vibration its complex stiffness is
+    `k0 + sum k_i i w T_i / (1 + i w T_i)`. The stretches z_i are its internal state "stretch" (n,).
+
+    Attributes:
+        stiffness: k0 >= 0, felt by slow motions [N/m or N m/rad].
+        branches: k_i >= 0 (n,) [N/m or N m/rad].
+        times: T_i > 0 (n,) [s].
+        free_length: x0 [m or rad].
+    """
+
+    stiffness: Convertible[Scalar] = eqx.field(converter=number)
+    branches: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
+    times: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
+    free_length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        return {"stretch": InternalState(self.times.shape, "m or rad")}
+
+    def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
+        """`v - z_i / T_i` [m/s or rad/s]."""
+        return {"stretch": v - s["stretch"] / self.times}
+
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+        """`-k0 (x - x0) - sum k_i z_i` [N or N m]."""
+        return -self.stiffness * (x - self.free_length) - jnp.sum(self.branches * s["stretch"])
+
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+        """`k0/2 (x - x0)^2 + sum k_i/2 z_i^2` [J]."""
+        relaxing = jnp.sum(self.branches * jnp.square(s["stretch"]))
+        return 0.5 * (self.stiffness * jnp.square(x - self.free_length) + relaxing)
+
+    def dissipated(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+        """`sum k_i z_i^2 / T_i` [W]."""
+        return jnp.sum(self.branches * jnp.square(s["stretch"]) / self.times)
+
+    def faults(self) -> list[str]:
+        """Springs do not push, relaxation takes time."""
+        return super().faults() + _faults(self)
+
+
+class PronyBushing(AbstractPoseStateLaw):
+    """Rubber mount with memory: `Prony` in each of the six coordinates of a `Bushing`, its axes and its zero.
+
+    Attributes:
+        stiffness: (6,) felt by slow motions [N/m and N m/rad].
+        branches: (n, 6) of the relaxing springs [N/m and N m/rad].
+        times: (n,) in which they relax [s].
+    """
+
+    stiffness: Convertible[Float[Array, " 6"]] = eqx.field(converter=number)
+    branches: Convertible[Float[Array, "n 6"]] = eqx.field(converter=number)
+    times: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        return {"stretch": InternalState((*self.times.shape, 6), "m and rad")}
+
+    def rate(
+        self,
+        rotation: Matrix3,
+        displacement: Vector3,
+        angular_velocity: Vector3,
+        velocity: Vector3,
+        s: States,
+        t: ScalarLike,
+    ) -> States:
+        """Rates of the coordinates less `z_i / T_i`."""
+        vector = rotation_vector(rotation)
+        # moments are the transpose of the map from angular velocities to rates of the rotation vector
+        turning = jax.vmap(lambda e: moment_of_gradient(vector, e))(jnp.eye(3, dtype=vector.dtype)) @ angular_velocity
+        moving = jnp.concatenate([velocity, turning])
+        return {"stretch": moving[None, :] - s["stretch"] / self.times[:, None]}
+
+    def wrench(
+        self,
+        rotation: Matrix3,
+        displacement: Vector3,
+        angular_velocity: Vector3,
+        velocity: Vector3,
+        s: States,
+        t: ScalarLike,
+    ) -> tuple[Vector3, Vector3]:
+        """Force and moment of all springs on B."""
+        vector = rotation_vector(rotation)
+        static = self.stiffness * jnp.concatenate([displacement, vector])
+        gradient = static + jnp.sum(self.branches * s["stretch"], axis=0)
+        return -gradient[:3], -moment_of_gradient(vector, gradient[3:])
+
+    def potential(self, rotation: Matrix3, displacement: Vector3, s: States, t: ScalarLike) -> Scalar:
+        """Energy of all springs [J]."""
+        z = jnp.concatenate([displacement, rotation_vector(rotation)])
+        return 0.5 * (jnp.sum(self.stiffness * z**2) + jnp.sum(self.branches * jnp.square(s["stretch"])))
+
+    def dissipated(
+        self,
+        rotation: Matrix3,
+        displacement: Vector3,
+        angular_velocity: Vector3,
+        velocity: Vector3,
+        s: States,
+        t: ScalarLike,
+    ) -> Scalar:
+        """`sum k_i z_i^2 / T_i` [W]."""
+        return jnp.sum(self.branches * jnp.square(s["stretch"]) / self.times[:, None])
+
+    def faults(self) -> list[str]:
+        """Springs do not push, relaxation takes time; shapes."""
+        shapes = self.stiffness.shape, self.branches.shape
+        if shapes != ((6,), (*self.times.shape, 6)):
+            return [f"stiffness (6,) and branches (n, 6) for n times, got {shapes[0]} and {shapes[1]}"]
+        return super().faults() + _faults(self)
+
+
+def _faults(law):
+    return faults_if(
+        (negative(law.stiffness), "stiffness must not be negative"),
+        (negative(law.branches), "branches must not be negative"),
+        (not_positive(law.times), "times must be positive"),
+        (law.branches.shape[:1] != law.times.shape, "branches and times must be as many"),
+    )

@@ -1,0 +1,54 @@
+"""A motor on a wheel against its linear equations."""
+
+import jax
+import numpy as np
+from scipy.linalg import expm
+
+import jaxmbs as mbs
+from jaxmbs import forces as F
+
+J, B, R, L, KT, RATIO, VOLTAGE = 0.02, 0.01, 1.5, 0.05, 0.3, 2.0, 12.0
+TIMES = np.linspace(0.05, 0.5, 10)
+
+
+def wheel(voltage=VOLTAGE, inductance=L):
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.body("wheel", mass=1.0, inertia=J)
+    b.joint("turn", mbs.Revolute("z"), "ground", "wheel")
+    b.force("bearing", mbs.SpringDamper(damping=B), joint="turn")
+    b.force("motor", F.Motor(voltage, R, inductance, KT, ratio=RATIO), joint="turn")
+    return b.build()
+
+
+def test_a_step_of_voltage():
+    system = wheel()
+    motion = mbs.simulate(system, mbs.State.at(system), ts=TIMES)
+    whole = np.zeros((3, 3))
+    whole[:2] = [[-B / J, RATIO * KT / J, 0.0], [-KT * RATIO / L, -R / L, VOLTAGE / L]]
+    truth = np.array([(expm(whole * t) @ [0.0, 0.0, 1.0])[:2] for t in TIMES])
+    np.testing.assert_allclose(motion.states.velocities[:, 0], truth[:, 0], atol=1e-7)
+    np.testing.assert_allclose(motion.internal("motor.current"), truth[:, 1], atol=1e-7)
+    assert np.abs(motion.diagnostics.energy_residual).max() < 1e-7
+
+
+def test_poles_are_those_of_its_polynomial():
+    system = wheel()
+    found = mbs.linearise(system, mbs.State.at(system))
+    poles = np.linalg.eigvals(np.asarray(found.state_space.A))
+    poles = poles[np.abs(poles) > 1e-9]
+    expected = np.roots([J * L, J * R + B * L, B * R + (RATIO * KT) ** 2])
+    np.testing.assert_allclose(np.sort_complex(poles), np.sort_complex(expected), rtol=1e-10)
+
+
+def test_power_balances():
+    """Electric power in is heat, the field's energy and the work at the joint."""
+    law = F.Motor(VOLTAGE, R, L, KT, ratio=RATIO)
+    v, i = 3.0, {"current": 2.5}
+    rate = law.rate(0.0, v, i, 0.0)
+    stored = jax.jvp(lambda s: law.potential(0.0, s, 0.0), (i,), (rate,))[1]
+    spent = law.dissipated(0.0, v, i, 0.0) + stored + law.effort(0.0, v, i, 0.0) * v
+    np.testing.assert_allclose(spent, VOLTAGE * 2.5)
+
+
+def test_faults():
+    assert F.Motor(1.0, -1.0, 0.0, 1.0).faults() == ["resistance must not be negative", "inductance must be positive"]
