@@ -115,8 +115,9 @@ FACES = {
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw
         AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw
-        Actuator BumpStop Bushing Constant CoulombFriction Force GeneralisedEffort Harmonic InternalState Maxwell PD
-        Polynomial Ramp Spline SpringDamper Step Table Torque Wrench
+        Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic Force GeneralisedEffort Harmonic
+        HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline SpringDamper
+        Step Table Torque Wrench Zener
     """,
     "jaxmbs.io": """
         Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh

@@ -33,6 +33,80 @@ def maxwell(p):
     _x(p)
 
 
+def zener(p):
+    _ends(p)
+    p.spring((-1.35, 0, 0.3), (1.3, 0, 0.3))
+    p.spring((-1.35, 0, -0.25), (0.0, 0, -0.25))
+    p.damper((0.0, 0, -0.25), (1.3, 0, -0.25))
+    p.dot((0.0, 0, -0.25))
+    p.text((0, 0, 0.6), "static_stiffness")
+    p.text((-0.65, 0, -0.25), "k, z", shift=(0, 12))
+    p.text((0.6, 0, -0.25), "c", shift=(0, 12))
+
+
+def prony(p):
+    _ends(p)
+    p.spring((-1.35, 0, 0.5), (1.3, 0, 0.5))
+    for z, name in ((0.0, "k1, T1"), (-0.5, "k2, T2")):
+        p.spring((-1.35, 0, z), (0.0, 0, z))
+        p.damper((0.0, 0, z), (1.3, 0, z))
+        p.text((-0.65, 0, z), name, shift=(0, 11))
+    p.text((0, 0, 0.75), "stiffness")
+
+
+def prony_bushing(p):
+    p.tube((-0.2, 0.9, 0), (-0.2, -0.9, 0), 0.75)
+    p.tube((-0.2, 1.0, 0), (-0.2, -1.0, 0), 0.28, BLUE)
+    p.text((-0.2, -0.9, -0.5), "k1, T1 ...", RED)
+    p.arrow((-0.6, -0.9, -0.1), (0.9, -0.9, -0.1), "x rx", RED, (12, -2))
+
+
+def lugre(p):
+    p.box((0, 0, 0.6), (2.2, 0.5, 0.4), BLUE)
+    p.box((0, 0, -0.7), (2.8, 0.5, 0.3), PALE)
+    for k in range(7):
+        p.line((-0.9 + 0.3 * k, 0, -0.55), (-0.75 + 0.3 * k, 0, 0.0), (-0.65 + 0.3 * k, 0, 0.4))
+    p.arrow((0.3, 0, 0.95), (1.3, 0, 0.95), "v", INK)
+    p.text((1.35, 0, 0.0), "z", RED)
+
+
+def elasto_plastic(p):
+    loop = ((-1.2, 0, -0.6), (-0.8, 0, 0.45), (1.2, 0, 0.65), (0.8, 0, -0.4))
+    p.line(*loop, loop[0], color=RED)
+    p.line((-1.5, 0, 0), (1.5, 0, 0), width=0.9)
+    p.line((0, 0, -0.9), (0, 0, 0.9), width=0.9)
+    p.text((1.5, 0, 0), "x", shift=(4, 10))
+    p.text((-0.75, 0, 0.6), "yield_force", shift=(0, -4))
+
+
+def motor(p):
+    p.tube((-0.7, 0, 0), (0.5, 0, 0), 0.6)
+    p.tube((0.5, 0, 0), (1.2, 0, 0), 0.12, BLUE)
+    p.turn((1.1, 0, 0), (1, 0, 0), 0.4, "kt i", shift=(18, -8))
+    p.line((-1.6, 0, 0.3), (-0.7, 0, 0.3))
+    p.line((-1.6, 0, -0.3), (-0.7, 0, -0.3))
+    p.text((-1.55, 0, 0), "voltage", RED)
+
+
+def hydraulic_cylinder(p):
+    p.tube((0.6, 0, 0), (-1.4, 0, 0), 0.35)
+    p.tube((1.6, 0, 0), (-0.4, 0, 0), 0.1, BLUE)
+    p.text((-0.95, 0, 0), "p0", RED)
+    p.text((0.25, 0, 0.2), "p1", RED)
+    for x in (-1.1, 0.3):
+        p.line((x, 0, -0.35), (x, 0, -0.8))
+    p.box((-0.4, 0, -0.95), (1.9, 0.3, 0.25), PALE)
+    p.text((-0.4, 0, -0.95), "valve")
+
+
+def air_spring(p):
+    p.tube((0, 0, -0.8), (0, 0, 0.1), 0.6)
+    p.tube((0, 0, 0.1), (0, 0, 0.25), 0.55, BLUE)
+    p.tube((0, 0, 0.25), (0, 0, 0.9), 0.12, BLUE)
+    p.text((0, 0, -0.4), "pressure", RED)
+    p.arrow((0.9, 0, -0.2), (0.9, 0, 0.6), "x", INK)
+
+
 def actuator(p):
     _ends(p)
     p.tube((0.3, 0, 0), (-1.3, 0, 0), 0.2)
@@ -147,16 +221,23 @@ def spline(p):
 
 LAWS = {
     "Actuator": actuator,
+    "AirSpring": air_spring,
     "BumpStop": bump_stop,
     "Bushing": bushing,
     "Constant": constant,
     "CoulombFriction": coulomb_friction,
+    "ElastoPlastic": elasto_plastic,
     "Force": force,
     "GeneralisedEffort": generalised_effort,
     "Harmonic": harmonic,
+    "HydraulicCylinder": hydraulic_cylinder,
+    "LuGre": lugre,
     "Maxwell": maxwell,
+    "Motor": motor,
     "PD": pd,
     "Polynomial": polynomial,
+    "Prony": prony,
+    "PronyBushing": prony_bushing,
     "Ramp": ramp,
     "Spline": spline,
     "SpringDamper": spring_damper,
@@ -164,4 +245,5 @@ LAWS = {
     "Table": table,
     "Torque": torque,
     "Wrench": wrench,
+    "Zener": zener,
 }

@@ -58,7 +58,7 @@ class ElastoPlastic(AbstractScalarStateLaw):
         return self.stiffness * (1.0 - self.hardening) * s["elastic"] * plastic
 
     def faults(self) -> list[str]:
-        """What makes it yield and dissipate."""
+        """Signs and ranges of its numbers."""
         outside = any_concrete(lambda r: (r < 0) | (r > 1), self.hardening)
         return super().faults() + faults_if(
             (not_positive(self.stiffness), "stiffness must be positive"),

@@ -104,6 +104,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         if self.areas.shape != (2,) or self.volumes.shape != (2,):
             return [f"areas and volumes are those of two chambers, got {self.areas.shape} and {self.volumes.shape}"]
         return super().faults() + faults_if(
+            (self.length.shape != (), "length must be one number"),
             (not_positive(self.areas), "areas must be positive"),
             (not_positive(self.volumes), "volumes must be positive"),
             (not_positive(self.bulk_modulus), "bulk_modulus must be positive"),

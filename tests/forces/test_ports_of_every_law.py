@@ -28,6 +28,7 @@ LAWS = {
     "Table": F.Table([0.1, 0.9], [-4.0, 8.0], [-1.0, 1.0], [-3.0, 3.0]),
     "BumpStop": F.BumpStop(900.0, lower=0.2, upper=0.4, exponent=2.0, damping=0.5),
     "CoulombFriction": F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.1, viscous=0.2),
+    "AirSpring": F.AirSpring(2e-3, 3e4, 0.4, exponent=1.3, ambient=1e4, length=0.3),
     "Actuator": F.Actuator(oil),
     "PD": F.PD(F.Harmonic(mean=0.6, amplitude=0.1, omega=2.0), kp=30.0, kd=2.0),
 }
@@ -42,6 +43,8 @@ def stored(name, x):
         return -15.0 * (x - 0.1) + 4.0
     if name == "BumpStop":
         return 900.0 * (np.maximum(0.2 - x, 0.0) ** 2 - np.maximum(x - 0.4, 0.0) ** 2)
+    if name == "AirSpring":
+        return 2e-3 * (3e4 * (0.4 / (x + 0.1)) ** 1.3 - 1e4)
     return 0.0 * x
 
 
@@ -53,11 +56,15 @@ def energy(name, x):
         return 7.5 * (x - 0.1) ** 2 - 4.0 * (x - 0.1)
     if name == "BumpStop":
         return 300.0 * (np.maximum(0.2 - x, 0.0) ** 3 + np.maximum(x - 0.4, 0.0) ** 3)
+    if name == "AirSpring":
+        return 2e-3 * (3e4 * 0.4 * (((x + 0.1) / 0.4) ** -0.3 - 1.0) / 0.3 + 1e4 * (x - 0.3))
     return 0.0 * x
 
 
 def rest(name, x, v, t):
     """What is not stored: dampers and sources [N]."""
+    if name == "AirSpring":
+        return 0.0 * x
     if name == "SpringDamper":
         return -0.7 * v
     if name == "Table":

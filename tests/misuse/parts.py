@@ -150,6 +150,31 @@ CASES = {
         lambda z: call(2.0, 1.5, 0.5, 0.25, 0.5),
         positive="effort_limit static_ratio slip_speed viscous stribeck_speed",
     ),
+    "forces.AirSpring": on_joint(
+        lambda z: call(2.0, 3.0, 4.0, 1.5, 0.5, 0.25), positive="area pressure height exponent ambient"
+    ),
+    "forces.Maxwell": on_joint(lambda z: call(2.0, 1.0), positive="stiffness damping"),
+    "forces.Zener": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25), positive="stiffness damping static_stiffness"),
+    "forces.Prony": on_joint(
+        lambda z: call(2.0, np.array([1.0, 2.0]), np.array([0.5, 4.0]), 0.25), positive="stiffness branches times"
+    ),
+    "forces.PronyBushing": case(
+        lambda z: call(np.ones(6), np.ones((2, 6)), np.array([0.5, 4.0])),
+        through=_through(_law(between=("ground", "hand"))),
+        positive="stiffness branches times",
+    ),
+    "forces.LuGre": on_joint(
+        lambda z: call(2.0, 1e3, 1.0, 1.5, 0.25, 0.5),
+        positive="effort_limit bristle_stiffness bristle_damping static_ratio viscous stribeck_speed",
+    ),
+    "forces.ElastoPlastic": on_joint(
+        lambda z: call(2.0, 1.0, 0.5, 3.0, 0.25), positive="stiffness yield_force hardening sharpness"
+    ),
+    "forces.Motor": on_joint(lambda z: call(12.0, 2.0, 0.5, 0.25, 0.25, 3.0), positive="resistance inductance"),
+    "forces.HydraulicCylinder": on_joint(
+        lambda z: call(np.array([2.0, 1.0]), np.ones(2), 1e3, 0.5, 0.25, 4.0, 1.0, 0.1, 0.1, 0.5, 0.25),
+        positive="areas volumes bulk_modulus flow_gain leakage damping laminar",
+    ),
     "forces.Table": on_joint(
         lambda z: call(POINTS, EFFORTS, POINTS, EFFORTS), "x_points shape: refused with efforts of another number"
     ),

@@ -36,6 +36,8 @@ EXEMPT = {
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
+        forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
+        forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.InternalState model.InternalStates
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,
