@@ -89,14 +89,22 @@ def slopes_of(function, numbers, step=1e-5):
     }
 
 
-@pytest.mark.parametrize("mode", [pytest.param("reverse", marks=SLOW), pytest.param("forward", marks=LONG)])
-def test_gradients_by_each_parameter(mode):
+MODES = [
+    pytest.param("reverse", None, marks=SLOW, id="reverse"),
+    pytest.param("forward", None, marks=LONG, id="forward"),
+    pytest.param("reverse", diffrax.Kvaerno5(), marks=LONG, id="implicit stages, reverse"),
+    pytest.param("forward", diffrax.Kvaerno5(), marks=LONG, id="implicit stages, forward"),
+]
+
+
+@pytest.mark.parametrize(("mode", "solver"), MODES)
+def test_gradients_by_each_parameter(mode, solver):
     """Of a sum over the saved states and the end, the internal ones with them."""
     system = block()
 
     def loss(numbers):
         new = block(numbers, like=system)
-        motion = mbs.simulate(new, begin(new), ts=TIMES, gradient=mode)
+        motion = mbs.simulate(new, begin(new), ts=TIMES, gradient=mode, solver=solver)
         z, f = motion.internal("rubber.stretch"), motion.internal("motor.force")
         return jnp.sum(motion.states.coordinates[:, 0] + 3.0 * z + 0.1 * f**2) + motion.end.internal["motor.force"]
 
@@ -282,3 +290,37 @@ def test_tolerances_apply_to_the_state_over_its_scale():
     pascal, giga = motions
     assert pascal.diagnostics.num_steps == giga.diagnostics.num_steps
     np.testing.assert_allclose(pascal.internal("oil.p"), 1e9 * giga.internal("oil.p"), rtol=1e-9)
+
+
+class Bristle(F.AbstractScalarStateLaw):
+    """LuGre's friction: a bristle of deflection z under the Stribeck curve g, `dz/dt = v - |v| z / g(v)`."""
+
+    stiffness: jax.Array = eqx.field(converter=jnp.asarray)
+    damping: jax.Array = eqx.field(converter=jnp.asarray)
+
+    @property
+    def internal_states(self):
+        return {"z": F.InternalState((), "m", 1e-4)}
+
+    def rate(self, x, v, s, t):
+        g = (1.0 + 0.5 * jnp.exp(-((v / 0.01) ** 2))) / self.stiffness
+        return {"z": v - jnp.sqrt(v**2 + 1e-16) * s["z"] / g}
+
+    def effort(self, x, v, s, t):
+        return -self.stiffness * s["z"] - self.damping * self.rate(x, v, s, t)["z"] - 0.4 * v
+
+
+@LONG
+def test_stiff_states_are_eliminated():
+    """Stick and slip of a block on a spring drawn along: explicit and implicit steps have one answer."""
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.body("block", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "block")
+    b.force("pull", mbs.Actuator(lambda x, v, t: 2.0 * (0.1 * t - x)), joint="x")
+    b.force("floor", Bristle(1e3, 10.0), joint="x")
+    system = b.build()
+    run = lambda **kw: mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.5, 12.0, 24), **kw)  # noqa: E731
+    explicit, implicit = run(rtol=1e-8, atol=1e-8), run(rtol=1e-7, atol=1e-7, solver=diffrax.Kvaerno5())
+    np.testing.assert_allclose(implicit.states.coordinates, explicit.states.coordinates, atol=2e-5)
+    np.testing.assert_allclose(implicit.internal("floor.z"), explicit.internal("floor.z"), atol=2e-6)
+    assert np.abs(np.diff(np.asarray(explicit.states.coordinates[:, 0]))).max() > 0.1  # it slips at once
