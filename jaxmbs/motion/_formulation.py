@@ -133,9 +133,13 @@ class Formulation(eqx.Module):
 
     @property
     def implicit_stages(self) -> Callable | None:
-        """Stages of implicit methods without the internal states, from s = h a_ii [s] and the start of the step; None
-        for a system that has none: its stages are left to the solver."""
-        return functools.partial(ImplicitStages.of, self) if self.system.topology.internal else None
+        """Stages of implicit methods with the internal states eliminated, from s = h a_ii [s] and a `StageStart`.
+
+        None where they are not the larger part of the state: the solver's own matrix of all is then the cheaper one.
+        """
+        top = self.system.topology
+        are_many = top.num_internal > top.num_coordinates + top.num_velocities
+        return functools.partial(ImplicitStages.of, self) if are_many else None
 
     def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""
