@@ -4,6 +4,7 @@ For all functions of one instant the internal states are numbers of the laws: `w
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,10 +104,12 @@ def join_states(group, states: dict[str, Array]) -> Array:
     return (rows[0] if len(rows) == 1 else jnp.concatenate(rows, axis=1)).reshape(-1)
 
 
-def with_internal(system, internal: Any):
+def with_internal(system, internal: Any, law_at: Callable | None = None):
     """The system whose laws have the internal states of a state, an `InternalStates` or its values (ns,).
 
     One without internal states, or at given ones already where none are given, is returned as it is.
+
+    Args: law_at: (group, states by name) -> the law in place of the group's; default the law at its states.
     """
     if internal is None or not system.topology.internal:
         return system
@@ -116,8 +119,9 @@ def with_internal(system, internal: Any):
             groups.append(group)
             continue
         end = first + len(group.names) * group_size(group)
-        law, s = getattr(group.law, "law", group.law), split_states(group, values[first:end])
-        groups.append(eqx.tree_at(lambda g: g.law, group, law.at(s)))
+        s = split_states(group, values[first:end])
+        law = getattr(group.law, "law", group.law).at(s) if law_at is None else law_at(group, s)
+        groups.append(eqx.tree_at(lambda g: g.law, group, law))
         first = end
     return eqx.tree_at(lambda s: s.forces, system, tuple(groups))
 

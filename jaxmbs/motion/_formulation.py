@@ -3,6 +3,8 @@ back to velocities.  The projection onto the constraint rows is common to all.
 """
 
 import abc
+import functools
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -16,7 +18,7 @@ from ..dynamics._saddle import saddle_without_matrix
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._assembly import newton_step
-from ..kinematics._configuration import Configuration, configuration, with_velocities
+from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._internal_states import internal_rates, internal_scale
 from ..kinematics._linear_rows import metric, metric_matrix
@@ -30,6 +32,7 @@ from ..model._system import System
 from ..ode._problem import Projection
 from ..runtime import gather_static, remat
 from ..typing import ScalarLike
+from ._implicit_stages import ImplicitStages
 from ._saved_step import SavedStep
 
 #: Residuals [m, rad] by the size of a number [bytes] that are rounding of lengths up to a hundred metres: they do not
@@ -128,6 +131,16 @@ class Formulation(eqx.Module):
         parts = second if internal is None else jnp.concatenate([second, internal.values])
         return parts / self.scale
 
+    @property
+    def implicit_stages(self) -> Callable | None:
+        """Stages of implicit methods with the internal states eliminated, from s = h a_ii [s] and a `StageStart`.
+
+        None where they are not the larger part of the state: the solver's own matrix of all is then the cheaper one.
+        """
+        top = self.system.topology
+        are_many = top.num_internal > top.num_coordinates + top.num_velocities
+        return functools.partial(ImplicitStages.of, self) if are_many else None
+
     def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""
         return self.velocities_at(configuration(self.system, self.P, psi, t), p)
@@ -148,11 +161,17 @@ class Formulation(eqx.Module):
         if is_rheonomic(system):
             if multipliers is None:
                 multipliers = accelerations(system, with_velocities(system, at, u))[1]
-            drive = -jnp.dot(multipliers, constraints.time_rate(system, at))
-            powers = jnp.concatenate([powers, drive[None]])
+            powers = jnp.concatenate([powers, _drive_power(system, at, multipliers)])
         if internal is not None:
             rate = jnp.concatenate([rate, internal_rates(system, with_velocities(system, at, u))])
         return psi_dot, rate / self.scale, powers
+
+    def powers(self, system: System, at: VelocityKinematics) -> Array:
+        """Powers of the work account (n,) of a system whose laws are at their internal states."""
+        powers = efforts(system, at)[2]
+        if not is_rheonomic(system):
+            return powers
+        return jnp.concatenate([powers, _drive_power(system, at, accelerations(system, at)[1])])
 
     def state_at(self, t: Array, y: tuple) -> State:
         """The state of (psi, scaled second half, work), which an event is a function of."""
@@ -232,6 +251,11 @@ class Formulation(eqx.Module):
             psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
             converged = _has_converged(gaps)
         return normalise(self.system.topology, psi), converged
+
+
+def _drive_power(system, at, multipliers):
+    """Power (1,) of all drives."""
+    return -jnp.dot(multipliers, constraints.time_rate(system, at))[None]
 
 
 def _has_converged(gaps):

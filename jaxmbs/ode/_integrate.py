@@ -60,8 +60,8 @@ def _rate(t, y, args):
     return args.equations.rate(t, y)
 
 
-def _stages(args, s):
-    return args.equations.implicit_stages(s)
+def _stages(args, s, start):
+    return args.equations.implicit_stages(s, start)
 
 
 @jit
@@ -91,7 +91,7 @@ def _jump(t, y, args, number):
 
 def solves_stages(equations: Any, solver: diffrax.AbstractSolver) -> bool:
     """True if the equations solve the stages of an implicit method themselves, in place of its root finder."""
-    return hasattr(equations, "implicit_stages") and shared_diagonal(solver) is not None
+    return getattr(equations, "implicit_stages", None) is not None and shared_diagonal(solver) is not None
 
 
 def integrate_equations(

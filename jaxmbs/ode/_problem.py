@@ -41,9 +41,9 @@ class OdeProblem(eqx.Module):
         rate: (t, y, args) -> rate of y.
         project: (t, y, args) -> Projection, applied at the end of every step.  The last stage of a
             first-same-as-last method is stale once y has moved, so the next step starts as after a jump.
-        stages: (args, s) -> stages of a step whose implicit method has s / h on its diagonal: an object with
-            `rate(t, y)`, the r with `r = f(t, y + s r)` and True if it was found.  None where the solver's own root
-            finder solves them.
+        stages: (args, s, start) -> stages of a step whose implicit method has s / h on its diagonal, from its
+            `StageStart`: an object with `rate(t, y)`, the r with `r = f(t, y + s r)` and True if it was found.  None
+            where the solver's own root finder solves them.
         saves_projection: save `Projection.saved` in place of y; not at the start.
         projection_is_error: count the correction as error of the step, so that a step that would end on another
             branch is retried, shorter; at fixed steps it ends the motion.

@@ -4,7 +4,10 @@ A stage of such a method is implicit in itself alone: its rate r is `f(t, y + s 
 of them, so that one factor serves the step (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6).
 """
 
+from typing import NamedTuple
+
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +16,15 @@ from jaxtyping import PyTree
 
 from ._diffrax_internals import butcher_arrays, is_diagonally_implicit
 from ._gauss import ImplicitMidpoint
+
+
+class StageStart(NamedTuple):
+    """Start of a step: time (), y, and the relative and absolute tolerances () of its stages."""
+
+    t: Array
+    y: PyTree
+    rtol: Array
+    atol: Array
 
 
 def shared_diagonal(solver: diffrax.AbstractSolver) -> float | None:
@@ -34,7 +46,7 @@ def step(problem, t0: Array, t1: Array, y0: PyTree, args: PyTree, memory: PyTree
     A, b, c = (jnp.asarray(x, dtype) for x in tableau)
     h, below, share = t1 - t0, A - jnp.diag(jnp.diagonal(A)), shared_diagonal(solver)
     assert share is not None  # else the problem has no stages
-    stages = problem.stages(args, h * share)
+    stages = problem.stages(args, h * share, StageStart(t0, y0, *_tolerances(solver, dtype)))
     K = jax.tree.map(lambda y: jnp.zeros((len(c), *y.shape), y.dtype), y0)
     first = 0 if tableau[0][0, 0] else 1  # an explicit one
     if first:
@@ -55,6 +67,14 @@ def step(problem, t0: Array, t1: Array, y0: PyTree, args: PyTree, memory: PyTree
     weights = jnp.asarray(solver.tableau.b_error, dtype)
     error = jax.tree.map(lambda k: jnp.where(found, jnp.tensordot(weights, k, 1), jnp.inf), K)
     return y1, error, {"y0": y0, "y1": y1, "k": K}, memory, result
+
+
+def _tolerances(solver, dtype):
+    """Tolerances of the stages: those of the root finder, or rounding."""
+    finder = getattr(solver, "root_finder", None)
+    values = [getattr(finder, name, None) for name in ("rtol", "atol")]
+    least = jnp.finfo(dtype).eps ** 0.75
+    return tuple(jnp.asarray(x if eqx.is_array_like(x) else least, dtype) for x in values)
 
 
 def _with_row(K, i, h, rate):

@@ -145,7 +145,7 @@ class LinearEquations(SecondOrderEquations):
         a = -(self.by_displacement @ x) - self.by_velocity @ v
         return a if self.load is None else a + self.by_load @ self.load(t)
 
-    def implicit_stages(self, s: Array) -> ImplicitStages:
+    def implicit_stages(self, s: Array, start: Any = None) -> ImplicitStages:
         """The stages of a step of an implicit method, for s = h a_ii [s], the same for all implicit stages."""
         return ImplicitStages.of(self, s)
 

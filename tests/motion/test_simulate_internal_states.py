@@ -17,14 +17,19 @@ TIMES = np.linspace(0.05, 0.8, 6)
 NUMBERS = {"mass": 2.0, "spring": 60.0, "series": 150.0, "oil": 9.0, "tau": 0.15, "command": 7.0}
 
 
-def block(numbers=NUMBERS, like=None):
-    """A block on a spring, Maxwell's element and a motor that follows its command late."""
+def block(numbers=NUMBERS, like=None, idle=0):
+    """A block on a spring, Maxwell's element and a motor that follows its command late.
+
+    Args: idle: number of motors without a command beside it; with one, internal states are the larger part.
+    """
     b = mbs.SystemBuilder(gravity=(0, 0, 0))
     b.body("block", mass=numbers["mass"])
     b.joint("x", mbs.Prismatic("x"), "ground", "block")
     b.force("spring", mbs.SpringDamper(numbers["spring"]), joint="x")
     b.force("rubber", F.Maxwell(numbers["series"], numbers["oil"]), joint="x")
     b.force("motor", Lag(numbers["tau"], numbers["command"]), joint="x")
+    for k in range(idle):
+        b.force(f"idle {k}", Lag(numbers["tau"]), joint="x")
     return b.build(like=like)
 
 
@@ -54,14 +59,17 @@ ACCURATE = [
     pytest.param({"formulation": "velocity"}, id="velocity", marks=LONG),
     pytest.param({"interpolate": True, "rtol": 1e-11, "atol": 1e-11}, id="passing over saved times", marks=SLOW),
     pytest.param({"loop": "diffeqsolve"}, id="diffeqsolve", marks=LONG),
-    pytest.param({"solver": diffrax.Kvaerno5()}, id="Kvaerno5", marks=SLOW),
+    pytest.param({"solver": diffrax.Kvaerno5()}, id="Kvaerno5", marks=LONG),
+    pytest.param({"solver": diffrax.Kvaerno5(), "idle": 3}, id="Kvaerno5, eliminated", marks=SLOW),
     pytest.param({"solver": mbs.motion.Gauss4(), "dt": 0.01}, id="Gauss4", marks=SLOW),
 ]
 
 
 @pytest.mark.parametrize("options", ACCURATE)
 def test_against_the_exponential(options):
-    system = block()
+    system = block(idle=options.get("idle", 0))
+    assert (system.topology.num_internal > 4) == ("idle" in options)
+    options = {name: value for name, value in options.items() if name != "idle"}
     motion = mbs.simulate(system, begin(system), ts=TIMES, **options)
     np.testing.assert_allclose(found(motion), exact(NUMBERS, TIMES), atol=3e-7)
     end = [*motion.end.coordinates, *motion.end.velocities, *motion.end.internal.values]
@@ -89,14 +97,23 @@ def slopes_of(function, numbers, step=1e-5):
     }
 
 
-@pytest.mark.parametrize("mode", [pytest.param("reverse", marks=SLOW), pytest.param("forward", marks=LONG)])
-def test_gradients_by_each_parameter(mode):
+MODES = [
+    pytest.param("reverse", None, 0, marks=SLOW, id="reverse"),
+    pytest.param("forward", None, 0, marks=LONG, id="forward"),
+    pytest.param("reverse", diffrax.Kvaerno5(), 0, marks=LONG, id="implicit, reverse"),
+    pytest.param("reverse", diffrax.Kvaerno5(), 3, marks=LONG, id="eliminated, reverse"),
+    pytest.param("forward", diffrax.Kvaerno5(), 3, marks=LONG, id="eliminated, forward"),
+]
+
+
+@pytest.mark.parametrize(("mode", "solver", "idle"), MODES)
+def test_gradients_by_each_parameter(mode, solver, idle):
     """Of a sum over the saved states and the end, the internal ones with them."""
-    system = block()
+    system = block(idle=idle)
 
     def loss(numbers):
-        new = block(numbers, like=system)
-        motion = mbs.simulate(new, begin(new), ts=TIMES, gradient=mode)
+        new = block(numbers, like=system, idle=idle)
+        motion = mbs.simulate(new, begin(new), ts=TIMES, gradient=mode, solver=solver)
         z, f = motion.internal("rubber.stretch"), motion.internal("motor.force")
         return jnp.sum(motion.states.coordinates[:, 0] + 3.0 * z + 0.1 * f**2) + motion.end.internal["motor.force"]
 
@@ -282,3 +299,37 @@ def test_tolerances_apply_to_the_state_over_its_scale():
     pascal, giga = motions
     assert pascal.diagnostics.num_steps == giga.diagnostics.num_steps
     np.testing.assert_allclose(pascal.internal("oil.p"), 1e9 * giga.internal("oil.p"), rtol=1e-9)
+
+
+class Bristle(F.AbstractScalarStateLaw):
+    """LuGre's friction: a bristle of deflection z under the Stribeck curve g, `dz/dt = v - |v| z / g(v)`."""
+
+    stiffness: jax.Array = eqx.field(converter=jnp.asarray)
+    damping: jax.Array = eqx.field(converter=jnp.asarray)
+
+    @property
+    def internal_states(self):
+        return {"z": F.InternalState((), "m", 1e-4)}
+
+    def rate(self, x, v, s, t):
+        g = (1.0 + 0.5 * jnp.exp(-((v / 0.01) ** 2))) / self.stiffness
+        return {"z": v - jnp.sqrt(v**2 + 1e-16) * s["z"] / g}
+
+    def effort(self, x, v, s, t):
+        return -self.stiffness * s["z"] - self.damping * self.rate(x, v, s, t)["z"] - 0.4 * v
+
+
+@LONG
+def test_stick_and_slip():
+    """Stick and slip of a block on a spring drawn along: explicit and implicit steps have one answer."""
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.body("block", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "block")
+    b.force("pull", mbs.Actuator(lambda x, v, t: 2.0 * (0.1 * t - x)), joint="x")
+    b.force("floor", Bristle(1e3, 10.0), joint="x")
+    system = b.build()
+    run = lambda **kw: mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.5, 12.0, 24), **kw)  # noqa: E731
+    explicit, implicit = run(rtol=1e-8, atol=1e-8), run(rtol=1e-7, atol=1e-7, solver=diffrax.Kvaerno5())
+    np.testing.assert_allclose(implicit.states.coordinates, explicit.states.coordinates, atol=2e-5)
+    np.testing.assert_allclose(implicit.internal("floor.z"), explicit.internal("floor.z"), atol=2e-6)
+    assert np.abs(np.diff(np.asarray(explicit.states.coordinates[:, 0]))).max() > 0.1  # it slips at once
