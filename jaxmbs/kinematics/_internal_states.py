@@ -10,6 +10,7 @@ from jax import Array
 
 from ..checks import is_concrete
 from ..errors import ModelError
+from ..model._entry_points import map_states
 from ..model._internal_states import InternalStates, declared_scales, join_states, stacked, with_internal
 from ..model._system import System
 from ..runtime import jit
@@ -64,18 +65,23 @@ def internal_scale(system: System) -> Array:
 
 
 def with_start(system: System, state, given: Mapping[str, Array]):
-    """The state with its internal states: those given by name, the others as their laws start.
+    """The state with its internal states: those given by name, the others as their laws start; of states with leading
+    axes, which may be NaN, those of each.
 
-    Raises: ModelError for values or rates that are not finite, where they can be seen.
+    Raises: ModelError for values or rates of one state that are not finite, where they can be seen.
     """
     internal, rates = _start_and_rates(system, state, dict(given))
-    if is_concrete(internal, rates):
+    if is_concrete(internal, rates) and not state.t.ndim:
         _check_finite(internal, rates)
     return dataclasses.replace(state, internal=internal)
 
 
 @jit(compile="quick")
 def _start_and_rates(system, state, given):
+    return map_states(lambda state: _start_of_one(system, state, given), state)
+
+
+def _start_of_one(system, state, given):
     at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
     internal = initial_states(system, at)
     values = internal.values

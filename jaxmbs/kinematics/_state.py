@@ -199,7 +199,7 @@ def _state_on_branch(asked: StateRequest, near: State) -> State:
             raise AssemblyError(_branch_end_message(asked, near, float(share)))
         rows = len(system.topology.position_rows)
         check_closed(system, np.asarray(found.open)[len(found.open) - rows :], np.asarray(found.open_rates))
-    return make_state(system, found)
+    return make_state(system, found, asked.internal)
 
 
 def _branch_end_message(asked, near, share):

@@ -1,7 +1,7 @@
 """Implicit stages of a mechanism whose force elements have internal states: a step costs what the mechanism costs.
 
 The states of an element are seen by that element alone, so the stage equations have an arrow of blocks: at given
-coordinates and second half each element finds its own (`LawInStage`), and only these two parts are left to
+coordinates and second half each element finds its own (`ImplicitLaw`), and only these two parts are left to
 Newton's method, with one matrix a step (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8).
 Derivatives by the implicit function theorem: the adjoint has the transposed elimination.
 """
@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from ..forces._law_in_stage import LawInStage
+from ..forces._implicit_law import ImplicitLaw
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._internal_states import internal_rates
 from ..math import _square as square
@@ -47,14 +47,14 @@ class ImplicitStages(eqx.Module):
         """The stages of a step from its start."""
         fixed, step, (t, y, rtol, atol) = lax.stop_gradient((equations, s, start))
         z, internal = _unknowns(fixed, y)
-        matrix = jax.jacfwd(_residual(_in_stage(fixed, step, internal), step, t, z))(z)
+        matrix = jax.jacfwd(_residual(_with_implicit_laws(fixed, step, internal), step, t, z))(z)
         return cls(equations, s, square.inverse(matrix), atol + rtol * jnp.abs(z))
 
     def rate(self, t: Array, y: tuple) -> tuple[tuple, Array]:
         """The rate, and True if it was found."""
         equations, s = self.equations, self.step
         start, internal = _unknowns(equations, y)
-        eliminated = _in_stage(equations, s, internal)
+        eliminated = _with_implicit_laws(equations, s, internal)
         residual = eqx.filter_closure_convert(_residual(eliminated, s, t, start), start)
         z, found = _root(residual, *lax.stop_gradient((start, self.scale, self.inverse)))
         psi, second = _halves(equations, z)
@@ -80,13 +80,13 @@ def _halves(equations, z):
     return z[:nq], z[nq:] * equations.scale[: z.size - nq]
 
 
-def _in_stage(equations, s, internal):
+def _with_implicit_laws(equations, s, internal):
     """The equations whose laws find their internal states from those at the start of the stage."""
 
-    def in_stage(group, states):
-        return LawInStage(group.law, states, jnp.broadcast_to(s, len(group.names)))
+    def implicit(group, states):
+        return ImplicitLaw(group.law, states, jnp.broadcast_to(s, len(group.names)))
 
-    return eqx.tree_at(lambda e: e.system, equations, with_internal(equations.system, internal, in_stage))
+    return eqx.tree_at(lambda e: e.system, equations, with_internal(equations.system, internal, implicit))
 
 
 def _residual(equations, s, t, start):

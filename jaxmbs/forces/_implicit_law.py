@@ -16,7 +16,7 @@ from ._law_at import States
 _MOST_ITERATIONS = 20
 
 
-class LawInStage(eqx.Module):
+class ImplicitLaw(eqx.Module):
     """A law at the states `s = start + step rate(x, v, s, t)`, for the ports; it stores nothing."""
 
     law: Any
