@@ -14,6 +14,7 @@ from jaxtyping import PyTree
 
 from ..checks import is_concrete
 from ..runtime import (
+    bytes_for_chunk,
     bytes_of_arrays,
     compile_batch,
     compile_kind,
@@ -80,12 +81,12 @@ class BatchedFunction:
         return self._programs[chunk, devices]
 
     def program_within_memory(self, chunk: int, devices: tuple = ()) -> tuple[jax.stages.Compiled, int]:
-        """(program, chunk) for this chunk, or for a power of two below within the bytes of `tuning`."""
+        """(program, chunk) for this chunk, or for a power of two below within `bytes_for_chunk`."""
         within_cache = tuning.CACHED_CHUNK // max(bytes_of_arrays(self._jaxpr), 1)
         if jax.default_backend() == "cpu" and chunk > tuning.SMALL_CHUNK:
             chunk = max(min(chunk, 2 ** max(within_cache.bit_length() - 1, 0)), tuning.SMALL_CHUNK)
         program = self.program(chunk, devices)
-        excess = max(working_bytes(program) / tuning.CHUNK_BYTES, 1.0)
+        excess = max(working_bytes(program) / bytes_for_chunk(), 1.0)
         smaller = round_to_devices(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)
         return (program, chunk) if excess == 1.0 or smaller >= chunk else self.program_within_memory(smaller, devices)
 

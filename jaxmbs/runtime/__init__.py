@@ -7,7 +7,7 @@ Other rooms import from this face alone, and nothing of JAX's inner parts: `jax.
 from . import _lapack as lapack
 from . import _tuning as tuning
 from ._barrier import fusion_barrier
-from ._batch_program import bytes_of_arrays, compile_batch, is_motion, working_bytes
+from ._batch_program import bytes_for_chunk, bytes_of_arrays, compile_batch, is_motion, working_bytes
 from ._batched import any_in_batch, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
@@ -39,6 +39,7 @@ __all__ = [
     "as_argument",
     "as_array",
     "as_dtype",
+    "bytes_for_chunk",
     "bytes_of_arrays",
     "cache",
     "chunked_vmap",
