@@ -18,6 +18,7 @@ NAMES = (
     "component_chain",
     "elastic_bodies",
     "batch_of_motions",
+    "accelerator",
     "cold_start",
     "compiler_tricks",
     "saved_times",

@@ -22,6 +22,7 @@ PACKAGES = {
     "component_chain": (),
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
+    "accelerator": (),
     "cold_start": (),
     "compiler_tricks": (),
     "saved_times": (),
@@ -33,7 +34,7 @@ PACKAGES = {
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start",)
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
-LONG += ("component_chain", "rows_of_loops")
+LONG += ("component_chain", "rows_of_loops", "accelerator")
 
 
 def _marked(name):

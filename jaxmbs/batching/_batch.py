@@ -106,20 +106,20 @@ def batch(
         if batched.is_traced or is_traced(designs):
             bar.disable = True
             return _traced_batch(batched, designs, chunk or _largest_chunk(), feasible)
-        threads = 1 if devices else _num_threads()
+        threads, turns, number = 1 if devices else _num_threads(), 1, num_designs(designs)
         if chunk is None:
-            program, chunk = batched.program_within_memory(
-                round_to_devices(_chunk_size(num_designs(designs), threads), devices), devices
-            )
+            chunk = round_to_devices(_chunk_size(number, threads), devices)
+            turns = 1 if devices else batched.chunks_in_turn(number, threads, chunk)
+            program, chunk = batched.program_within_memory(chunk, devices, turns)
         else:
             chunk = round_to_devices(chunk, devices)
             program = batched.program(chunk, devices)
-        good = np.full(num_designs(designs), True)
+        good = np.full(number, True)
         if feasible is not None:
             good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
         bar.set_description("batch")
         bar.reset()
-        executor = ChunkExecutor(program, chunk, max(len(devices), 1), threads, designs, batched)
+        executor = ChunkExecutor(program, chunk * turns, max(len(devices), turns), threads, designs, batched)
         return _run_chunks(executor, batched, good, bar)
 
 
