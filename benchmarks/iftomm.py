@@ -20,11 +20,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import common
-import jax
 import numpy as np
 from iftomm_cases import CASES
 
 import jaxmbs as mbs
+from jaxmbs.status import succeeded
 
 TARGETS = (1e-1, 1e-3, 1e-6)
 HIGH_PRECISION = 1e-3
@@ -57,12 +57,6 @@ def error_of(path, reference):
     return float(np.sqrt(np.mean(relative**2)))
 
 
-def drift_of(motion):
-    """Largest energy residual over the range of the kinetic energy."""
-    accounts = motion.diagnostics
-    return float(np.max(np.abs(accounts.energy_residual)) / np.ptp(np.asarray(accounts.kinetic)))
-
-
 def seconds_of(function, rounds):
     """Median CPU seconds of a call; a long one is not repeated."""
     first = common.timed(function, 1)
@@ -77,22 +71,24 @@ def our_runs(case, reference, options):
     system = case.build()
     start, read = case.start(system), case.reader(system)
     runs, compile_times = [], {}
-    for method, settings in case.settings.items():
-        for setting, keywords in settings.items():
+    for method in case.methods:
 
-            def simulate(keywords=keywords):
-                motion = mbs.simulate(system, start, ts=case.ts, throw=False, **keywords)
-                return motion, read(motion.states)
+        def simulate(value, method=method):
+            motion = mbs.simulate(system, start, ts=case.ts, throw=False, **method.options(value))
+            accounts = motion.diagnostics
+            return read(motion.states), motion.result, accounts.energy_residual, accounts.kinetic
 
-            first = common.timed(simulate, 1)
-            seconds = seconds_of(simulate, 1 if options.quick else 5)
-            compile_times.setdefault(method, max(0.0, first - seconds))
-            motion, path = jax.tree.map(np.asarray, simulate())
-            if not bool(motion.ok):
-                print(f"{case.name} {method} {setting}: {motion.status}", flush=True)
+        program = mbs.jit(simulate)
+        first = common.timed(lambda program=program, method=method: program(method.values[0]), 1)
+        for value in method.values:
+            seconds = seconds_of(lambda program=program, value=value: program(value), 1 if options.quick else 5)
+            compile_times.setdefault(method.name, max(0.0, first - seconds))
+            path, result, residual, kinetic = map(np.asarray, program(value))
+            if not succeeded(result):
+                print(f"{case.name} {method.name} {method.setting(value)}: {mbs.Status(int(result))}", flush=True)
                 continue
-            drift = drift_of(motion) if case.conservative else None
-            runs.append(Run(method, setting, error_of(path, reference), seconds, path, drift))
+            drift = float(np.max(np.abs(residual)) / np.ptp(kinetic)) if case.conservative else None
+            runs.append(Run(method.name, method.setting(value), error_of(path, reference), seconds, path, drift))
             if options.quick or runs[-1].error <= TARGETS[-1]:
                 break
     return runs, compile_times
@@ -114,7 +110,7 @@ def exudyn_runs(case, reference, options):
 
             try:
                 path = solve()[:, columns]
-            except RuntimeError as error:  # ValueError of a failed solver included below
+            except RuntimeError as error:
                 print(f"{case.name} {PEER} {method} h={step:g}: {str(error).splitlines()[0]}", flush=True)
                 continue
             seconds = seconds_of(solve, 1 if options.quick else 5)
