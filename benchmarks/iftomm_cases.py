@@ -45,7 +45,7 @@ class Case:
     Attributes:
         point: name of the tracked frame, `columns` of its place are the coordinates.
         ts: sampled times (T,), equally spaced.
-        reference: function of the case to the coordinates (T, J) at `ts`.
+        reference: function of the case and times (T,) to the coordinates (T, J).
         peer: function of the module `iftomm_exudyn` to its model; `peer_methods` and `peer_steps` [s], coarse to
             fine; `peer_options` of its `path`.
     """
@@ -77,9 +77,9 @@ def adaptive(*solvers):
 
 
 # ------------------------------------------------------------------------------------------------------ references
-def pendulum_path(case):
+def pendulum_path(case, ts):
     """Elliptic functions, from the left at rest."""
-    _, cn, dn, _ = ellipj(np.sqrt(9.81) * case.ts, 0.5)
+    _, cn, dn, _ = ellipj(np.sqrt(9.81) * ts, 0.5)
     half = np.arcsin(-np.sqrt(0.5) * cn / dn)
     return np.stack([np.sin(2.0 * half), -np.cos(2.0 * half)], axis=1)
 
@@ -87,26 +87,26 @@ def pendulum_path(case):
 def four_bar_path(n):
     """The exact equation of a row by SciPy's DOP853."""
 
-    def path(case):
-        angles = models.n_four_bar_angle(n, 0.0, case.ts)
+    def path(case, ts):
+        angles = models.n_four_bar_angle(n, 0.0, ts)
         return np.stack([-np.sin(angles), np.cos(angles)], axis=1)
 
     return path
 
 
-def bricard_path(case):
+def bricard_path(case, ts):
     """One equation of one freedom by SciPy's DOP853."""
     reference = load(Path(__file__).parent.parent / "tests" / "cases" / "bricard.py")
-    return reference.path_of_p3(case.ts)
+    return reference.path_of_p3(ts)
 
 
 def converged(solver, tolerance):
     """Our own motion with a small tolerance, steps landing on the sampled times."""
 
-    def path(case):
+    def path(case, ts):
         system = case.build()
         options = {"solver": solver, "rtol": tolerance, "atol": tolerance, "max_steps": 1_000_000}
-        motion = mbs.simulate(system, case.start(system), ts=case.ts, **options)
+        motion = mbs.simulate(system, case.start(system), ts=ts, **options)
         return np.asarray(case.reader(system)(motion.states))
 
     return path
@@ -171,6 +171,7 @@ CASES = (
         adaptive("Tsit5", "Dopri8"),
         lambda exudyn: exudyn.andrews(ANDREWS_START),
         conservative=False,
+        peer_methods=(ALPHA, INDEX_2, "trapezoidal, tight Newton"),
         peer_steps=(1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7),
     ),
     Case(
