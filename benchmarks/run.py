@@ -12,6 +12,7 @@ NAMES = (
     "energy_drift",
     "long_run_energy",
     "closed_loop",
+    "iftomm",
     "rows_of_loops",
     "reactions",
     "substructures",
