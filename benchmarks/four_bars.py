@@ -147,7 +147,7 @@ def models(designs, dt):
     return found
 
 
-def rolled_out(designs, start, dt, threads):
+def rolled_out(designs, start, dt, threads, end=END):
     """A function that runs all designs in MuJoCo's threads from our coordinates: (end (B, 3), peaks (B, 4))."""
     import mujoco
     from mujoco import rollout
@@ -157,7 +157,7 @@ def rolled_out(designs, start, dt, threads):
     A, B, C = np.asarray(start).T
     zero = np.zeros(len(A))
     state = np.stack([zero, A, B, A + B + C, zero, zero, zero], axis=1)  # time, angles, rates
-    steps, each = round(END / dt), max(1, round(END / dt / (SAVED - 1)))
+    steps, each = round(end / dt), max(1, round(end / dt / (SAVED - 1)))
 
     def call():
         states, sensed = rollout.rollout(every, data, state, nstep=steps + 1)
