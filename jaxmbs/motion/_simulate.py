@@ -22,7 +22,7 @@ from ..ode._integrate import Arguments, attach_time_derivative, integrate_equati
 from ..ode._loop import stop_gradients
 from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
-from ..runtime import as_array, jit
+from ..runtime import as_argument, jit
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
@@ -116,7 +116,7 @@ def simulate(
         _check_acting(chosen, loop)
     t0, dtype = state.t, state.coordinates.dtype
     ts = save_times(t0, t1, ts)
-    t1 = ts[-1] if t1 is None else as_array(t1)
+    t1 = ts[-1] if t1 is None else as_argument(t1)
     options = make_options(
         solver,
         controller,

@@ -7,7 +7,7 @@ import numpy as np
 from jax import Array
 
 from ..checks import is_concrete
-from ..runtime import as_array, as_dtype
+from ..runtime import as_argument, as_dtype
 from ..typing import ArrayLike
 
 EARLY = 1e-12  # a time to save that is at most so long before the start [s] is the start: rounding of `linspace`
@@ -26,8 +26,8 @@ def save_times(t0: ArrayLike, t1: ArrayLike | None, ts: ArrayLike | None, dtype:
         if not is_concrete(t0, t1):
             return jnp.linspace(jnp.asarray(t0), as_dtype(t1, jnp.result_type(dtype)), _DEFAULT_NUMBER)
         equal = np.linspace(np.asarray(t0), np.asarray(t1, float), _DEFAULT_NUMBER)
-        return as_array(equal, dtype)  # compiles nothing
-    ts = as_array(ts, dtype)
+        return as_argument(equal, dtype)
+    ts = as_argument(ts, dtype)
     if is_concrete(t0, ts) and not np.all(np.isfinite(ts)):
         raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:
