@@ -38,7 +38,7 @@ class Run:
 
 def our_solver(name):
     """A solver by its name; None for the default."""
-    return None if name == "default" else getattr(diffrax, name)()
+    return None if name == "default" else getattr(mbs.motion if hasattr(mbs.motion, name) else diffrax, name)()
 
 
 def our_calls(case, solvers, tolerances):
