@@ -12,6 +12,7 @@ NAMES = (
     "energy_drift",
     "long_run_energy",
     "closed_loop",
+    "solvers",
     "rows_of_loops",
     "reactions",
     "substructures",

@@ -16,6 +16,7 @@ PACKAGES = {
     "trajectory_gradient": ("mujoco",),
     "energy_drift": ("mujoco", "matplotlib"),
     "closed_loop": (),
+    "solvers": (),
     "rows_of_loops": (),
     "reactions": (),
     "substructures": (),
@@ -33,7 +34,7 @@ PACKAGES = {
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start",)
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
-LONG += ("component_chain", "rows_of_loops")
+LONG += ("component_chain", "rows_of_loops", "solvers")
 
 
 def _marked(name):

@@ -32,7 +32,7 @@ def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
     return jax.device_put(np.asarray(x, dtype))
 
 
-def as_argument(x: ArrayLike, dtype: DTypeLike | None = float) -> Any:
+def as_host_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Any:
     """x for a compiled program: as `as_array`, but what is known on the host stays there until the call, which moves
     all arguments at once; on their own they take 50 microseconds each, as long as a step of a small mechanism."""
     if isinstance(x, Array) or not is_concrete(x) or not not_tracing():
