@@ -13,7 +13,7 @@ LENGTHS = {"crank": 0.2, "coupler": 0.5, "rocker": 0.4, "ground": 0.5}
 BARS = ("crank", "coupler", "rocker")
 START, END, SAVED = 0.3, 1.0, 101  # crank angle [rad], end [s], saved states
 SOLVERS = {  # and whether its steps pass over saved times
-    "Tsit5 over": (diffrax.Tsit5(), True),
+    "Dopri5 over": (diffrax.Dopri5(), True),
     "Dopri8 over": (diffrax.Dopri8(), True),
     "Dopri8": (diffrax.Dopri8(), False),
 }

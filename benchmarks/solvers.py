@@ -18,7 +18,7 @@ from solver_cases import CASES
 import jaxmbs as mbs
 
 DECADES = tuple(10.0**-k for k in range(3, 11))
-SMOOTH, STIFF = ("Tsit5", "Bosh3", "Rodas5P"), ("Tsit5", "Rodas5P", "Kvaerno5")
+SMOOTH, STIFF = ("Tsit5", "Rodas5P"), ("Tsit5", "Rodas5P", "Kvaerno5")
 LONGEST = 0.5  # CPU seconds of a run after which a solver is not asked for smaller errors
 QUICK = ("sleigh",)
 
