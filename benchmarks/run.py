@@ -13,6 +13,7 @@ NAMES = (
     "long_run_energy",
     "closed_loop",
     "iftomm",
+    "solvers",
     "rows_of_loops",
     "reactions",
     "substructures",

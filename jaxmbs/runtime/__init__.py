@@ -24,7 +24,7 @@ from ._registry import TrickState, trick_states
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import sets_marks, small_call
-from ._tracing import as_array, as_dtype, not_tracing
+from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
 
@@ -39,6 +39,7 @@ __all__ = [
     "as_argument",
     "as_array",
     "as_dtype",
+    "as_host_array",
     "bytes_for_chunk",
     "bytes_of_arrays",
     "cache",
