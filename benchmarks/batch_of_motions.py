@@ -30,7 +30,7 @@ from jaxmbs.runtime import tuning
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 SETTINGS = {
-    "Tsit5 over": (1e-3, 1e-4, 2e-5),
+    "Dopri5 over": (1e-3, 1e-4, 2e-5),
     "Dopri8 over": (1e-4, 1e-6, 1e-8, 1e-9, 1e-10),
     "Dopri8": (1e-6, 1e-8),
 }
@@ -98,7 +98,7 @@ def _error(found, reference, ok):
 # ---------------------------------------------------------------------------------------------------------- four-bars
 def _candidates(table, quick):
     """(solver, rtol, error, CPU seconds per motion) of our settings on few designs, a reference, the studies."""
-    settings = {"Tsit5 over": SETTINGS["Tsit5 over"][:1]} if quick else SETTINGS
+    settings = {"Dopri5 over": SETTINGS["Dopri5 over"][:1]} if quick else SETTINGS
     studies = {solver: Study(four_bars.study(solver), _rows(table, 1e-6), **_grouped()) for solver in settings}
     reference = list(studies.values())[-1](_rows(table, 1e-11))[0].values
     found = []

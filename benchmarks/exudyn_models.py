@@ -1,4 +1,4 @@
-"""The closed-loop cases in Exudyn, for the table of `closed_loop.py`; imported only where Exudyn is installed.
+"""Mechanisms in Exudyn, for `closed_loop.py` and `solvers.py`; imported only where it is installed.
 
 Planar cases use its planar bodies and revolute joints.  Each model returns (system, read), where `read()` gives the
 compared quantity at the end of a run.
@@ -17,11 +17,14 @@ from exudyn.itemInterface import (
     ObjectANCFCable2D,
     ObjectConnectorSpringDamper,
     ObjectGround,
+    ObjectJointPrismatic2D,
     ObjectJointRevolute2D,
     ObjectRigidBody2D,
+    SensorBody,
     SensorNode,
     Torque,
 )
+from exudyn.utilities import RigidBodyInertia
 
 GRAVITY = 9.81
 
@@ -59,6 +62,17 @@ class Plane:
     def pin(self, a, point_a, b, point_b):
         markers = [self.marker(a, point_a), self.marker(b, point_b)]
         self.system.AddObject(ObjectJointRevolute2D(markerNumbers=markers))
+
+    def slide(self, a, b):
+        """A prismatic joint along the x axis of body a, between the centres of mass."""
+        markers = [
+            self.system.AddMarker(MarkerBodyRigid(bodyNumber=self.bodies[name], localPosition=[0.0, 0.0, 0.0]))
+            for name in (a, b)
+        ]
+        joint = ObjectJointPrismatic2D(
+            markerNumbers=markers, axisMarker0=[1.0, 0.0, 0.0], normalMarker1=[0.0, 1.0, 0.0]
+        )
+        self.system.AddObject(joint)
 
     def coordinates(self, node):
         """Displacements (x, y, angle) of a node from its starting pose."""
@@ -125,6 +139,116 @@ def andrews(start):
     plane.system.AddLoad(Torque(markerNumber=hub, loadVector=[0.0, 0.0, 0.033]))
     plane.system.Assemble()
     return plane.system, lambda: np.array([beta + plane.coordinates(nodes["K1"])[2]])
+
+
+def hanging_four_bar(four_bars):
+    """The nominal four-bar of `four_bars.py` at rest, in its plane (x, -z).  Reads the crank's angle."""
+    lengths, angle = four_bars.LENGTHS, four_bars.START
+    tip = lengths["crank"] * np.array([np.cos(angle), np.sin(angle)])
+    reach = np.array([lengths["ground"], 0.0]) - tip
+    far, between = np.hypot(*reach), np.arctan2(reach[1], reach[0])
+    cosine = (lengths["coupler"] ** 2 + far**2 - lengths["rocker"] ** 2) / (2.0 * lengths["coupler"] * far)
+    coupler = between + np.arccos(cosine)
+    joint = tip + lengths["coupler"] * np.array([np.cos(coupler), np.sin(coupler)])
+    rocker = np.arctan2(joint[1], joint[0] - lengths["ground"])
+    plane = Plane()
+    starts = {"crank": ((0, 0), angle), "coupler": (tip, coupler), "rocker": ((lengths["ground"], 0), rocker)}
+    nodes = {}
+    for name, (origin, turned) in starts.items():
+        mass = length = lengths[name]
+        nodes[name] = plane.body(
+            name, mass, mass * length**2 / 12.0, (length / 2, 0), origin, turned, gravity=-GRAVITY
+        )
+    plane.pin("ground", (0, 0), "crank", (0, 0))
+    plane.pin("crank", (lengths["crank"], 0), "coupler", (0, 0))
+    plane.pin("coupler", (lengths["coupler"], 0), "rocker", (lengths["rocker"], 0))
+    plane.pin("ground", (lengths["ground"], 0), "rocker", (0, 0))
+    plane.system.Assemble()
+    return plane.system, lambda: np.array([angle + plane.coordinates(nodes["crank"])[2]])
+
+
+def slider_crank():
+    """C1 on its free run.  Reads the crank's angle."""
+    angle, rate, r, rod_length = 0.4, 5.0, 0.15, 0.5
+    rod, pin = -np.arcsin(r * np.sin(angle) / rod_length), r * np.array([np.cos(angle), np.sin(angle)])
+    rod_rate = -r * rate * np.cos(angle) / (rod_length * np.cos(rod))
+    speed = rate * np.array([-pin[1], pin[0]])
+    side = np.array([-np.sin(rod), np.cos(rod)])
+    place = pin + rod_length * np.array([np.cos(rod), np.sin(rod)])
+    plane = Plane()
+    of_rod = (*(speed + 0.25 * rod_rate * side), rod_rate)
+    of_slider = (speed[0] + rod_length * rod_rate * side[0], 0.0, 0.0)
+    crank = plane.body("crank", 1.2, 0.004, (0.075, 0), (0, 0), angle, (*(speed / 2), rate), GRAVITY)
+    plane.body("rod", 2.0, 0.06, (0.25, 0), pin, rod, of_rod, GRAVITY)
+    plane.body("slider", 3.0, 0.01, (0, 0), place, 0.0, of_slider, GRAVITY)
+    plane.pin("ground", (0, 0), "crank", (0, 0))
+    plane.pin("crank", (r, 0), "rod", (0, 0))
+    plane.pin("rod", (rod_length, 0), "slider", (0, 0))
+    plane.slide("ground", "slider")
+    plane.system.Assemble()
+    return plane.system, lambda: np.array([angle + plane.coordinates(crank)[2]])
+
+
+def stiff_strut(stiffness, damping, length, mass):
+    """A mass that swings on a stiff strut along a pinned sleeve.  Reads the sleeve's angle."""
+    plane = Plane()
+    sleeve = plane.body("sleeve", 0.1, 0.1 * 0.2**2 / 12.0, (0.1, 0), (0, 0), 0.0, gravity=GRAVITY)
+    plane.body("mass", mass, 1e-3, (0, 0), (length, 0), 0.0, gravity=GRAVITY)
+    plane.pin("ground", (0, 0), "sleeve", (0, 0))
+    plane.slide("sleeve", "mass")
+    ends = [plane.marker("ground", (0, 0)), plane.marker("mass", (0, 0))]
+    law = {"stiffness": stiffness, "damping": damping, "referenceLength": length}
+    plane.system.AddObject(ObjectConnectorSpringDamper(markerNumbers=ends, **law))
+    plane.system.Assemble()
+    return plane.system, lambda: np.array([plane.coordinates(sleeve)[2]])
+
+
+def flyball_governor(stiffness=8e5, damping=4e4):
+    """A05.  Reads the slider's height on its shaft."""
+    system, spin = exu.SystemContainer().AddSystem(), [0.0, 0.0, 2.0 * np.pi]
+    tilt = np.pi / 6
+
+    def body(mass, inertia, place, rotation):
+        velocity = np.cross(spin, place)
+        return system.CreateRigidBody(
+            inertia=RigidBodyInertia(mass, np.diag(inertia)),
+            referencePosition=list(place),
+            referenceRotationMatrix=rotation,
+            initialVelocity=list(velocity),
+            initialAngularVelocity=spin,
+            gravity=[0, 0, -GRAVITY],
+        )
+
+    box = lambda mass, x, y, z: mass / 12.0 * np.array([y * y + z * z, x * x + z * z, x * x + y * y])  # noqa: E731
+    shaft = body(0.3, box(0.3, 0.01, 0.01, 1.0), [0.0, 0.0, 0.5], np.eye(3))
+    slider = body(3.0, box(3.0, 0.1, 0.1, 0.1), [0.0, 0.0, 0.5], np.eye(3))
+    ground = system.CreateGround()
+    z_axis, y_axis = [0, 0, 1], [0, 1, 0]
+    local = {"useGlobalFrame": False}
+    system.CreateRevoluteJoint(bodyNumbers=[ground, shaft], position=[0, 0, 0], axis=z_axis, **local)
+    system.CreatePrismaticJoint(bodyNumbers=[shaft, slider], position=[0, 0, 0], axis=z_axis, **local)
+    for sign in (1.0, -1.0):
+        mass, com = 5.3, (0.3 * 0.5 + 5.0) / 5.3  # rod and tip
+        inertia = box(0.3, 1.0, 0.01, 0.01) + (0.3 * (com - 0.5) ** 2 + 5.0 * (1.0 - com) ** 2) * np.array([0, 1, 1])
+        along = np.array([sign * np.cos(tilt), 0.0, -np.sin(tilt)])
+        rotation = np.column_stack([sign * along, [0.0, 1.0, 0.0], np.cross(sign * along, [0.0, 1.0, 0.0])])
+        hinge = np.array([0.05 * sign, 0.0, 1.0])
+        rod = body(mass, inertia, hinge + com * along, rotation)
+        system.CreateRevoluteJoint(bodyNumbers=[shaft, rod], position=[0.05 * sign, 0, 0.5], axis=y_axis, **local)
+        system.CreateSpringDamper(
+            bodyNumbers=[slider, rod],
+            localPosition0=[0.05 * sign, 0, 0],
+            localPosition1=[(0.5 - com) * sign, 0, 0],
+            referenceLength=0.5,
+            stiffness=stiffness,
+            damping=damping,
+        )
+    height = SensorBody(
+        bodyNumber=slider, outputVariableType=exu.OutputVariableType.Position, storeInternal=False, writeToFile=False
+    )
+    height = system.AddSensor(height)
+    system.Assemble()
+    return system, lambda: np.array([system.GetSensorValues(height)[2]])
 
 
 def spinning_beam(elements, step, times):

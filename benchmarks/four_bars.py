@@ -13,7 +13,7 @@ LENGTHS = {"crank": 0.2, "coupler": 0.5, "rocker": 0.4, "ground": 0.5}
 BARS = ("crank", "coupler", "rocker")
 START, END, SAVED = 0.3, 1.0, 101  # crank angle [rad], end [s], saved states
 SOLVERS = {  # and whether its steps pass over saved times
-    "Tsit5 over": (diffrax.Tsit5(), True),
+    "Dopri5 over": (diffrax.Dopri5(), True),
     "Dopri8 over": (diffrax.Dopri8(), True),
     "Dopri8": (diffrax.Dopri8(), False),
 }
@@ -147,7 +147,7 @@ def models(designs, dt):
     return found
 
 
-def rolled_out(designs, start, dt, threads):
+def rolled_out(designs, start, dt, threads, end=END):
     """A function that runs all designs in MuJoCo's threads from our coordinates: (end (B, 3), peaks (B, 4))."""
     import mujoco
     from mujoco import rollout
@@ -157,7 +157,7 @@ def rolled_out(designs, start, dt, threads):
     A, B, C = np.asarray(start).T
     zero = np.zeros(len(A))
     state = np.stack([zero, A, B, A + B + C, zero, zero, zero], axis=1)  # time, angles, rates
-    steps, each = round(END / dt), max(1, round(END / dt / (SAVED - 1)))
+    steps, each = round(end / dt), max(1, round(end / dt / (SAVED - 1)))
 
     def call():
         states, sensed = rollout.rollout(every, data, state, nstep=steps + 1)

@@ -1,6 +1,5 @@
 """The chain of ten slender links of the trajectory benchmarks, for this library and for MuJoCo."""
 
-import mujoco
 import numpy as np
 from cases import models
 
@@ -23,6 +22,8 @@ def our_start(system):
 
 def mujoco_model(integrator="Euler", dt=1e-3):
     """The same chain; no contacts, no damping, no armature."""
+    import mujoco
+
     model = mujoco.MjModel.from_xml_string(_xml(integrator, dt))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP | mujoco.mjtDisableBit.mjDSBL_CONTACT
     return model

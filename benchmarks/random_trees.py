@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
+from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 
@@ -47,8 +47,7 @@ def random_links(shape, n, seed=0):
 
 
 def _rotation(rng):
-    q = rng.normal(size=4)
-    return pin.Quaternion(q / np.linalg.norm(q)).toRotationMatrix()
+    return Rotation.from_quat(rng.normal(size=4)).as_matrix()
 
 
 def our_system(links):
@@ -67,6 +66,8 @@ def our_system(links):
 
 def pinocchio_model(links):
     """The tree in Pinocchio, joints added depth first (its composite algorithms are silently wrong otherwise)."""
+    import pinocchio as pin
+
     model = pin.Model()
     model.gravity.linear = np.array([0.0, 0.0, -9.81])
     for k, parent in enumerate(links.parent):

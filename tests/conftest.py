@@ -41,10 +41,12 @@ def _compile_cheaply():
     given = os.environ.get("XLA_FLAGS", "")
     if _SMALL_LOOPS in given or jax.__version_info__ >= (0, 12):
         return
+    # JAX 0.11.2 does not know the flag any more, and XLA ends the process that gives it one it does not know.
+    emitters = " --xla_cpu_use_fusion_emitters=false" if jax.__version_info__ < (0, 11) else ""
     os.environ["XLA_FLAGS"] = (
         # Small loops as one kernel (docs/start/sharp-bits.md); the others halve compilation, and make runs slower.
         f"{given} --xla_backend_extra_options={_SMALL_LOOPS}=100000000,xla_cpu_disable_loop_unrolling"
-        " --xla_cpu_use_fusion_emitters=false --xla_cpu_enable_concurrency_optimized_scheduler=false"
+        f"{emitters} --xla_cpu_enable_concurrency_optimized_scheduler=false"
         " --xla_backend_optimization_level=0"
         # Two workers have two cores: a program is compiled in one piece by one thread.
         " --xla_cpu_parallel_codegen_split_count=1"

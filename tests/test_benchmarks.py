@@ -16,12 +16,15 @@ PACKAGES = {
     "trajectory_gradient": ("mujoco",),
     "energy_drift": ("mujoco", "matplotlib"),
     "closed_loop": (),
+    "iftomm": (),
+    "solvers": (),
     "rows_of_loops": (),
     "reactions": (),
     "substructures": (),
     "component_chain": (),
     "elastic_bodies": (),
     "batch_of_motions": ("mujoco",),
+    "accelerator": (),
     "cold_start": (),
     "compiler_tricks": (),
     "saved_times": (),
@@ -33,7 +36,7 @@ PACKAGES = {
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start",)
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
-LONG += ("component_chain", "rows_of_loops")
+LONG += ("component_chain", "rows_of_loops", "accelerator", "iftomm", "solvers")
 
 
 def _marked(name):

@@ -27,14 +27,14 @@ FACES = {
         Batch batch
     """,
     "jaxmbs.ode": """
-        Gauss4 ImplicitMidpoint ProjectedSolver SemiImplicitEuler
+        Gauss4 ImplicitMidpoint ProjectedSolver Rodas5P SemiImplicitEuler
     """,
     "jaxmbs.runtime": """
         FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_in_batch as_argument as_array as_dtype
-        bytes_of_arrays cache chunked_vmap compile_batch compile_kind constant_product content_of export
-        fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused gather_static is_double
-        is_motion is_on jaxpr_function jit
-        lapack lazy_where load_program map_chunked not_tracing remat report_compiles reverse_only save_factor
+        as_host_array bytes_for_chunk bytes_of_arrays cache chunked_vmap compile_batch compile_kind constant_product
+        content_of export fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
+        gather_static is_double is_motion is_on jaxpr_function jit lapack lazy_where load_program map_chunked
+        not_tracing remat report_compiles reverse_only save_factor
         segment_sum_static set_quick_flags sets_marks small_call trick_states tuning user_jit without_tricks
         without_unused working_bytes
     """,
@@ -132,7 +132,7 @@ FACES = {
     """,
     "jaxmbs.motion": """
         Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
-        ProjectedSolver Rates SemiImplicitEuler VectorField load_peaks peak simulate vector_field
+        ProjectedSolver Rates Rodas5P SemiImplicitEuler VectorField load_peaks peak simulate vector_field
     """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed

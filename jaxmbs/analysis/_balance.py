@@ -22,12 +22,15 @@ from ..kinematics._poses import coordinate_rate, node_parameters
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
+from ..runtime import lapack
 from ._linearise import unbalanced_efforts
 from ._unknowns import after_step, at_unknowns, normalised, rate_of_step
 
 _MOST_STEPS = 200  # trials of the line search included
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
 _STEP_TOLERANCE = {8: 1e-11, 4: 1e-6}  # a trial nearer than this, relative to the coordinates, is the last
+
+_SINGULAR = {8: 1e-12, 4: 1e-5}  # of the singular values, largest entries one: what rounding leaves of a zero
 
 
 class Balance(NamedTuple):
@@ -186,9 +189,22 @@ def _solve_slope(slope, still, right):
     return square.solve(still[:, None] * slope + jnp.diag(1.0 - still), right)
 
 
+def _is_singular(slope, still):
+    """True if the slope of the columns that do not move has no inverse but by rounding, whatever their units."""
+    A = lax.stop_gradient(still[:, None] * slope + jnp.diag(1.0 - still))
+    for axis in (1, 0):
+        largest = jnp.max(jnp.abs(A), axis=axis, keepdims=True, initial=0.0)
+        A = A / jnp.where(largest > 0.0, largest, 1.0)
+    sizes = lapack.svd(A)[1]
+    return jnp.min(sizes, initial=jnp.inf) <= _SINGULAR[A.dtype.itemsize] * jnp.max(sizes, initial=0.0)
+
+
 @search_balance.def_jvp
 def _search_balance_jvp(primals, tangents):
-    """Implicit function theorem: the step that balances perturbed efforts and closes perturbed loops again."""
+    """Implicit function theorem: the step that balances perturbed efforts and closes perturbed loops again.
+
+    NaN where the slope is singular: the equilibrium is one of many, and a perturbation moves it by any amount.
+    """
     system, psi0, t, w, moving, _ = primals
     found = search_balance(*primals)
     psi, at = found[:2]
@@ -213,6 +229,7 @@ def _search_balance_jvp(primals, tangents):
     change = _or_zeros(eqx.filter_jvp(efforts, (system, psi, t, w), (d_system, rate, d_t, d_w))[1], at.efforts)
     held = jnp.zeros_like(still) if not moving else _displacement(top, psi0, d_psi0)[unknown_columns(system)]
     step = at.Gamma @ _solve_slope(at.slope, still, (1.0 - still) * held - still * change) + closing
+    step = step * jnp.where(_is_singular(at.slope, still), jnp.nan, 1.0)
     d_psi = rate_of_step(system, psi, step)
     d_at = eqx.filter_jvp(balance, (system, psi, t, w), (d_system, d_psi, d_t, d_w))[1]
     return found, (d_psi, d_at, jnp.zeros_like(found[2]), None)

@@ -81,8 +81,8 @@ def batch(
         designs: a dict of columns or any pytree whose leaves share a leading axis B; a list of B dicts; or a table
             such as a pandas DataFrame.  If they are traced, or the function closes over traced numbers, so is the
             batch: it can be differentiated and compiled as a part of a larger program.
-        chunk: designs side by side; by default 32, less for few designs, or where one chunk would take more than
-            256 MB of working memory.
+        chunk: designs side by side; by default 32 (on accelerators 32768), less for few designs, or where one chunk
+            would take more than 256 MB of working memory (a quarter of an accelerator's).
         progress: show a progress bar (not when traced).
         devices: spread every chunk over these devices of this host, e.g. `jax.devices()`.
         feasible: cheap function of one design that returns True if it is worth running, e.g. `lambda d:
@@ -105,21 +105,21 @@ def batch(
         batched = batched_function(function, designs, cost, compile)
         if batched.is_traced or is_traced(designs):
             bar.disable = True
-            return _traced_batch(batched, designs, chunk or tuning.CHUNK, feasible)
-        threads = 1 if devices else _num_threads()
+            return _traced_batch(batched, designs, chunk or _largest_chunk(), feasible)
+        threads, turns, number = 1 if devices else _num_threads(), 1, num_designs(designs)
         if chunk is None:
-            program, chunk = batched.program_within_memory(
-                round_to_devices(_chunk_size(num_designs(designs), threads), devices), devices
-            )
+            chunk = round_to_devices(_chunk_size(number, threads), devices)
+            turns = 1 if devices else batched.chunks_in_turn(number, threads, chunk)
+            program, chunk = batched.program_within_memory(chunk, devices, turns)
         else:
             chunk = round_to_devices(chunk, devices)
             program = batched.program(chunk, devices)
-        good = np.full(num_designs(designs), True)
+        good = np.full(number, True)
         if feasible is not None:
             good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
         bar.set_description("batch")
         bar.reset()
-        executor = ChunkExecutor(program, chunk, max(len(devices), 1), threads, designs, batched)
+        executor = ChunkExecutor(program, chunk * turns, max(len(devices), turns), threads, designs, batched)
         return _run_chunks(executor, batched, good, bar)
 
 
@@ -155,5 +155,9 @@ def _num_threads() -> int:
 
 
 def _chunk_size(number: int, threads: int) -> int:
-    """Largest chunk that gives work to each thread: a power of two up to `tuning.CHUNK`."""
-    return min(tuning.CHUNK, 2 ** math.ceil(math.log2(math.ceil(number / threads))))
+    """Largest chunk that gives work to each thread: a power of two up to what the backend takes at once."""
+    return min(_largest_chunk(), 2 ** math.ceil(math.log2(math.ceil(number / threads))))
+
+
+def _largest_chunk() -> int:
+    return tuning.CHUNK if jax.default_backend() == "cpu" else tuning.DEVICE_CHUNK

@@ -18,7 +18,8 @@ from ._table import num_designs, select_designs
 
 
 class ChunkExecutor:
-    """Runs designs through `program`, `chunk` at a time, on `threads`; each chunk is split over `shares` devices.
+    """Runs designs through `program`, `chunk` at a time, on `threads`; each chunk has `shares`, of as many
+    devices or one after another, that do not wait for each other.
 
     Attributes:
         results: leaves (B, ...) of (values, status, cost); nan for designs that have not run, with a status of

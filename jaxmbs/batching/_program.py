@@ -3,6 +3,7 @@
 import math
 import weakref
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import jax
@@ -14,6 +15,7 @@ from jaxtyping import PyTree
 
 from ..checks import is_concrete
 from ..runtime import (
+    bytes_for_chunk,
     bytes_of_arrays,
     compile_batch,
     compile_kind,
@@ -73,32 +75,61 @@ class BatchedFunction:
         """(values, status, cost) from its leaves."""
         return jax.tree.unflatten(jax.tree.structure(self.shape), leaves)
 
-    def program(self, chunk: int, devices: tuple = ()) -> jax.stages.Compiled:
-        """The compiled program of exactly `chunk` designs, spread evenly over the devices if any are given."""
-        if (chunk, devices) not in self._programs:
-            self._programs[chunk, devices] = self._compile(chunk, devices)
-        return self._programs[chunk, devices]
+    def chunks_in_turn(self, number: int, threads: int, chunk: int) -> int:
+        """Chunks that one call works on, one after another: several on a CPU where a chunk takes less than a call.
 
-    def program_within_memory(self, chunk: int, devices: tuple = ()) -> tuple[jax.stages.Compiled, int]:
-        """(program, chunk) for this chunk, or for a power of two below within the bytes of `tuning`."""
+        The chunks of a motion take longer, and are scheduled by their cost.
+        """
+        turns = tuning.CHUNKS_IN_TURN
+        many = number >= 2 * threads * chunk * turns
+        results = sum(x.size * x.dtype.itemsize for x in jax.tree.leaves(self.shape)) * chunk * turns
+        small = results < bytes_for_chunk() / 4
+        return turns if many and small and jax.default_backend() == "cpu" and not is_motion(self._jaxpr) else 1
+
+    def program(self, chunk: int, devices: tuple = (), turns: int = 1) -> jax.stages.Compiled:
+        """The compiled program of exactly `chunk` designs, spread evenly over the devices if any are given.
+
+        It takes `turns` such chunks one after another.
+        """
+        key = chunk, devices, turns
+        if key not in self._programs:
+            self._programs[key] = self._compile(*key)
+        return self._programs[key]
+
+    def program_within_memory(
+        self, chunk: int, devices: tuple = (), turns: int = 1
+    ) -> tuple[jax.stages.Compiled, int]:
+        """(program, chunk) for this chunk, or for a power of two below within `bytes_for_chunk`."""
         within_cache = tuning.CACHED_CHUNK // max(bytes_of_arrays(self._jaxpr), 1)
         if jax.default_backend() == "cpu" and chunk > tuning.SMALL_CHUNK:
             chunk = max(min(chunk, 2 ** max(within_cache.bit_length() - 1, 0)), tuning.SMALL_CHUNK)
-        program = self.program(chunk, devices)
-        excess = max(working_bytes(program) / tuning.CHUNK_BYTES, 1.0)
+        program = self.program(chunk, devices, turns)
+        excess = max(working_bytes(program) / bytes_for_chunk(), 1.0)
         smaller = round_to_devices(2 ** math.floor(math.log2(max(chunk / excess, 1.0))), devices)
-        return (program, chunk) if excess == 1.0 or smaller >= chunk else self.program_within_memory(smaller, devices)
+        return (
+            (program, chunk)
+            if excess == 1.0 or smaller >= chunk
+            else self.program_within_memory(smaller, devices, turns)
+        )
 
-    def _compile(self, chunk: int, devices: tuple) -> jax.stages.Compiled:
+    def _compile(self, chunk: int, devices: tuple, turns: int) -> jax.stages.Compiled:
         function, where = self, None
+        if turns > 1:
+            function = partial(_in_turn, self, chunk)
         if devices:
             mesh, split = Mesh(np.array(devices), ("designs",)), PartitionSpec("designs")
             where = NamedSharding(mesh, split)
             # Each device ends its own loops: sharding the whole program would make them communicate after every step.
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
-        columns = [jax.ShapeDtypeStruct((chunk, *x.shape), x.dtype, sharding=where) for x in self._row]
+        columns = [jax.ShapeDtypeStruct((chunk * turns, *x.shape), x.dtype, sharding=where) for x in self._row]
         # motions gain 3 % by the compiler's highest level, for a third more to compile
         return compile_batch(function, columns, self._kind, not is_motion(self._jaxpr), self.__name__)
+
+
+def _in_turn(function: Callable, chunk: int, *columns: Any) -> list:
+    """The function of `chunk` rows of the columns, of one chunk after another."""
+    split = [x.reshape(-1, chunk, *x.shape[1:]) for x in columns]
+    return [x.reshape(-1, *x.shape[2:]) for x in lax.map(lambda rows: function(*rows), split)]
 
 
 def batched_function(

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 
 from .. import verbs
-from ..motion import Motion
+from ..motion import Motion, Rodas5P
 from ._files import write_table
 from ._models import build_system, read, read_state
 from ._terminal import print_note, print_result
@@ -23,11 +23,9 @@ def check(options: argparse.Namespace) -> int:
 
 def simulate(options: argparse.Namespace) -> int:
     """The motion to `--t1`; status 1 where it fails, what was computed is written all the same."""
-    import diffrax
-
     system, state = read_state(options)
     ts = np.linspace(float(state.t), options.t1, options.steps + 1)
-    solver = diffrax.Kvaerno5() if options.stiff else None
+    solver = Rodas5P() if options.stiff else None
     motion = verbs.simulate(system, state, ts=ts, solver=solver, progress=sys.stderr.isatty(), throw=False)
     if options.out:
         write_table(motion, options.out)

@@ -17,10 +17,19 @@ def solve(A, B):
     Non-finite where A is singular.
     """
     dtype = np.promote_types(A.dtype, B.dtype)
-    A, X = A.astype(dtype), (B[:, None] if B.ndim == 1 else B).astype(dtype)
+    return solver(A.astype(dtype))(B.astype(dtype))
+
+
+def solver(A):
+    """The function B -> `A^-1 B`, as `solve`, of one factor for every right side of A's type."""
     factor = factorise(lax.stop_gradient(A))
     straight, turned = ((lambda _, B, t=t: factor.solve(B, t)) for t in (False, True))
-    return lax.custom_linear_solve(lambda X: A @ X, X, straight, turned).reshape(B.shape)
+
+    def solve_with(B):
+        X = B[:, None] if B.ndim == 1 else B
+        return lax.custom_linear_solve(lambda X: A @ X, X, straight, turned).reshape(B.shape)
+
+    return solve_with
 
 
 def inverse(A):

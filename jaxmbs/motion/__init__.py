@@ -2,6 +2,7 @@
 
 from ..ode._gauss import Gauss4, ImplicitMidpoint
 from ..ode._projected_solver import ProjectedSolver
+from ..ode._rosenbrock import Rodas5P
 from ..ode._semi_implicit_euler import SemiImplicitEuler
 from ._event import Event
 from ._event_record import EventRecord
@@ -25,6 +26,7 @@ __all__ = [
     "PhaseState",
     "ProjectedSolver",
     "Rates",
+    "Rodas5P",
     "SemiImplicitEuler",
     "VectorField",
     "load_peaks",

@@ -183,7 +183,7 @@ class Motion(eqx.Module):
         return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)
 
 
-@jit
+@jit(compile="quick")  # a user asks for some times, once
 def _at(system, states, ts, last, t):
     P = node_parameters(system)
 

@@ -22,7 +22,7 @@ from ..ode._integrate import Arguments, attach_time_derivative, integrate_equati
 from ..ode._loop import stop_gradients
 from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
-from ..runtime import as_array, jit
+from ..runtime import as_host_array, jit
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
@@ -67,8 +67,9 @@ def simulate(
         t1: end time [s] (default: the last of `ts`).
         ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives.
         dt: fixed step [s]; without it steps adapt to rtol, atol.
-        solver: a diffrax solver (default Dopri8; stiff systems: diffrax.Kvaerno5()), or, at fixed steps,
-            `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`.
+        solver: a diffrax solver (default Dopri8), `jaxmbs.motion.Rodas5P()` for stiff systems, or, at fixed steps,
+            `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`; `benchmarks/solvers.py` has
+            the error of each against its time.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
         rtol, atol: tolerances of each step in coordinates and velocities [m, rad, s], default 1e-9 (single precision:
             3e-4 and 3e-6).
@@ -116,7 +117,7 @@ def simulate(
         _check_acting(chosen, loop)
     t0, dtype = state.t, state.coordinates.dtype
     ts = save_times(t0, t1, ts)
-    t1 = ts[-1] if t1 is None else as_array(t1)
+    t1 = ts[-1] if t1 is None else as_host_array(t1)
     options = make_options(
         solver,
         controller,

@@ -12,7 +12,7 @@ import optimistix
 from jax import Array
 
 from ..checks import any_concrete, is_concrete
-from ..runtime import as_array
+from ..runtime import as_array, as_host_array
 from ..typing import ArrayLike
 from ._events import check_condition
 from ._linear_solver import SquareSolver
@@ -89,7 +89,7 @@ def _check_solver(solver):
     if solver.term_structure is not diffrax.AbstractTerm:
         raise ValueError(
             f"{type(solver).__name__} is for stochastic or split equations; give a solver for ordinary ones, "
-            "such as diffrax.Dopri8() or, if stiff, diffrax.Kvaerno5()"
+            "such as diffrax.Dopri8() or, if stiff, jaxmbs.motion.Rodas5P()"
         )
 
 
@@ -149,9 +149,9 @@ def make_options(
         solver = _with_root_finder(solver, dt, rtol, atol)
     steps = num_fixed_steps(*span, dt)
     max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS * (1 + max_actions) if has_event else 2)
-    step = None if dt is None else as_array(dt, dtype)
-    tolerances = as_array(rtol, dtype), as_array(atol, dtype)
-    limit = as_array(max_steps, np.int32)
+    step = None if dt is None else as_host_array(dt, dtype)
+    tolerances = as_host_array(rtol, dtype), as_host_array(atol, dtype)
+    limit = as_host_array(max_steps, np.int32)
     lands_on_times = lands_on_times and dt is None
     checkpoints = checkpoints_for(max_steps)
     return Options(

@@ -7,14 +7,14 @@ import numpy as np
 from jax import Array
 
 from ..checks import is_concrete
-from ..runtime import as_array, as_dtype
-from ..typing import ArrayLike
+from ..runtime import as_dtype, as_host_array
+from ..typing import AnyArray, ArrayLike
 
 EARLY = 1e-12  # a time to save that is at most so long before the start [s] is the start: rounding of `linspace`
 _DEFAULT_NUMBER = 101  # of saved times: a picture's worth, and an even part of the motion between two
 
 
-def save_times(t0: ArrayLike, t1: ArrayLike | None, ts: ArrayLike | None, dtype: Any = float) -> Array:
+def save_times(t0: ArrayLike, t1: ArrayLike | None, ts: ArrayLike | None, dtype: Any = float) -> AnyArray:
     """The times to save (T,), by default 101 equal steps to t1.
 
     Raises: ValueError, if concrete, for times that cannot be saved.
@@ -26,8 +26,8 @@ def save_times(t0: ArrayLike, t1: ArrayLike | None, ts: ArrayLike | None, dtype:
         if not is_concrete(t0, t1):
             return jnp.linspace(jnp.asarray(t0), as_dtype(t1, jnp.result_type(dtype)), _DEFAULT_NUMBER)
         equal = np.linspace(np.asarray(t0), np.asarray(t1, float), _DEFAULT_NUMBER)
-        return as_array(equal, dtype)  # compiles nothing
-    ts = as_array(ts, dtype)
+        return as_host_array(equal, dtype)
+    ts = as_host_array(ts, dtype)
     if is_concrete(t0, ts) and not np.all(np.isfinite(ts)):
         raise ValueError(f"ts must be finite times, got {np.asarray(ts)[~np.isfinite(ts)][:3]}")
     if ts.ndim != 1 or ts.shape[0] == 0:

@@ -7,7 +7,7 @@ Other rooms import from this face alone, and nothing of JAX's inner parts: `jax.
 from . import _lapack as lapack
 from . import _tuning as tuning
 from ._barrier import fusion_barrier
-from ._batch_program import bytes_of_arrays, compile_batch, is_motion, working_bytes
+from ._batch_program import bytes_for_chunk, bytes_of_arrays, compile_batch, is_motion, working_bytes
 from ._batched import any_in_batch, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
@@ -24,7 +24,7 @@ from ._registry import TrickState, trick_states
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import sets_marks, small_call
-from ._tracing import as_array, as_dtype, not_tracing
+from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
 
@@ -39,6 +39,8 @@ __all__ = [
     "as_argument",
     "as_array",
     "as_dtype",
+    "as_host_array",
+    "bytes_for_chunk",
     "bytes_of_arrays",
     "cache",
     "chunked_vmap",

@@ -7,6 +7,7 @@ import jax
 from jax.core import ShapedArray
 from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
 
+from . import _tuning as tuning
 from ._compiler_options import compiler_options
 from ._jaxpr import equations
 from ._jit import compile_kind
@@ -50,6 +51,14 @@ def bytes_of_arrays(jaxpr: ClosedJaxpr) -> int:
     """Bytes of all arrays that a traced function makes, one after another; some 20 times what it holds at once."""
     arrays = [out.aval for equation in equations(jaxpr) for out in equation.outvars]
     return sum(math.prod(x.shape) * x.dtype.itemsize for x in arrays if isinstance(x, ShapedArray))
+
+
+def bytes_for_chunk() -> float:
+    """Bytes that the intermediate and returned arrays of one chunk may take: two run at once on an accelerator."""
+    if jax.default_backend() == "cpu":
+        return float(tuning.CHUNK_BYTES)
+    memory = jax.devices()[0].memory_stats()
+    return memory["bytes_limit"] / 4 if memory else math.inf
 
 
 def working_bytes(program: jax.stages.Compiled) -> int:

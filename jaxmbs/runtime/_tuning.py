@@ -71,8 +71,12 @@ STEP_ENTRIES = 60_000
 FRONT_SHAPES = 24
 
 # ---------------------------------------------------------------------------------------------------- many designs
-#: Designs of a batch in one chunk: as cheap each as 64, cheaper than 16 or 128 (`batch_of_motions.py`).
+#: Designs of a batch in one chunk on a CPU: as cheap each as 64, cheaper than 16 or 128 (`batch_of_motions.py`).
 CHUNK = 32
+#: Chunks of one call where a function has no loop of its own: a call takes 0.5 ms beside its work (`accelerator.py`).
+CHUNKS_IN_TURN = 32
+#: Designs of a chunk on an accelerator (`accelerator.py`).
+DEVICE_CHUNK = 2**15
 #: Bytes of all arrays that a chunk makes, above which it has fewer designs, and the fewest: what is in use is to stay
 #: in the cache (`closed_loop.py`: a row of 160 four-bars, 8 designs in 1.0 ms each, 32 in 1.6).
 CACHED_CHUNK, SMALL_CHUNK = 128 * 2**20, 8

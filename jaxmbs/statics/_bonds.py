@@ -98,10 +98,11 @@ class Bonds(eqx.Module):
             raise ModelError([f"length must be one positive number, got {length}"])
         if compliance is None:
             compliance = jnp.tile(jnp.stack([jnp.ones((), dtype)] * 3 + [length**-2] * 3), (q, 1))
-        free = jnp.asarray(~carries, dtype)
-        diagonal = lambda x: x[:, :, None] * jnp.eye(6, dtype=dtype)[None]  # noqa: E731
-        compliance = diagonal(as_dtype(compliance, dtype))
-        return cls(network, position, frame, diagonal(free), effort * free, compliance, length)
+        compliance = as_dtype(compliance, dtype)[:, :, None] * jnp.eye(6, dtype=dtype)[None]
+        free, chosen = _unit_twists(~carries)
+        free = jnp.asarray(free, dtype)
+        effort = jnp.take_along_axis(effort, chosen, axis=1) * jnp.sum(free, axis=1)
+        return cls(network, position, frame, free, effort, compliance, length)
 
     @classmethod
     def from_twists(
@@ -155,6 +156,15 @@ class Bonds(eqx.Module):
         size = jnp.einsum("i,qij->qj", weight, self.free**2)
         # 1e-12 of squares: a millionth of the bond's largest twist is rounding of a projector
         return jnp.where(size > 1e-12 * jnp.max(size, axis=1, keepdims=True, initial=0.0), size, 0.0)
+
+
+def _unit_twists(is_free):
+    """Unit twists (q, 6, f) along the free components (q, 6) of each bond, zero where it has less than f, and the
+    components (q, f) they are along; f is the most that a bond has, and at least one."""
+    size = max(int(is_free.sum(axis=1).max(initial=0)), 1)
+    chosen = np.argsort(~is_free, axis=1, kind="stable")[:, :size]
+    used = np.take_along_axis(is_free, chosen, axis=1)
+    return (np.arange(6)[None, :, None] == chosen[:, None, :]) * used[:, None, :].astype(float), chosen
 
 
 def _spread_of_points(position):

@@ -150,7 +150,8 @@ def _project_probes(bonds, deformations, efforts):
     """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, f) along the free
     twists that random efforts there leave."""
     idle = jnp.zeros((len(bonds.network.bodies), 6), bonds.position.dtype)
-    problems = (jnp.concatenate(pair) for pair in ((deformations, 0.0 * efforts), (0.0 * deformations, efforts)))
+    pairs = ((deformations, jnp.zeros_like(deformations)), (jnp.zeros_like(efforts), efforts))
+    problems = (jnp.concatenate(pair) for pair in pairs)
     wrenches = jax.vmap(lambda d, e: bonds.components(least_compliance(bonds, d, e, idle)))(*problems)
     stresses, answers = jnp.split(wrenches, 2)
     return stresses, efforts - jnp.einsum("qic,nqi->nqc", bonds.free, answers)

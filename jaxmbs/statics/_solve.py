@@ -115,7 +115,9 @@ def bond_reactions(bonds: Bonds, loads: ArrayLike, method: str = "auto") -> Bond
     if network.num_loops == 0:
         wrench = tree_wrenches(network, near_loads)
     else:
-        wrench = least_compliance(near, jnp.zeros_like(near.effort), near.effort, near_loads, method)
+        wrench = least_compliance(
+            near, jnp.zeros((len(near.effort), 6), loads.dtype), near.effort, near_loads, method
+        )
     components = near.components(wrench)
     along = jnp.einsum("qic,qi->qc", near.free, components) - near.effort
     size = near.free_sizes()

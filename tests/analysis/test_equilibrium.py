@@ -169,3 +169,29 @@ def test_second_derivatives_and_batches():
     np.testing.assert_allclose(first, (1 - x) / slope_of_need, rtol=1e-8)
     exact = (-2.0 * first + weight * np.sin(x) * first**2) / slope_of_need
     np.testing.assert_allclose(second, exact, rtol=1e-8)
+
+
+def _linkage(length, gravity, like=None):
+    """A parallelogram, which rests in any pose without weight, in one with it."""
+    b = mbs.SystemBuilder(gravity=(0.0, -gravity, 0.0))
+    for name in ("left", "top", "right"):
+        b.body(name, mass=1.0, com=(0.3, 0.0, 0.0), inertia=0.1)
+    b.joint("A", mbs.Revolute("z"), "ground", "left")
+    b.joint("B", mbs.Revolute("z"), "left", "top", parent_frame=jnp.stack([length, 0.0, 0.0]))
+    b.joint("C", mbs.Revolute("z"), "top", "right", parent_frame=(0.7, 0.0, 0.0), child_frame=(0.6, 0.0, 0.0))
+    b.joint("D", mbs.Revolute("z"), "ground", "right", parent_frame=(0.75, 0.0, 0.0))
+    return b.build(like=like)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_an_equilibrium_among_many_has_no_derivative(gravity):
+    """NaN, not what rounding makes of a stiffness that is zero."""
+    first = _linkage(jnp.asarray(0.6), gravity)
+    start = mbs.State.at(first, A=-1.9, guess={"B": 1.9, "D": -1.9})
+
+    def angle(length):
+        return mbs.equilibrium(_linkage(length, gravity, first), start, throw=False).state.coordinates[0]
+
+    value, slope = jax.value_and_grad(angle)(0.6)
+    assert np.isfinite(value) and np.isfinite(slope) == (gravity > 0.0)

@@ -81,6 +81,20 @@ def test_wrong_designs_are_named(designs, error, text):
         batch(area, designs)
 
 
+def test_several_chunks_of_one_call(monkeypatch):
+    """Cheap functions of many designs: values in order, the rest of a call filled up, infeasible designs left out."""
+    monkeypatch.setattr(tuning, "CHUNKS_IN_TURN", 4)
+    monkeypatch.setattr(batches, "_num_threads", lambda: 2)
+    number = 2 * 2 * 4 * tuning.CHUNK + 37
+    designs = table(number)
+    found = batch(area, designs, feasible=lambda design: design["a"] < 1.7)
+    good = designs["a"] < 1.7
+    np.testing.assert_array_equal(np.isfinite(found.values["area"]), good)
+    np.testing.assert_array_equal(found.status == Status.INFEASIBLE, ~good)
+    expected = jax.vmap(area)({name: column[good] for name, column in designs.items()})
+    np.testing.assert_allclose(found.values["area"][good], expected["area"], rtol=1e-14)
+
+
 def test_wrong_chunk():
     with pytest.raises(ValueError, match="chunk"):
         batch(area, table(3), chunk=0)
@@ -183,8 +197,8 @@ def test_an_error_keeps_what_was_computed(error, monkeypatch):
     running = programs.BatchedFunction.program
     calls = []
 
-    def program(self, chunk, devices=()):
-        inner = running(self, chunk, devices)
+    def program(self, chunk, devices=(), turns=1):
+        inner = running(self, chunk, devices, turns)
 
         def call(*columns):
             calls.append(1)

@@ -50,9 +50,11 @@ def n_four_bar_acceleration(n, angle):
 
 
 def n_four_bar_angle(n, start, end, rate=-1.0):
-    """The cranks' angle at a time, by this equation and SciPy's DOP853."""
+    """The cranks' angle at a time, or at increasing times, by this equation and SciPy's DOP853."""
     slope = lambda t, y: [y[1], n_four_bar_acceleration(n, y[0])]  # noqa: E731
-    return solve_ivp(slope, (0.0, end), [start, rate], "DOP853", rtol=1e-13, atol=1e-13).y[0, -1]
+    times = np.atleast_1d(end)
+    angles = solve_ivp(slope, (0.0, times[-1]), [start, rate], "DOP853", times, rtol=1e-13, atol=1e-13).y[0]
+    return angles if np.ndim(end) else angles[0]
 
 
 ANDREWS = {
@@ -100,6 +102,26 @@ def andrews(torque=0.033, stiffness=4530.0, free_length=0.07785):
     spring = mbs.SpringDamper(stiffness=stiffness, free_length=free_length)
     b.force("spring", spring, between=(("ground", C), ("K3", (0.02, -0.018, 0.0))))
     return b.build(cut=("E3", "E4", "E6"))
+
+
+BRICARD_CORNERS = np.array(
+    ((0.0, 0, 0), (1, 0, 0), (1, -1, 0), (1, -1, 1), (0, -1, 1), (0, 0, 1))
+)  # of a cube, at the start: rod i joins corner i to the next, the ground the last to the first
+BRICARD_AXES = ("y", "z", "x", "y", "z", "x")  # each normal to the two edges that meet there
+
+
+def bricard():
+    """A04: five uniform rods of 1 kg, 1 m and six revolutes; one freedom although one row is redundant."""
+    b = mbs.SystemBuilder(gravity=DOWN_Y)
+    for i, (start, end) in enumerate(zip(BRICARD_CORNERS[:-1], BRICARD_CORNERS[1:], strict=True)):
+        along = end - start
+        inertia = (np.eye(3) - np.outer(along, along)) / 12.0
+        b.body(f"rod_{i}", mass=1.0, com=along / 2.0, inertia=inertia, position=start)
+    bodies = ("ground", *(f"rod_{i}" for i in range(5)), "ground")
+    for i, (axis, corner) in enumerate(zip(BRICARD_AXES, BRICARD_CORNERS, strict=True)):
+        b.joint(f"corner_{i}", mbs.Revolute(axis=axis), parent=bodies[i], child=bodies[i + 1], at=corner)
+    b.frame("P3", on="rod_3")
+    return b.build(cut=("corner_5",))
 
 
 def flyball_governor(stiffness=8e5, damping=4e4):

@@ -18,7 +18,7 @@ def problem(request):
     bonds = random_bonds("loops", seed=7, most_free=2)
     random = np.random.default_rng(2)
     numbers = {name: getattr(bonds, name) for name in LEAVES} | {"loads": jnp.asarray(random_loads(bonds))}
-    weights = jnp.asarray(random.normal(size=bonds.effort.shape))
+    weights = jnp.asarray(random.normal(size=(len(bonds.effort), 6)))
     step = {name: jnp.asarray(random.normal(size=x.shape)) for name, x in numbers.items()}
     step["effort"] = jnp.where(bonds.effort != 0, step["effort"], 0.0)
     step["compliance"] = 0.1 * (step["compliance"] + jnp.swapaxes(step["compliance"], 1, 2))
