@@ -42,7 +42,7 @@ EXEMPT = {
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,
     "no argument, a name, or a solver or event that simulate judges": """
-        elements.DIRECTIONS motion.Event motion.ProjectedSolver motion.Gauss4 motion.ImplicitMidpoint
+        elements.DIRECTIONS motion.Event motion.ProjectedSolver motion.Gauss4 motion.ImplicitMidpoint motion.Rodas5P
         motion.SemiImplicitEuler builder.SystemBuilder
         jaxmbs.AssemblyError studies.StudyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError
         jaxmbs.UnknownNameError jaxmbs.ModelFileError
