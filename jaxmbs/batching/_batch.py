@@ -109,7 +109,8 @@ def batch(
         threads, turns, number = 1 if devices else _num_threads(), 1, num_designs(designs)
         if chunk is None:
             chunk = round_to_devices(_chunk_size(number, threads), devices)
-            turns = 1 if devices else batched.chunks_in_turn(number, threads, chunk)
+            scheduled = bool(devices) or cost is not count_steps  # chunk by chunk
+            turns = 1 if scheduled else batched.chunks_in_turn(number, threads, chunk)
             program, chunk = batched.program_within_memory(chunk, devices, turns)
         else:
             chunk = round_to_devices(chunk, devices)

@@ -53,6 +53,14 @@ MORE = {
     "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
     "effort": mbs.forces.GeneralisedEffort(gearing),
     "maxwell": mbs.forces.Maxwell(40.0, 0.1 + 0.2),
+    "zener": mbs.forces.Zener(40.0, 0.3, 7.0, 0.1),
+    "rubber": mbs.forces.Prony(3.0, [40.0, 2.0], [0.1 + 0.2, 5.0], 0.1),
+    "mount of rubber": mbs.forces.PronyBushing(np.arange(1.0, 7.0), np.ones((2, 6)), [0.3, 5.0]),
+    "bristles": mbs.forces.LuGre(1.0, 1e5, 300.0, 1.5, 0.4, 1e-3),
+    "yielding": mbs.forces.ElastoPlastic(1e4, 200.0, 0.05, 3.0, 0.1),
+    "motor": mbs.forces.Motor(mbs.Ramp(0.0, 3.0), 1.5, 0.05, 0.3, ratio=2.0),
+    "jack": mbs.forces.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9, 0.5, 2e-6, 2e7, varying=True),
+    "gas": mbs.forces.AirSpring(2e-3, 6e5, 0.15, length=0.4),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
 }
 THINGS = {
