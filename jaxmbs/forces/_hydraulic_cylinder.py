@@ -10,20 +10,13 @@ from jaxtyping import Array, Float
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
 from ._fields import as_law_function, number
+from ._signals import AbstractSignal, as_signal
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
 
 
 def _opening(value):
-    return as_law_function(value) if callable(value) else _Opening(value)
-
-
-class _Opening(eqx.Module):
-    """A constant opening of a valve."""
-
-    value: Convertible[Scalar] = eqx.field(converter=number)
-
-    def __call__(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
-        return self.value
+    """A signal of time from a signal or number; any other function is one of (x, v, t)."""
+    return as_signal(value) if isinstance(value, AbstractSignal) or not callable(value) else as_law_function(value)
 
 
 class HydraulicCylinder(AbstractScalarStateLaw):
@@ -39,7 +32,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         areas: (A0, A1) of the piston's faces > 0 [m^2].
         volumes: (V0, V1) of the chambers and lines > 0 [m^3], at x = `length` where `varying`.
         bulk_modulus: E > 0 of the oil [Pa].
-        valve: opening as a number or `function(x, v, t)`, 1 full open.
+        valve: opening as a number, a signal such as `Step`, or `function(x, v, t)`; 1 full open.
         flow_gain: flow of the open valve over the root of the pressure difference, >= 0 [m^3/s/Pa^0.5].
         supply, tank: pressures [Pa].
         leakage: past the piston, >= 0 [m^3/s/Pa]; damping: of the seals, >= 0 [N s/m].
@@ -78,7 +71,8 @@ class HydraulicCylinder(AbstractScalarStateLaw):
 
     def flows(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Float[Array, "2"]:
         """Flows of the valve into the chambers [m^3/s]."""
-        a, p = number(self.valve(x, v, t)), jnp.stack([s["p0"], s["p1"]])
+        given = (t,) if isinstance(self.valve, AbstractSignal) else (x, v, t)
+        a, p = number(self.valve(*given)), jnp.stack([s["p0"], s["p1"]])
         openings = jnp.stack([a, -a])
         drop = jnp.where(openings > 0.0, self.supply - p, p - self.tank)
         return openings * self.flow_gain * _signed_root(drop, self.laminar)

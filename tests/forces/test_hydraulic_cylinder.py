@@ -35,6 +35,7 @@ def test_it_starts_at_the_tanks_pressure_and_opens_by_a_function():
     assert law.start(0.4, 0.0, 0.0)["p0"] == 1e5
     s = {"p0": 5e6, "p1": 2e6}
     np.testing.assert_allclose(law.flows(0.1, 0.0, s, 3.0), cylinder(0.2).flows(0.1, 0.0, s, 0.0))
+    np.testing.assert_allclose(cylinder(F.Ramp(0.0, 0.1)).flows(0.1, 0.0, s, 2.0), law.flows(0.1, 0.0, s, 3.0))
 
 
 def test_faults():
