@@ -30,6 +30,7 @@ def test_complex_stiffness(frequency):
     np.testing.assert_allclose(answer * (K + 2.0 * s**2), 1.0, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_bushing_is_the_series_in_every_axis():
     """Small turns about x: a `PronyBushing` moves as a `Prony` on the joint."""
     stiffness, branches = np.full(6, 1.0), np.zeros((4, 6))
@@ -50,6 +51,7 @@ def test_bushing_is_the_series_in_every_axis():
     assert np.abs(residual).max() < 1e-8
 
 
+@pytest.mark.long
 def test_bushing_keeps_its_energy_account_in_large_turns():
     law = F.PronyBushing([90.0, 80.0, 70.0, 6.0, 5.0, 4.0], 20.0 * np.ones((2, 6)), [0.05, 0.7])
     b = mbs.SystemBuilder()
@@ -65,6 +67,7 @@ def test_bushing_keeps_its_energy_account_in_large_turns():
     assert motion.diagnostics.work["mount"][-1] < 0.0 and np.all(np.asarray(heat) >= 0.0)
 
 
+@pytest.mark.long
 def test_slope_by_every_number():
     def end(numbers):
         system = held(F.Prony(*numbers))
