@@ -275,9 +275,12 @@ def _effort_faults(law, on_joint) -> list[str]:
 def system_law_faults(forces, topology) -> list[str]:
     """Faults that one abstract call of every law of the whole system shows."""
     laws = [force for force in forces if isinstance(force.law, (AbstractSystemLaw, AbstractSystemStateLaw))]
-    place, size = (jnp.zeros(topology.num_coordinates),), topology.num_velocities
-    call = lambda law: law_call_faults(law, SystemPort(), place, size)  # noqa: E731
-    return [f"force {force.name!r}: {fault}" for force in laws for fault in call(force.law)]
+
+    def faults_of(law):
+        place = (jnp.zeros(topology.num_coordinates),)
+        return law_call_faults(law, SystemPort(), place, topology.num_velocities)
+
+    return [f"force {force.name!r}: {fault}" for force in laws for fault in faults_of(force.law)]
 
 
 def constraint_faults(item, bodies, frames, joints) -> list[str]:

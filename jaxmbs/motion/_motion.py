@@ -115,7 +115,7 @@ class Motion(eqx.Module):
         return jax.tree.map(lambda x: x[(*designs, index)], self.states)
 
     def internal(self, name: str) -> jax.Array:
-        """An internal state of a force element (T, *shape) by name, `motion.internal("boom.p0")`.
+        """An internal state of a force element by name, `motion.internal("boom.p0")`: an array `(T, ...)`.
 
         Raises: UnknownNameError; ModelError for a motion without internal states.
         """

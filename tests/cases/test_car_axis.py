@@ -63,7 +63,7 @@ def test_motion(build):
     check(np.concatenate([positions[3], velocities[3]]), END, 1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_multipliers():
     system = models.car_axis()
     last = jax.tree.map(lambda leaf: leaf[-1], _motion(system).states)

@@ -174,7 +174,7 @@ def test_reactions_primal_dual_and_exact():
     np.testing.assert_allclose(statics[0], [-1.0, -2.0, 1.0, 1.0], rtol=1e-7, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_section_forces_over_time():
     """Tip pushed by a ramp that ends, no damping: six modes in each half against all modes of the uncut beam."""
     times = jnp.linspace(0.0, 2.0, 81)

@@ -247,7 +247,7 @@ def dense_model():
     return moved, forces
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_bond_of_rigid_bodies_against_a_dense_model():
     """Bolted, hinged about a turned axis and on a bushing, harmonically shaken; with known and with traced places."""
     push = {"can.com": PUSH[:1], "box.arm": PUSH[1:2], "mast.middle": PUSH[2:]}

@@ -198,7 +198,7 @@ def test_kinds_of_transfer_functions():
             assert given.to(other).kind == other
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_virtual_point():
     """A rigid block on springs, seen by nine sensors and hit at ten places, is a 6 by 6 inverse."""
     r = np.random.default_rng(8)

@@ -57,7 +57,7 @@ def test_a_fast_blade_is_said(blade):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_blade_cut_in_four_is_fast_for_none_of_its_parts():
     """Each part is sixteen times as stiff for its length: the estimate falls by 4^4."""
     whole, cut = (chain_of_beams(n, mbs.Revolute("z"), num_modes=0, elements=1)[0] for n in (1, 4))

@@ -228,7 +228,7 @@ def test_efforts_by_cause(system, answers, name):
         np.testing.assert_allclose(found, force * np.array([1, 1, -1, 1]) + held, rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_stiffness_by_cause(system, answers, name):
     mine, found = columns(system, name), answers["stiffness"]

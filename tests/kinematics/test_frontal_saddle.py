@@ -40,7 +40,7 @@ def test_accelerations_beside_the_singular_pose(row, distance, error):
     np.testing.assert_allclose(found[0], models.n_four_bar_acceleration(12, angle), atol=error * GRAVITY)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_velocities_of_momenta(row):
     system, at, _ = row
     state = at(-0.4)
@@ -71,7 +71,7 @@ def test_batches(row):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_motion_through_the_singular_pose_keeps_its_energy(row):
     system, at, _ = row
     motion = mbs.simulate(system, at(-1.2), t1=1.0, rtol=1e-10, atol=1e-10)

@@ -55,7 +55,7 @@ def drop(system, x, mode="reverse", **options):
 X = jnp.array([1.0, 0.8])  # height [m], restitution
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_bouncing_ball_and_its_derivatives_forward(falling):
     """Times of the bounces, the energy lost, and derivatives through the jumps by height and restitution."""
 

@@ -42,7 +42,7 @@ def loop():
 
 
 @pytest.mark.parametrize(
-    "model", [pytest.param(pendulum, marks=pytest.mark.slow), pytest.param(loop, marks=pytest.mark.long)]
+    "model", [pytest.param(pendulum, marks=pytest.mark.long), pytest.param(loop, marks=pytest.mark.long)]
 )
 def test_a_motion_and_its_gradient(model):
     system, state = model()

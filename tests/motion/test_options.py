@@ -137,7 +137,7 @@ def double_driven(second):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_status_of_drives_that_contradict():
     start = four_bar_angles(0.7)
     system = double_driven(lambda t: start[2] + 0.0 * t)

@@ -35,7 +35,7 @@ def ball():
 
 
 @pytest.mark.parametrize(
-    "mode", [pytest.param("reverse", marks=pytest.mark.slow), pytest.param("forward", marks=pytest.mark.long)]
+    "mode", [pytest.param("reverse", marks=pytest.mark.long), pytest.param("forward", marks=pytest.mark.long)]
 )
 def test_the_end_of_a_fall_through_oil(ball, mode):
     """v = -g m / c (1 - exp(-c t / m)), by the drag and by the end."""

@@ -60,7 +60,7 @@ ACCURATE = [
     pytest.param({"interpolate": True, "rtol": 1e-11, "atol": 1e-11}, id="passing over saved times", marks=SLOW),
     pytest.param({"loop": "diffeqsolve"}, id="diffeqsolve", marks=LONG),
     pytest.param({"solver": diffrax.Kvaerno5()}, id="Kvaerno5", marks=LONG),
-    pytest.param({"solver": diffrax.Kvaerno5(), "idle": 3}, id="Kvaerno5, eliminated", marks=SLOW),
+    pytest.param({"solver": diffrax.Kvaerno5(), "idle": 3}, id="Kvaerno5, eliminated", marks=LONG),
     pytest.param({"solver": mbs.motion.Gauss4(), "dt": 0.01}, id="Gauss4", marks=SLOW),
 ]
 
@@ -243,7 +243,7 @@ def loaded_four_bar(numbers, like=None):
     return b.build(like=like)
 
 
-@SLOW
+@LONG
 def test_twenty_states_on_a_four_bar():
     """The crank feels the sum of forces known in closed form, as an actuator of that sum; gradient by differences."""
     numbers = jnp.array([0.1, 3.0])

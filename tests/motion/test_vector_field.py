@@ -80,13 +80,8 @@ def test_an_event_and_an_adjoint_of_diffrax(swing):
     np.testing.assert_allclose(slope, (run(0.3 + h) - run(0.3 - h)) / (2 * h), rtol=1e-4)
 
 
-@pytest.mark.parametrize(
-    "formulation",
-    [
-        pytest.param("canonical", marks=pytest.mark.slow),
-        *(pytest.param(name, marks=pytest.mark.long) for name in ("independent", "velocity")),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("formulation", ["canonical", "independent", "velocity"])
 def test_a_four_bar_in_every_formulation(loop, formulation):
     """Projected steps keep the loop closed; steps that are not drift by their error, and the readout closes it."""
     system, start = loop

@@ -42,7 +42,7 @@ def test_another_actuator_gives_the_same_power(driven, motion):
     np.testing.assert_allclose(found["D"][:, 0] * u["D"], effort * u["A"], rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_actuators_share_by_the_least_norm(driven, motion):
     effort, u = mbs.reactions(driven, motion)["A"].effort[:, 0], driven.velocities(motion.states)
     found, ratio = mbs.inverse_dynamics(driven, motion, actuators=["A", "D"]), u["D"] / u["A"]

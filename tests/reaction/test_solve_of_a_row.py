@@ -29,7 +29,7 @@ def batched_matrices(text, size):
 
 
 @pytest.mark.parametrize(
-    "method", [pytest.param("frontal", marks=pytest.mark.slow), pytest.param("multifrontal", marks=pytest.mark.long)]
+    "method", [pytest.param("frontal", marks=pytest.mark.long), pytest.param("multifrontal", marks=pytest.mark.long)]
 )
 def test_designs_to_gradient(method):
     """Squared force in a middle pin by all masses, 16 designs at once: dense values, and differences."""

@@ -63,7 +63,7 @@ def test_another_process_asks_it_with_another_mass_and_traces_no_model(stored):
     assert found[2] == "0"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_runs_inside_of_a_jit_and_names_its_results(stored):
     program, system = mbs.runtime.load_program(stored), pendulum(2.5)  # noqa: F821
     state = mbs.State.at(system, pin=1.0)

@@ -70,9 +70,8 @@ def test_steps_are_those_of_the_method(name, monkeypatch):
     np.testing.assert_allclose(ours.velocity, theirs.velocity, atol=1e-7)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if "5" in name else pytest.mark.slow) for name in SOLVERS]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", SOLVERS)
 def test_derivatives_are_those_of_the_steps(name):
     """By stiffness and gap, reverse and forward, a batch too, against differences of the same steps."""
 

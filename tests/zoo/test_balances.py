@@ -32,7 +32,7 @@ def test_constraints_stay_closed(specimen):
     np.testing.assert_allclose(found.rate_of["residual"], 0.0, atol=1e-8)
 
 
-@of_all(slow=("spatial_loop", "driven", "rolling", "elastic"))
+@of_all(slow=("spatial_loop", "driven"))
 def test_energy_changes_by_the_power_of_elements_and_drives(specimen):
     found = motion(specimen)
     rate = found.rate_of["kinetic"] + found.rate_of["potential"]
