@@ -218,14 +218,25 @@ def implicit():
     lap("implicit motion")
 
 
+def cube():
+    """Modes of a free cube of 8 x 8 x 8 solids."""
+    from substructures import block
+
+    _, stiffness, mass, _ = block(8, 8)
+    system = mbs.linear.LinearSystem(mass=mass, stiffness=stiffness)
+    lap("(model)")
+    jax.block_until_ready(mbs.modes(system, num=12).frequencies)
+    lap("modes")
+
+
 def main(case, folder=None):
     lap("import")
     if case in ("cached", "store", "stored") and hasattr(mbs, "cache"):
         mbs.cache(Path(folder) / "cache")
     if case == "pendulum":
         value(lambda s: mbs.State.at(s, pin=1.0), pendulum)
-    elif case in ("peak", "arm", "implicit"):
-        {"peak": peak, "arm": arm, "implicit": implicit}[case]()
+    elif case in ("peak", "arm", "implicit", "cube"):
+        {"peak": peak, "arm": arm, "implicit": implicit, "cube": cube}[case]()
     elif case in first_answers.CASES:
         first_answers.CASES[case](lap)
     elif case == "sizes":
@@ -237,11 +248,9 @@ def main(case, folder=None):
     elif case == "stored":
         stored(folder)
     else:
-        jit = (
-            functools.partial(mbs.jit, compile="quick" if case == "quick" else "full")
-            if hasattr(mbs, "jit")
-            else jax.jit
-        )
+        jit = jax.jit
+        if case != "plain" and hasattr(mbs, "jit"):
+            jit = functools.partial(mbs.jit, compile="quick" if case == "quick" else "full")
         system = (value(jit=jit) if case == "quick" else value())[0]
         if case == "four-bar":
             another_length(system)
