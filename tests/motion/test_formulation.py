@@ -41,9 +41,8 @@ def loop():
     return system, four_bar_state(system)
 
 
-@pytest.mark.parametrize(
-    "model", [pytest.param(pendulum, marks=pytest.mark.long), pytest.param(loop, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("model", [pendulum, loop])
 def test_a_motion_and_its_gradient(model):
     system, state = model()
 
