@@ -40,7 +40,8 @@ def reaction_map(system: System, at: Configuration):
     out = jnp.concatenate([*parts, out[:, :, rows:]], axis=2)
     own = np.array([b for *_, b in carriers(system)])
     R, x, moment, force = gather_static(at.R, own), gather_static(at.x, own), out[:, :3], out[:, 3:]
-    moment = moment - jnp.einsum("jab,jbm->jam", jax.vmap(skew)(x), force)
+    # as a product of matrices the GPU's compiler of JAX 0.11.2 finds no kernel for it
+    moment = moment - jnp.sum(jax.vmap(skew)(x)[..., None] * force[:, None], axis=2)
     return jnp.concatenate([jnp.einsum("jba,jbm->jam", R, part) for part in (force, moment)], axis=1)
 
 

@@ -47,7 +47,8 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
 
     @functools.wraps(function)
     def traced(*args, **kwargs):
-        with garbage_collection_paused():
+        # Accelerators round the factors of single-precision products to ten bits unless they are told not to.
+        with garbage_collection_paused(), jax.default_matmul_precision("highest"):
             return function(*args, **kwargs)
 
     inner = eqx.filter_jit(traced)

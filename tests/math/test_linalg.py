@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.math._linalg import saddle_solve
-from jaxmbs.runtime import tuning
+from jaxmbs.runtime import jit, tuning
 
 TOLERANCE = {np.float32: 2e-4, np.float64: 1e-12}
 SIZES = {"inverse of the whole": 4, "eliminated": 20}  # unknowns; rows are half of them, and half of those again
@@ -31,12 +31,12 @@ def test_precision_and_derivatives(n, dtype):
     def expected(b, c):
         return np.linalg.lstsq(K, np.concatenate([b, c]).astype(float), rcond=1e-6)[0][:n]
 
-    x, y = jax.jit(saddle_solve)(M, A, b, c)
+    x, y = jit(saddle_solve)(M, A, b, c)
     assert x.dtype == y.dtype == dtype
     np.testing.assert_allclose(x, expected(b, c), atol=TOLERANCE[dtype])
     np.testing.assert_allclose(M @ x + A.T @ y, b, atol=20.0 * TOLERANCE[dtype])
 
-    by_mass, by_load = jax.jit(jax.grad(lambda M, b: jnp.sum(saddle_solve(M, A, b, c)[0]), argnums=(0, 1)))(M, b)
+    by_mass, by_load = jit(jax.grad(lambda M, b: jnp.sum(saddle_solve(M, A, b, c)[0]), argnums=(0, 1)))(M, b)
     assert by_mass.dtype == by_load.dtype == dtype
     adjoint = expected(np.ones(n), 0.0 * c)
     np.testing.assert_allclose(by_load, adjoint, atol=TOLERANCE[dtype])
