@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative, not_positive
+from ..math._signed_root import signed_root
 from ..typing import Convertible, Scalar, ScalarLike
 from ._fields import as_law_function, number
 from ._signals import AbstractSignal, as_signal
@@ -75,7 +76,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         a, p = number(self.valve(*given)), jnp.stack([s["p0"], s["p1"]])
         openings = jnp.stack([a, -a])
         drop = jnp.where(openings > 0.0, self.supply - p, p - self.tank)
-        return openings * self.flow_gain * _signed_root(drop, self.laminar)
+        return openings * self.flow_gain * signed_root(drop, self.laminar)
 
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """Rates of the pressures [Pa/s]."""
@@ -108,8 +109,3 @@ class HydraulicCylinder(AbstractScalarStateLaw):
             (not_positive(self.laminar), "laminar must be positive"),
             (any_concrete(lambda p, q: p < q, self.supply, self.tank), "supply must not be below tank"),
         )
-
-
-def _signed_root(drop, laminar):
-    """Signed root of a pressure difference, linear below `laminar`: `d / (d^2 + laminar^2)^(1/4)`."""
-    return drop * (drop**2 + laminar**2) ** -0.25
