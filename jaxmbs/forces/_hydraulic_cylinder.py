@@ -84,7 +84,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
     def flows(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Float[Array, "2"]:
         """Flows of the valve, or of a circuit, into the chambers [m^3/s]."""
         if self.inflow is not None:
-            return self.inflow(t)
+            return number(self.inflow(t))
         given = (t,) if isinstance(self.valve, AbstractSignal) else (x, v, t)
         a, p = number(self.valve(*given)), jnp.stack([s["p0"], s["p1"]])
         openings = jnp.stack([a, -a])
