@@ -7,6 +7,7 @@ from typing import Any
 from ..checks import no_such
 from ..errors import ModelError
 from ..forces._base import AbstractLaw
+from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import Coupler
 from ..joints._base import AbstractJoint
 from ..joints._closures import AbstractClosure, PositionRows, VelocityRows
@@ -209,6 +210,25 @@ class SystemBuilder:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
         self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
+
+    def hydraulic(
+        self,
+        name: str,
+        element: WordedError[AbstractHydraulicElement | AbstractNode],
+        ports: Mapping[str, str] | None = None,
+        signal: str | Callable | ArrayLike | None = None,
+    ) -> None:
+        """An element or a node of a hydraulic circuit; see `jaxmbs.hydraulics`.
+
+        Args:
+            element: a node (`Volume`, `Accumulator`, `Tank`), or an element between nodes such as `Valve`, `Pump`.
+            ports: node by port, `{"p": "supply", "t": "tank", "a": "boom.p0", "b": "boom.p1"}`: names of nodes, or
+                chambers of a `HydraulicCylinder`, which then has no valve of its own.  None for a node.
+            signal: place of a valve's spool, speed of a pump, opening of an orifice: name of a measure or block,
+                function of time, or number.
+        """
+        ports = dict(ports) if isinstance(ports, Mapping) else ports
+        self._add("hydraulic", self._model.hydraulics, declared.Hydraulic(name, element, ports, signal))
 
     def constraint(
         self,

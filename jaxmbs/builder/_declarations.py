@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from jax import Array
 
 from ..forces._base import AbstractLaw
+from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import Coupler, PositionRows, VelocityRows
 from ..joints._base import AbstractJoint
 from ..model._pose import Pose
@@ -84,6 +85,16 @@ class Constraint:
 
 
 @dataclass
+class Hydraulic:
+    """An element or node of a hydraulic circuit, with the nodes at its ports."""
+
+    name: str
+    element: Annotated[Any, AbstractHydraulicElement | AbstractNode]
+    ports: Annotated[Any, dict | None]
+    signal: Annotated[Any, str | Callable | ArrayLike | None] = None
+
+
+@dataclass
 class Model:
     """All declarations of a model, by name."""
 
@@ -94,6 +105,7 @@ class Model:
     forces: dict[str, Force] = field(default_factory=dict)
     constraints: dict[str, Constraint] = field(default_factory=dict)
     elastic: dict[str, Any] = field(default_factory=dict)
+    hydraulics: dict[str, Hydraulic] = field(default_factory=dict)
 
 
 def as_pose(value) -> Pose:
