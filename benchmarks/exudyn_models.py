@@ -1,4 +1,4 @@
-"""Mechanisms in Exudyn, for `closed_loop.py`, `solvers.py` and `hydraulic_arm.py`; imported only where it is installed.
+"""Mechanisms in Exudyn, for `closed_loop.py`, `solvers.py`, `hydraulic_arm.py`; imported only where it is installed.
 
 Planar cases use its planar bodies and revolute joints.  Each model returns (system, read), where `read()` gives the
 compared quantity at the end of a run.
@@ -316,7 +316,7 @@ def solve(system, end, step, radius):
 
 
 def hydraulic_arm(start):
-    """HY1 from the pressures (2,); its valve is set once at the beginning of each step.  Reads the norm of the case."""
+    """HY1 from the pressures (2,); its valve is set at the beginning of each step.  Reads the norm of the case."""
     plane, length = Plane(), np.sqrt(2 * 0.25**2)
     node = plane.body("arm", 120.0, 10.0, (0.5, 0), (0, 0), 0.0, gravity=GRAVITY)
     plane.pin("ground", (0, 0), "arm", (0, 0))
@@ -329,6 +329,7 @@ def hydraulic_arm(start):
         markerNumbers=[plane.marker("ground", (0, -0.25)), plane.marker("arm", (0.25, 0))],
         nodeNumbers=[oil],
         offsetLength=length,
+        strokeLength=0.1,
         **{f"chamberCrossSection{k}": 0.01 for k in (0, 1)},
         **{f"hoseVolume{k}": 1.0 for k in (0, 1)},
         actuatorDamping=2e5,

@@ -1,7 +1,7 @@
 """Elements with states: the hydraulic arm HY1 beside Exudyn, and what twenty states cost a four-bar.
 
-HY1's oil is of two pressures; its error is that of the norm of the case at 0.4 s.  Exudyn sets the valve once per step,
-so that its error falls with the step alone.
+HY1's oil is of two pressures; its error is that of the norm of the case at 0.4 s.  Exudyn sets the valve once per
+step, so that its error falls with the step alone.
 """
 
 import importlib.util
