@@ -19,6 +19,7 @@ from ..runtime import as_array, follow_precision
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._build import build_system
+from ._circuits import with_circuits
 from ._elastic import ElasticDeclaration, elastic_faults
 from ._links import link_parts
 from ._references import resolve_references
@@ -42,7 +43,7 @@ class SystemBuilder:
         return self._model
 
     def __repr__(self) -> str:
-        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "measures", "blocks")
+        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "measures", "blocks", "hydraulics")
         counts = [f"{len(getattr(self._model, kind))} {kind}" for kind in kinds if getattr(self._model, kind)]
         return f"SystemBuilder({', '.join(counts)})"
 
@@ -324,4 +325,4 @@ class SystemBuilder:
         found = self._faults + model_faults(model) + cut_faults(model, cut) + guess_faults(model, guess)
         if found:
             raise ModelError(found)
-        return build_system(model, like, independent, set(cut), guess, linear_solver)
+        return build_system(with_circuits(model), like, independent, set(cut), guess, linear_solver)

@@ -8,41 +8,48 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..checks import any_concrete, no_such
-from ..forces import HydraulicCylinder
+from ..forces import Constant, HydraulicCylinder
 from ..hydraulics import AbstractHydraulicElement, AbstractNode, AbstractStorage, Tank
 from ..hydraulics._junction import Inflow, Junction
+from ..model._internal_states import replace_field
 from ._declarations import Block, Model
 
 CHAMBERS = ("p0", "p1")
 
 
 def with_circuits(model: Model) -> Model:
-    """The model whose hydraulic elements are blocks; those with faults are left out."""
+    """The model, whose circuits have no faults, with its hydraulic elements as blocks."""
     if not model.hydraulics:
         return model
-    sound = {name: item for name, item in model.hydraulics.items() if not element_faults(item, model)}
-    elements = [item for item in sound.values() if isinstance(item.element, AbstractHydraulicElement)]
-    blocks = [_element_block(item) for item in elements]
-    blocks += [_node_block(item, elements) for item in sound.values() if isinstance(item.element, AbstractNode)]
-    blocks += [_cylinder_block(name, elements) for name in _joined_cylinders(elements, model)]
-    return dataclasses.replace(model, blocks=model.blocks | {block.name: block for block in blocks})
+    elements = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractHydraulicElement)]
+    nodes = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractNode)]
+    blocks, forces = [*map(_element_block, elements), *(_node_block(item, elements) for item in nodes)], {}
+    for name in _joined_cylinders(elements, model):
+        blocks.append(_cylinder_block(name, elements))
+        law = replace_field(model.forces[name].law, "inflow", Constant(0.0))
+        forces[name] = dataclasses.replace(model.forces[name], law=law)
+    blocks = {block.name: block for block in blocks}
+    return dataclasses.replace(model, blocks=model.blocks | blocks, forces=model.forces | forces, hydraulics={})
 
 
 def _element_block(item):
     reads = [item.ports[port] for port in item.element.ports]
-    return Block(item.name, item.element, (*reads, *([] if item.signal is None else [item.signal])), None, None)
+    if item.signal is not None:
+        is_source = isinstance(item.signal, str) or callable(item.signal)
+        reads.append(item.signal if is_source else Constant(item.signal))
+    return Block(item.name, item.element, tuple(reads))
 
 
 def _node_block(item, elements):
     if isinstance(item.element, Tank):
-        return Block(item.name, item.element, (), None, None)
+        return Block(item.name, item.element, ())
     reads, (weights,) = _flows_into((item.name,), elements)
-    return Block(item.name, Junction(item.element, weights), reads, None, None)
+    return Block(item.name, Junction(item.element, weights), reads)
 
 
 def _cylinder_block(name, elements):
     reads, weights = _flows_into(tuple(f"{name}.{chamber}" for chamber in CHAMBERS), elements)
-    return Block(f"{name}.inflow", Inflow(weights), reads, f"{name}.inflow", None)
+    return Block(f"{name} inflow", Inflow(weights), reads, f"{name}.inflow")
 
 
 def _flows_into(nodes, elements):
@@ -79,6 +86,8 @@ def _nodes(model):
 def circuit_faults(model: Model) -> list[str]:
     """Faults of the hydraulic circuits of a model."""
     found = [fault for item in model.hydraulics.values() for fault in element_faults(item, model)]
+    for what, table in (("block", model.blocks), ("measure", model.measures), ("force", model.forces)):
+        found += [f"hydraulic {name!r}: a {what} has this name" for name in model.hydraulics if name in table]
     elements = [
         item
         for item in model.hydraulics.values()
@@ -133,9 +142,8 @@ def _port_faults(item, model):
         return [f"all its ports are joined to {joined.pop()!r}, so that nothing flows"]
     tanks = [name for name in joined if name in model.hydraulics and isinstance(model.hydraulics[name].element, Tank)]
     if len(tanks) == len(joined):
-        return [
-            f"it joins tanks alone ({', '.join(sorted(tanks))}), whose pressures no flow changes; put a Volume between"
-        ]
+        names = ", ".join(sorted(tanks))
+        return [f"it joins tanks alone ({names}), whose pressures no flow changes; put a Volume between them"]
     return []
 
 

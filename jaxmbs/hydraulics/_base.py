@@ -67,10 +67,14 @@ class AbstractHydraulicElement(AbstractBlock):
     signal: ClassVar[str] = "none"
 
     def split(self, u: Any) -> tuple[Float[Array, " ports"], Any]:
-        """Pressures at the ports, and the signal or None, from the input of the block."""
-        pressures = jnp.atleast_1d(u)
-        n = len(self.ports)
-        return pressures[:n], pressures[n] if pressures.shape[0] > n else None
+        """Pressures at the ports, and the signal or None, from the input of the block.
+
+        Raises: ValueError for a signal of several numbers.
+        """
+        given, n = jnp.atleast_1d(u), len(self.ports)
+        if given.shape[0] > n + 1:
+            raise ValueError(f"its signal is one number, got {given.shape[0] - n}")
+        return given[:n], given[n] if given.shape[0] > n else None
 
 
 class AbstractTwoPort(AbstractHydraulicElement):
