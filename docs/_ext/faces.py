@@ -9,7 +9,8 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
     runtime ode blocksparse joints forces hydraulics elements model linear vibration kinematics builder fem statics
-    dynamics reaction reductions coupling flexible analysis motion experiment bondgraph batching design studies io viz demo
+    dynamics reaction reductions coupling flexible analysis motion experiment bondgraph batching design studies io viz
+    demo
 """.split()
 
 

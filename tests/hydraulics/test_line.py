@@ -24,6 +24,11 @@ def test_laminar_and_turbulent_friction():
     assert jax.grad(LINE.friction)(0.0) > 0.0
 
 
+def test_friction_brakes_the_flow():
+    rate = LINE.rate(jnp.zeros(2), {"q": 1e-5}, 0.0)["q"]
+    np.testing.assert_allclose(rate, -LINE.friction(1e-5) * LINE.area / (850.0 * 2.0))
+
+
 def test_frequency_of_a_line_and_a_volume():
     """`sqrt(E A / (V rho l))`, from the matrix of rates about rest."""
     volume, thin = H.Volume(1e-3, 1.2e9), H.Line(2.0, 0.01, 850.0, viscosity=1e-9)
