@@ -1,6 +1,6 @@
 """Interface of blocks: states and outputs of signals, for controllers, filters and delays beside a mechanism.
 
-A block is a frozen pytree whose numbers are array leaves.  Its states are internal states, integrated with the motion.
+A block is a frozen pytree whose numbers are array leaves.  Its states are internal states of the motion.
 """
 
 import abc
@@ -12,13 +12,13 @@ from jaxtyping import Array, Float
 from ..forces._fields import value_faults
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
-from ..typing import ArrayLike, ScalarLike
+from ..typing import ScalarLike
 
 
 class AbstractBlock(eqx.Module):
     """States s and outputs y of inputs u: `ds/dt = rate(u, s, t)`, `y = output(u, s, t)`.
 
-    u is one number () where the block reads one scalar signal, else (n,), the signals that it reads one after another.
+    u is one number () where the block reads one scalar signal, else (n,), the signals that it reads in their order.
     `inputs` names the fields that are functions of time and may be driven by another block, such as a target;
     `unbounded` those that may be infinite.
     """
@@ -28,7 +28,7 @@ class AbstractBlock(eqx.Module):
 
     @property
     def is_feedthrough(self) -> bool:
-        """True if the output depends on the inputs of the same instant; blocks of which it does not may close loops."""
+        """True if the output depends on the inputs of the same instant; other blocks may close loops of blocks."""
         return True
 
     @property
@@ -36,16 +36,16 @@ class AbstractBlock(eqx.Module):
         """Declaration of the states by name; shapes may follow from those of the parameters."""
         return {}
 
-    def start(self, u: ArrayLike, t: ScalarLike) -> States:
+    def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
         """Initial values by name; those that are left out are zero."""
         return {}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """Rates `ds/dt` by name."""
         return {}
 
     @abc.abstractmethod
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The output, one number () or several (m,)."""
 
     def faults(self) -> list[str]:

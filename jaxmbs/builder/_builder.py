@@ -280,7 +280,7 @@ class SystemBuilder:
         Args:
             reads: a signal, or several one after another: measures, outputs of other blocks, internal states such as
                 "motor.current", functions of time.
-            drives: "motor.voltage", or "motor" where it has one such field; several take one entry of the output each.
+            drives: "motor.voltage", or "motor" where it has one such field; several take an entry of the output each.
                 The fields are the `inputs` of force laws and blocks, and hold 0.0 in the declaration.
         """
         self._add_signal(declared.Block(name, block, reads, drives, every), self._model.blocks)

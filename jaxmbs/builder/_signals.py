@@ -144,8 +144,8 @@ def _field_of(name, model):
     """(the full name "motor.voltage" of a driven field, None), or (None, fault)."""
     if not isinstance(name, str):
         return None, f"drives= takes names of force elements and their fields, got {name!r}"
-    owners = {key: item.law for key, item in model.forces.items()}
-    owners |= {key: item.block for key, item in model.blocks.items()}
+    owners = {key: item.block for key, item in model.blocks.items()}
+    owners |= {key: item.law for key, item in model.forces.items()}
     element, _, field = (name, "", "") if name in owners else name.rpartition(".")
     if element not in owners:
         return None, f"drives {name!r}: {no_such('force or block', element or name, owners)}"
@@ -178,7 +178,7 @@ def driven_fields(model: Model) -> dict[str, str]:
 
 
 def evaluation_order(model: Model) -> tuple[list[tuple[str, bool]], list[str]]:
-    """((name, True if its output is evaluated before its inputs are) of all blocks in order, blocks left in a loop)."""
+    """((name, True if its output is evaluated before its inputs) of all blocks in order, blocks left in a loop)."""
     drivers = driven_fields(model)
     needs = {}
     for item in model.blocks.values():
@@ -235,10 +235,15 @@ def make_measures(model: Model, add_frame) -> tuple[Measure, ...]:
             names = [f"{item.name}.{side}" for side in "ab"[: len(ends)]]
             for name, end in zip(names, ends, strict=True):
                 add_frame(name, *resolve_frame(end, model.bodies, model.frames))
-            kind = FrameReading if len(names) == 1 else RelativeReading
-            read = kind(*names, item.of, item.axis)
+            read = _reading(names, item)
         found.append(Measure(item.name, read))
     return tuple(found)
+
+
+def _reading(names, item):
+    if len(names) == 1:
+        return FrameReading(names[0], item.of, item.axis)
+    return RelativeReading(names[0], names[1], item.of, item.axis)
 
 
 def make_blocks(model: Model) -> tuple[BlockElement, ...]:
