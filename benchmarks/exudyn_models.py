@@ -1,4 +1,4 @@
-"""Mechanisms in Exudyn, for `closed_loop.py` and `solvers.py`; imported only where it is installed.
+"""Mechanisms in Exudyn, for `closed_loop.py`, `solvers.py`, `hydraulic_arm.py`; imported only where it is installed.
 
 Planar cases use its planar bodies and revolute joints.  Each model returns (system, read), where `read()` gives the
 compared quantity at the end of a run.
@@ -12,9 +12,11 @@ from exudyn.itemInterface import (
     GenericJoint,
     MarkerBodyPosition,
     MarkerBodyRigid,
+    NodeGenericODE1,
     NodePoint2DSlope1,
     NodeRigidBody2D,
     ObjectANCFCable2D,
+    ObjectConnectorHydraulicActuatorSimple,
     ObjectConnectorSpringDamper,
     ObjectGround,
     ObjectJointPrismatic2D,
@@ -311,3 +313,44 @@ def solve(system, end, step, radius):
     settings.solutionSettings.writeSolutionToFile = False
     settings.solutionSettings.sensorsWriteFileHeader = False
     system.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha)
+
+
+def hydraulic_arm(start):
+    """HY1 from the pressures (2,); its valve is set at the beginning of each step.  Reads the norm of the case."""
+    plane, length = Plane(), np.sqrt(2 * 0.25**2)
+    node = plane.body("arm", 120.0, 10.0, (0.5, 0), (0, 0), 0.0, gravity=GRAVITY)
+    plane.pin("ground", (0, 0), "arm", (0, 0))
+    system, oil = (
+        plane.system,
+        NodeGenericODE1(referenceCoordinates=[0.0, 0.0], initialCoordinates=list(start), numberOfODE1Coordinates=2),
+    )
+    oil = system.AddNode(oil)
+    cylinder = ObjectConnectorHydraulicActuatorSimple(
+        markerNumbers=[plane.marker("ground", (0, -0.25)), plane.marker("arm", (0.25, 0))],
+        nodeNumbers=[oil],
+        offsetLength=length,
+        strokeLength=0.1,
+        **{f"chamberCrossSection{k}": 0.01 for k in (0, 1)},
+        **{f"hoseVolume{k}": 1.0 for k in (0, 1)},
+        actuatorDamping=2e5,
+        oilBulkModulus=1e11,
+        nominalFlow=2e-5,
+        systemPressure=2e7,
+    )
+    cylinder = system.AddObject(cylinder)
+
+    def valve(mbs, t):
+        wanted = (min(max(1.0 - np.cos(np.pi * t), 0.5), 1.5) - 0.5) * 0.1 + length
+        opening = 2.0 * (wanted - mbs.GetObjectOutput(cylinder, exu.OutputVariableType.Distance))
+        mbs.SetObjectParameter(cylinder, "valveOpening0", opening)
+        mbs.SetObjectParameter(cylinder, "valveOpening1", -opening)
+        return True
+
+    system.SetPreStepUserFunction(valve)
+    system.Assemble()
+
+    def read():
+        pressures = system.GetNodeOutput(oil, exu.OutputVariableType.Coordinates)
+        return np.linalg.norm(plane.coordinates(node)) + 1e-6 * np.linalg.norm(pressures)
+
+    return system, read

@@ -28,6 +28,7 @@ NAMES = (
     "imported_models",
     "wishbone_limits",
     "published_decks",
+    "hydraulic_arm",
 )
 
 

@@ -30,6 +30,7 @@ LONG += (
     "guide/solvers",
     "guide/loops",
     "guide/diffrax",
+    "guide/hydraulics",
     "start/closed-loop",
     "start/first-design",
     "tasks/everyday",

@@ -68,7 +68,7 @@ FACES = {
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
         Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
         coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
-        frequency_response inertia inverse_dynamics io jit joints kinematics linear linearise load_model
+        frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise load_model
         mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
         runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
@@ -121,6 +121,10 @@ FACES = {
         Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic Force GeneralisedEffort Harmonic
         HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline SpringDamper
         Step Table Torque Wrench Zener
+    """,
+    "jaxmbs.hydraulics": """
+        AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump
+        ReliefValve Tank Valve Volume
     """,
     "jaxmbs.io": """
         Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh

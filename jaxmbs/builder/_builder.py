@@ -8,6 +8,7 @@ from ..blocks import AbstractBlock
 from ..checks import no_such
 from ..errors import ModelError
 from ..forces._base import AbstractLaw
+from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import Coupler
 from ..joints._base import AbstractJoint
 from ..joints._closures import AbstractClosure, PositionRows, VelocityRows
@@ -18,6 +19,7 @@ from ..runtime import as_array, follow_precision
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._build import build_system
+from ._circuits import with_circuits
 from ._elastic import ElasticDeclaration, elastic_faults
 from ._links import link_parts
 from ._references import resolve_references
@@ -41,7 +43,7 @@ class SystemBuilder:
         return self._model
 
     def __repr__(self) -> str:
-        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "measures", "blocks")
+        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "measures", "blocks", "hydraulics")
         counts = [f"{len(getattr(self._model, kind))} {kind}" for kind in kinds if getattr(self._model, kind)]
         return f"SystemBuilder({', '.join(counts)})"
 
@@ -211,6 +213,25 @@ class SystemBuilder:
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
         self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
 
+    def hydraulic(
+        self,
+        name: str,
+        element: WordedError[AbstractHydraulicElement | AbstractNode],
+        ports: Mapping[str, str] | None = None,
+        signal: str | Callable | ArrayLike | None = None,
+    ) -> None:
+        """An element or a node of a hydraulic circuit; see `jaxmbs.hydraulics`.
+
+        Args:
+            element: a node (`Volume`, `Accumulator`, `Tank`), or an element between nodes such as `Valve`, `Pump`.
+            ports: node by port, `{"p": "supply", "t": "tank", "a": "boom.p0", "b": "boom.p1"}`: names of nodes, or
+                chambers of a `HydraulicCylinder`, which then has no valve of its own.  None for a node.
+            signal: place of a valve's spool, speed of a pump, opening of an orifice: name of a measure or block,
+                function of time, or number.
+        """
+        ports = dict(ports) if isinstance(ports, Mapping) else ports
+        self._add("hydraulic", self._model.hydraulics, declared.Hydraulic(name, element, ports, signal))
+
     def constraint(
         self,
         name: str,
@@ -304,4 +325,4 @@ class SystemBuilder:
         found = self._faults + model_faults(model) + cut_faults(model, cut) + guess_faults(model, guess)
         if found:
             raise ModelError(found)
-        return build_system(model, like, independent, set(cut), guess, linear_solver)
+        return build_system(with_circuits(model), like, independent, set(cut), guess, linear_solver)

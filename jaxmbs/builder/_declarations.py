@@ -12,6 +12,7 @@ from jax import Array
 
 from ..blocks import AbstractBlock
 from ..forces._base import AbstractLaw
+from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import Coupler, PositionRows, VelocityRows
 from ..joints._base import AbstractJoint
 from ..model._pose import Pose
@@ -85,6 +86,16 @@ class Constraint:
 
 
 @dataclass
+class Hydraulic:
+    """An element or node of a hydraulic circuit, with the nodes at its ports."""
+
+    name: str
+    element: Annotated[Any, AbstractHydraulicElement | AbstractNode]
+    ports: Annotated[Any, dict | None]
+    signal: Annotated[Any, str | Callable | ArrayLike | None] = None
+
+
+@dataclass
 class Measure:
     """A signal: of a joint, between two frames, of one frame, or a function of the instant."""
 
@@ -119,6 +130,7 @@ class Model:
     forces: dict[str, Force] = field(default_factory=dict)
     constraints: dict[str, Constraint] = field(default_factory=dict)
     elastic: dict[str, Any] = field(default_factory=dict)
+    hydraulics: dict[str, Hydraulic] = field(default_factory=dict)
     measures: dict[str, Measure] = field(default_factory=dict)
     blocks: dict[str, Block] = field(default_factory=dict)
 

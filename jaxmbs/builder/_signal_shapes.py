@@ -39,12 +39,11 @@ def with_signal_shapes(system: System, forces) -> tuple[System, list[str]]:
     for element in sorted(system.blocks, key=lambda element: not element.is_early):
         if element.is_early:  # the output does not depend on the inputs
             shapes[element.name] = _shape_of_output(element, None, shapes, drivers)[0]
-    blocks = []
-    for element in system.blocks:
-        element, wrong = _with_shapes(element, shapes, drivers)
+    blocks = {}
+    for element in sorted(system.blocks, key=lambda element: element.is_early):  # what these read comes after them
+        blocks[element.name], wrong = _with_shapes(element, shapes, drivers)
         faults += [f"block {element.name!r}: {fault}" for fault in wrong]
-        blocks.append(element)
-    system = replace_field(system, "blocks", tuple(blocks))
+    system = replace_field(system, "blocks", tuple(blocks[element.name] for element in system.blocks))
     return system, faults or _driven_law_faults(system, forces, shapes)
 
 

@@ -18,6 +18,7 @@ from ..forces import (
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
+from ._circuits import circuit_faults, with_circuits
 from ._declarations import GROUND, Model, as_pose, resolve_frame
 from ._elastic import entry_faults
 from ._law_faults import law_call_faults
@@ -51,7 +52,7 @@ def model_faults(model: Model) -> list[str]:
         found += constraint_faults(item, bodies, frames, joints)
     for measure in model.measures.values():
         found += measure_faults(measure, model, lambda where, end: _reference_faults(where, end, bodies, frames))
-    return found + block_faults(model)
+    return found + (circuit_faults(model) or block_faults(with_circuits(model)))
 
 
 def _name_faults(model):

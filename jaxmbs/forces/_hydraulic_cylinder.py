@@ -1,4 +1,4 @@
-"""A double-acting hydraulic cylinder on a servo valve."""
+"""A double-acting hydraulic cylinder, on a servo valve of its own or in a circuit."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative, not_positive
+from ..math._signed_root import signed_root
 from ..typing import Convertible, Scalar, ScalarLike
 from ._fields import as_law_function, number
 from ._signals import AbstractSignal, as_signal
@@ -19,6 +20,11 @@ def _opening(value):
     return as_signal(value) if isinstance(value, AbstractSignal) or not callable(value) else as_law_function(value)
 
 
+def _optional_signal(value):
+    """A signal of time, or None where there is none."""
+    return None if value is None else as_signal(value)
+
+
 class HydraulicCylinder(AbstractScalarStateLaw):
     """Double-acting cylinder between two points, or along a joint, with its four-way valve.
 
@@ -27,6 +33,9 @@ class HydraulicCylinder(AbstractScalarStateLaw):
     `effort = A0 p0 - A1 p1 - damping v`. A positive opening a lets oil flow from the supply to chamber 0,
     `Q0 = a flow_gain sqrt(supply - p0)`, and from chamber 1 to the tank; a negative one the other way. At small
     pressure differences the flow is laminar, so that it is smooth. The oil's power counts as input.
+
+    In a circuit it has no valve of its own: `b.hydraulic(..., ports={"a": "boom.p0", "b": "boom.p1"})` joins its
+    chambers to other elements, whose flows are its `inflow`.
 
     Attributes:
         areas: (A0, A1) of the piston's faces > 0 [m^2].
@@ -39,22 +48,24 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         laminar: pressure difference below which the flow is laminar, > 0 [Pa].
         length: x at which the chambers have their `volumes` [m].
         varying: True where the chambers grow and shrink with x (static); by default their volumes are constant.
+        inflow: flows (Q0, Q1) in place of a valve as a function of time [m^3/s]; a circuit drives it.
     """
 
     areas: Convertible[Float[Array, "2"]] = eqx.field(converter=number)
     volumes: Convertible[Float[Array, "2"]] = eqx.field(converter=number)
     bulk_modulus: Convertible[Scalar] = eqx.field(converter=number)
-    valve: Convertible[Callable[..., Any]] = eqx.field(converter=_opening)
-    flow_gain: Convertible[Scalar] = eqx.field(converter=number)
-    supply: Convertible[Scalar] = eqx.field(converter=number)
+    valve: Convertible[Callable[..., Any]] = eqx.field(converter=_opening, default=0.0)
+    flow_gain: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    supply: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     tank: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     leakage: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     laminar: Convertible[Scalar] = eqx.field(converter=number, default=1e4)
     length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     varying: bool = eqx.field(static=True, default=False)
+    inflow: Convertible[Callable[..., Any] | None] = eqx.field(converter=_optional_signal, default=None)
     is_source: ClassVar[bool] = True
-    inputs: ClassVar[tuple[str, ...]] = ("valve",)
+    inputs: ClassVar[tuple[str, ...]] = ("valve", "inflow")
 
     @property
     def internal_states(self) -> dict[str, InternalState]:
@@ -71,12 +82,14 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         return self.volumes + (x - self.length) * self.areas * jnp.array([1.0, -1.0])
 
     def flows(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Float[Array, "2"]:
-        """Flows of the valve into the chambers [m^3/s]."""
+        """Flows of the valve, or of a circuit, into the chambers [m^3/s]."""
+        if self.inflow is not None:
+            return number(self.inflow(t))
         given = (t,) if isinstance(self.valve, AbstractSignal) else (x, v, t)
         a, p = number(self.valve(*given)), jnp.stack([s["p0"], s["p1"]])
         openings = jnp.stack([a, -a])
         drop = jnp.where(openings > 0.0, self.supply - p, p - self.tank)
-        return openings * self.flow_gain * _signed_root(drop, self.laminar)
+        return openings * self.flow_gain * signed_root(drop, self.laminar)
 
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """Rates of the pressures [Pa/s]."""
@@ -98,6 +111,8 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         """Two chambers, and the signs of what they are made of."""
         if self.areas.shape != (2,) or self.volumes.shape != (2,):
             return [f"areas and volumes are those of two chambers, got {self.areas.shape} and {self.volumes.shape}"]
+        has_valve = any_concrete(lambda gain: gain > 0, self.flow_gain)
+        below = has_valve and any_concrete(lambda p, q: p < q, self.supply, self.tank)
         return super().faults() + faults_if(
             (self.length.shape != (), "length must be one number"),
             (not_positive(self.areas), "areas must be positive"),
@@ -107,10 +122,6 @@ class HydraulicCylinder(AbstractScalarStateLaw):
             (negative(self.leakage), "leakage must not be negative"),
             (negative(self.damping), "damping must not be negative"),
             (not_positive(self.laminar), "laminar must be positive"),
-            (any_concrete(lambda p, q: p < q, self.supply, self.tank), "supply must not be below tank"),
+            (below, "supply must not be below tank"),
+            (has_valve and self.inflow is not None, "a cylinder with an inflow has no valve of its own: flow_gain=0"),
         )
-
-
-def _signed_root(drop, laminar):
-    """Signed root of a pressure difference, linear below `laminar`: `d / (d^2 + laminar^2)^(1/4)`."""
-    return drop * (drop**2 + laminar**2) ** -0.25

@@ -41,3 +41,13 @@ def test_it_starts_at_the_tanks_pressure_and_opens_by_a_function():
 def test_faults():
     assert "two chambers" in F.HydraulicCylinder([1.0], [1.0], 1.0, 0.0, 1.0, 1.0).faults()[0]
     assert len(cylinder(0.0, supply=0.0, leakage=-1.0, laminar=0.0).faults()) == 3
+
+
+def test_flows_given_in_place_of_a_valve():
+    law = F.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9, inflow=lambda t: np.array([2e-5, -1e-5]) * t)
+    rates = law.rate(0.4, 0.1, {"p0": 1e6, "p1": 1e6}, 3.0)
+    np.testing.assert_allclose(rates["p0"], 1.5e9 * (6e-5 - 4e-3 * 0.1) / 1e-3)
+    np.testing.assert_allclose(rates["p1"], 1.5e9 * (-3e-5 + 3e-3 * 0.1) / 2e-3)
+    shut = F.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9, tank=1e5)
+    assert not shut.faults() and not np.any(shut.flows(0.4, 0.1, {"p0": 5e6, "p1": 1e5}, 0.0))
+    assert "no valve of its own" in cylinder(0.0, inflow=(0.0, 0.0)).faults()[0]

@@ -6,7 +6,7 @@ import inspect
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs import fem
+from jaxmbs import fem, hydraulics
 
 from .attempts import call
 from .cases import case
@@ -79,6 +79,23 @@ def _drive(signal):
     return b.build()
 
 
+def _circuit(**options):
+    """An element between two volumes (a valve between four), or a node beside an orifice."""
+
+    def use(element):
+        b = _two_bodies()
+        b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
+        ports = getattr(element, "ports", None)
+        b.hydraulic("part", element, ports and {port: f"volume {port}" for port in ports}, **options)
+        for port in ports or "a":
+            b.hydraulic(f"volume {port}", hydraulics.Volume(1.0, 2.0))
+        if ports is None:
+            b.hydraulic("gap", hydraulics.Orifice(1.0), {"a": "part", "b": "volume a"})
+        return b.build()
+
+    return use
+
+
 NODES = {
     1: {"a": (0.0, 0.0, 0.0)},
     2: {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0)},
@@ -95,6 +112,10 @@ def _element(element):
 
 def joint(arguments, *fine, positive=""):
     return case(arguments, *fine, positive=positive, through=_through(_joint))
+
+
+def in_circuit(arguments, *fine, positive="", **options):
+    return case(arguments, *fine, positive=positive, through=_through(_circuit(**options)))
 
 
 def on_joint(arguments, *fine, positive=""):
@@ -202,6 +223,28 @@ CASES = {
         lambda z: call(np.array([2.0, 1.0]), np.ones(2), 1e3, 0.5, 0.25, 4.0, 1.0, 0.1, 0.1, 0.5, 0.25),
         positive="areas volumes bulk_modulus flow_gain leakage damping laminar",
     ),
+    "hydraulics.Orifice": in_circuit(
+        lambda z: call(2.0, 0.5, 3.0, 4.0), positive="area discharge density laminar", signal=1.0
+    ),
+    "hydraulics.Valve": in_circuit(
+        lambda z: call(2.0, 3.0, 0.25, 4.0, 0.5),
+        positive="rated_flow rated_drop laminar rounding",
+        signal=0.5,
+    ),
+    "hydraulics.ReliefValve": in_circuit(lambda z: call(2.0, 3.0, 0.5), positive="cracking slope rounding"),
+    "hydraulics.CheckValve": in_circuit(
+        lambda z: call(2.0, 3.0, 0.5, 0.25), positive="rated_flow rated_drop cracking laminar"
+    ),
+    "hydraulics.Pump": in_circuit(lambda z: call(2.0, 0.5), positive="displacement leakage", signal=3.0),
+    "hydraulics.Line": in_circuit(
+        lambda z: call(2.0, 0.5, 3.0, 0.25, 1.0), positive="length diameter density viscosity loss"
+    ),
+    "hydraulics.Volume": in_circuit(lambda z: call(2.0, 3.0, 0.5), positive="volume bulk_modulus"),
+    "hydraulics.Accumulator": in_circuit(
+        lambda z: call(2.0, 3.0, 1.5, 4.0, 0.5, 1.0, 2.0, 0.25),
+        positive="volume precharge exponent ambient dead_volume bulk_modulus rounding",
+    ),
+    "hydraulics.Tank": in_circuit(lambda z: call(0.5)),
     "forces.Table": on_joint(
         lambda z: call(POINTS, EFFORTS, POINTS, EFFORTS), "x_points shape: refused with efforts of another number"
     ),

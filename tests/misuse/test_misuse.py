@@ -35,6 +35,8 @@ EXEMPT = {
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """
+        hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
+        hydraulics.AbstractTwoPort
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.InternalState model.InternalStates

@@ -71,6 +71,15 @@ MORE = {
     "motor": mbs.forces.Motor(mbs.Ramp(0.0, 3.0), 1.5, 0.05, 0.3, ratio=2.0),
     "jack": mbs.forces.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9, 0.5, 2e-6, 2e7, varying=True),
     "gas": mbs.forces.AirSpring(2e-3, 6e5, 0.15, length=0.4),
+    "orifice": mbs.hydraulics.Orifice(2e-6, 0.6, 850.0, 5e3),
+    "valve": mbs.hydraulics.Valve([1e-3, 2e-3, 1e-3, 2e-3], 3.5e6, 0.1 / 3),
+    "relief valve": mbs.hydraulics.ReliefValve(1e7, 1e-9),
+    "check valve": mbs.hydraulics.CheckValve(1e-3, 5e5, 1e5),
+    "pump": mbs.hydraulics.Pump(1e-5, 1e-12),
+    "oil line": mbs.hydraulics.Line(2.0, 0.012, loss=1.5),
+    "volume": mbs.hydraulics.Volume(1e-3, pressure=1e6),
+    "accumulator": mbs.hydraulics.Accumulator(2e-3, 5e6, 1.2),
+    "tank": mbs.hydraulics.Tank(1e5),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
 }
 THINGS = {
@@ -138,6 +147,18 @@ def test_an_element_with_internal_states_comes_back(tmp_path):
     np.testing.assert_array_equal(mbs.forward_dynamics(found, state)[0], mbs.forward_dynamics(system, state)[0])
 
 
+def test_a_hydraulic_circuit_comes_back(tmp_path):
+    b = mbs.SystemBuilder()
+    b.body("block", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "block")
+    b.force("jack", mbs.forces.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9), joint="x")
+    b.hydraulic("supply", mbs.hydraulics.Tank(2e7))
+    b.hydraulic("tank", mbs.hydraulics.Tank())
+    ways = {"p": "supply", "t": "tank", "a": "jack.p0", "b": "jack.p1"}
+    b.hydraulic("valve", mbs.hydraulics.Valve(1e-3, 3.5e6), ports=ways, signal=mbs.Step(0.1, 0.2))
+    assert same(b.build(), again(b, tmp_path).build())
+
+
 def test_measures_and_blocks_come_back(tmp_path):
     b = mbs.SystemBuilder()
     b.body("arm", mass=1.0, com=(0.5, 0.0, 0.0))
@@ -164,7 +185,7 @@ def test_every_class_is_tried():
         reductions.SymmetrySubspace,
         reductions.VirtualMotions,
     }
-    for room in (forces, blocks, joints, elements, reductions):
+    for room in (forces, blocks, mbs.hydraulics, joints, elements, reductions):
         for name in room.__all__:
             kind = getattr(room, name)
             if isinstance(kind, type) and dataclasses.is_dataclass(kind) and not name.startswith("Abstract"):

@@ -1,0 +1,160 @@
+"""Hydraulic circuits as blocks: elements read pressures, nodes and cylinders read flows.
+
+A node is a `Volume`, an `Accumulator` or a `Tank` by its name, or a chamber of a cylinder, "boom.p0".
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from ..checks import any_concrete, no_such
+from ..forces import Constant, HydraulicCylinder
+from ..hydraulics import AbstractHydraulicElement, AbstractNode, AbstractStorage, Tank
+from ..hydraulics._junction import Inflow, Junction
+from ..model._internal_states import replace_field
+from ._declarations import Block, Model
+
+CHAMBERS = ("p0", "p1")
+
+
+def with_circuits(model: Model) -> Model:
+    """The model, whose circuits have no faults, with its hydraulic elements as blocks."""
+    if not model.hydraulics:
+        return model
+    elements = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractHydraulicElement)]
+    nodes = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractNode)]
+    blocks, forces = [*map(_element_block, elements), *(_node_block(item, elements) for item in nodes)], {}
+    for name in _joined_cylinders(elements, model):
+        blocks.append(_cylinder_block(name, elements))
+        law = replace_field(model.forces[name].law, "inflow", Constant(0.0))
+        forces[name] = dataclasses.replace(model.forces[name], law=law)
+    blocks = {block.name: block for block in blocks}
+    return dataclasses.replace(model, blocks=model.blocks | blocks, forces=model.forces | forces, hydraulics={})
+
+
+def _element_block(item):
+    reads = [item.ports[port] for port in item.element.ports]
+    if item.signal is not None:
+        is_source = isinstance(item.signal, str) or callable(item.signal)
+        reads.append(item.signal if is_source else Constant(item.signal))
+    return Block(item.name, item.element, tuple(reads))
+
+
+def _node_block(item, elements):
+    if isinstance(item.element, Tank):
+        return Block(item.name, item.element, ())
+    reads, (weights,) = _flows_into((item.name,), elements)
+    return Block(item.name, Junction(item.element, weights), reads)
+
+
+def _cylinder_block(name, elements):
+    reads, weights = _flows_into(tuple(f"{name}.{chamber}" for chamber in CHAMBERS), elements)
+    return Block(f"{name} inflow", Inflow(weights), reads, f"{name}.inflow")
+
+
+def _flows_into(nodes, elements):
+    """(names of the elements at some nodes, of each node the signs of all entries of their outputs)."""
+    reads, weights = [], [[] for _ in nodes]
+    for item in elements:
+        if not set(item.ports.values()) & set(nodes):
+            continue
+        reads.append(item.name)
+        size = 1 + max(entry for entry, _ in item.element.port_flows)
+        for node, row in zip(nodes, weights, strict=True):
+            signs = [0] * size
+            for port, (entry, sign) in zip(item.element.ports, item.element.port_flows, strict=True):
+                signs[entry] += sign if item.ports[port] == node else 0
+            row += signs
+    return tuple(reads), tuple(map(tuple, weights))
+
+
+def _joined_cylinders(elements, model):
+    used = {node for item in elements for node in item.ports.values()}
+    return [name for name in _cylinders(model) if any(f"{name}.{chamber}" in used for chamber in CHAMBERS)]
+
+
+def _cylinders(model):
+    return [name for name, force in model.forces.items() if isinstance(force.law, HydraulicCylinder)]
+
+
+def _nodes(model):
+    """Names of all nodes."""
+    own = [name for name, item in model.hydraulics.items() if isinstance(item.element, AbstractNode)]
+    return [*own, *(f"{name}.{chamber}" for name in _cylinders(model) for chamber in CHAMBERS)]
+
+
+def circuit_faults(model: Model) -> list[str]:
+    """Faults of the hydraulic circuits of a model."""
+    found = [fault for item in model.hydraulics.values() for fault in element_faults(item, model)]
+    for what, table in (("block", model.blocks), ("measure", model.measures), ("force", model.forces)):
+        found += [f"hydraulic {name!r}: a {what} has this name" for name in model.hydraulics if name in table]
+    elements = [
+        item
+        for item in model.hydraulics.values()
+        if isinstance(item.element, AbstractHydraulicElement) and isinstance(item.ports, Mapping)
+    ]
+    used = {node for item in elements for node in item.ports.values() if isinstance(node, str)}
+    for name, item in model.hydraulics.items():
+        if isinstance(item.element, AbstractNode) and name not in used:
+            found.append(f"hydraulic {name!r}: no port of an element is joined to it")
+    for name in _cylinders(model):
+        if any(f"{name}.{chamber}" in used for chamber in CHAMBERS):
+            found += _cylinder_faults(name, model.forces[name].law)
+    return found
+
+
+def _cylinder_faults(name, law):
+    if any_concrete(lambda gain: gain > 0, law.flow_gain):
+        return [f"force {name!r}: a cylinder in a circuit has no valve of its own; leave valve and flow_gain out"]
+    if law.inflow is not None:
+        return [f"force {name!r}: the circuit gives its inflow; leave inflow out"]
+    return []
+
+
+def element_faults(item: Any, model: Model) -> list[str]:
+    """Faults of one element or node of a circuit."""
+    where, element = f"hydraulic {item.name!r}", item.element
+    if not isinstance(element, AbstractHydraulicElement | AbstractNode) or isinstance(element, Junction):
+        return [f"{where}: expected an element of jaxmbs.hydraulics, got {element!r}"]
+    found = [f"{where}: {fault}" for fault in element.faults()]
+    if isinstance(element, AbstractNode):
+        if item.ports:
+            found.append(f"{where}: it is a node and has no ports; give its name to the ports of elements")
+        if item.signal is not None:
+            found.append(f"{where}: a node takes no signal")
+        if not isinstance(element, AbstractStorage | Tank):
+            found.append(f"{where}: a node is a Volume, an Accumulator or a Tank, or an AbstractStorage of yours")
+        return found
+    return [*found, *(f"{where}: {fault}" for fault in [*_port_faults(item, model), *_signal_faults(item)])]
+
+
+def _port_faults(item, model):
+    ports, known, nodes = item.element.ports, item.ports, _nodes(model)
+    if not isinstance(known, Mapping):
+        return [f"ports must be a dict of nodes by port, {_example(ports)}, got {known!r}"]
+    found = [no_such("port", port, ports) for port in known if port not in ports]
+    found += [f"port {port!r} is open; join it to a node" for port in ports if port not in known]
+    found += [f"port {p!r}: {no_such('node', node, nodes)}" for p, node in known.items() if node not in nodes]
+    if found:
+        return found
+    joined = set(known.values())
+    if len(joined) == 1:
+        return [f"all its ports are joined to {joined.pop()!r}, so that nothing flows"]
+    tanks = [name for name in joined if name in model.hydraulics and isinstance(model.hydraulics[name].element, Tank)]
+    if len(tanks) == len(joined):
+        names = ", ".join(sorted(tanks))
+        return [f"it joins tanks alone ({names}), whose pressures no flow changes; put a Volume between them"]
+    return []
+
+
+def _signal_faults(item):
+    kind, given = item.element.signal, item.signal
+    if kind == "needed" and given is None:
+        return [f"a {type(item.element).__name__} needs a signal: the name of one, a function of time or a number"]
+    if kind == "none" and given is not None:
+        return [f"a {type(item.element).__name__} takes no signal"]
+    return []
+
+
+def _example(ports):
+    return "{" + ", ".join(f'"{port}": "node"' for port in ports) + "}"

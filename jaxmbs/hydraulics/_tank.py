@@ -1,0 +1,25 @@
+"""A tank, or any supply of constant pressure."""
+
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array
+
+from ..forces._fields import number
+from ..forces._law_at import States
+from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractNode
+
+
+class Tank(AbstractNode):
+    """Node of constant pressure: a tank, or a supply that no flow changes.
+
+    Attributes:
+        pressure: [Pa].
+    """
+
+    pressure: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+
+    def output(self, u: Any, s: States, t: ScalarLike) -> Array:
+        """The pressure [Pa]."""
+        return self.pressure
