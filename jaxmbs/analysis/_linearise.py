@@ -5,7 +5,6 @@
 
 import dataclasses
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from ..blocks import StateSpace
 from ..checks import place_of
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
@@ -39,16 +39,6 @@ from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
 from ._release_drives import release_drives
-
-
-class StateSpace(NamedTuple):
-    """`x' = A x + B v`, `y = C x + D v`, with x = (coordinates (n,), velocities (N,), internal states (ns,)) as
-    differences."""
-
-    A: jax.Array
-    B: jax.Array
-    C: jax.Array
-    D: jax.Array
 
 
 class Linearisation(eqx.Module):

@@ -16,6 +16,7 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import velocity_map
 from ..kinematics._kic_second import along_independent
 from ..kinematics._mobility import independent_state_function
+from ..kinematics._signals import with_signals
 from ..kinematics._state import State
 from ..model._system import System
 
@@ -79,6 +80,7 @@ def spring_stiffness(system: System, at: Configuration):
     turning = jnp.zeros_like(elastic)
     if not system.forces:
         return elastic, turning
+    system = with_signals(system, at)
     twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), at_rest(system, at)
     for group in system.forces:
         flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)

@@ -17,6 +17,7 @@ from ..kinematics._configuration import Configuration, VelocityKinematics, confi
 from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import independent_columns
 from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
+from ..kinematics._signals import with_signals
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..runtime import jit
@@ -128,7 +129,7 @@ def graph_values(system: System, P, psi, u, t) -> GraphValues:
         lambda psi, t: _moduli_and_inertia(system, P, psi, t), (psi, t), rates, has_aux=True
     )
     at, ports = with_velocities(system, at, u), []
-    for group in system.forces:
+    for group in with_signals(system, at).forces:
         port, of_flow = group.port, lambda V, u, group=group: element_flows(system, group, at, V, u)[2]
         _, displacement, flow = element_flows(system, group, at, at.V, u)
         stored = jax.vmap(lambda law, x, f, port=port: port.stored_effort(law, x, f, t))(

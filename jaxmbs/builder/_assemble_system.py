@@ -22,6 +22,7 @@ from ..runtime import KnownFunction, as_array
 from ._arrays import compose, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
 from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
+from ._signals import make_blocks, make_measures
 from ._spanning_tree import SpanningTree
 from ._user_rows import shape_faults
 
@@ -64,6 +65,8 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
     }
     records = _joint_records(joints, joint_frames, nodes, cuts, index)
     record = {r.name: r for r in records}
+    measures = make_measures(model, lambda name, body, pose: frames.add(name, body, rotation_and_position(pose)))
+    blocks = make_blocks(model)
     force_groups = _force_groups(model.forces, frames, record, bodies, named)
     closures, rows, row_names, slip_rows = _constraint_groups(
         model.constraints, joints, cuts, record, frames, bodies, named
@@ -86,7 +89,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         row_joint=row_names,
         slip_rows=slip_rows,
         guess=tuple((name, tuple(np.atleast_1d(x).astype(float).tolist())) for name, x in (guess or {}).items()),
-        internal=internal_records(force_groups),
+        internal=internal_records((*force_groups, *blocks)),
     )
     return System(
         topology=topology,
@@ -101,6 +104,8 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         forces=force_groups,
         closures=closures,
         rows=rows,
+        measures=measures,
+        blocks=blocks,
         elastic=elastic_groups(_group_by_structure(elastic_items(model.elastic, index, record))),
     )
 

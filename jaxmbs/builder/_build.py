@@ -18,6 +18,8 @@ from ._arrays import reference_poses
 from ._assemble_system import assemble_system
 from ._declarations import Body, Joint, Model
 from ._mobility import analyse_mobility, check_closure_and_inertia
+from ._signal_shapes import with_signal_shapes
+from ._signals import with_driven_fields
 from ._spanning_tree import spanning_tree
 from ._user_rows import row_faults
 from ._validation import system_law_faults
@@ -29,11 +31,16 @@ def build_system(
     """The system of a model without faults; see `SystemBuilder.build`."""
     guess = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None} | guess
     model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
+    if model.blocks:
+        model = with_driven_fields(model)
     system = assemble_system(model, _cut_loops(model, cut), guess)
     if like is not None and linear_solver == "auto":
         linear_solver = like.topology.linear_solver
     system = with_linear_solver(system, linear_solver)
     found = system_law_faults(model.forces.values(), system.topology)
+    if system.measures or system.blocks:
+        system, more = with_signal_shapes(system, model.forces)
+        found += more
     if found:
         raise ModelError(found)
     if like is not None:
@@ -66,6 +73,7 @@ def _joints_in_tree(model):
     names = {n for e in model.elastic.values() for n in e.joints}
     names |= {f.joint for f in model.forces.values() if f.joint is not None}
     names |= {j.name for j in model.joints.values() if j.drive is not None}
+    names |= {m.joint for m in model.measures.values() if m.joint is not None}
     for item in model.constraints.values():
         if isinstance(item.law, Coupler):
             names |= set(item.law.joints)

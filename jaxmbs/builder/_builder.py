@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from ..blocks import AbstractBlock
 from ..checks import no_such
 from ..errors import ModelError
 from ..forces._base import AbstractLaw
@@ -40,7 +41,7 @@ class SystemBuilder:
         return self._model
 
     def __repr__(self) -> str:
-        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames")
+        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "measures", "blocks")
         counts = [f"{len(getattr(self._model, kind))} {kind}" for kind in kinds if getattr(self._model, kind)]
         return f"SystemBuilder({', '.join(counts)})"
 
@@ -219,6 +220,55 @@ class SystemBuilder:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine`, or a `FramePath` in time between
         two frames, `Coupler` of joint coordinates, or `PositionRows` of the user."""
         self._add("constraint", self._model.constraints, declared.Constraint(name, law, between))
+
+    def measure(
+        self,
+        name: str,
+        function: WordedError[Callable | None] = None,
+        *,
+        joint: str | None = None,
+        between: tuple | list | None = None,
+        on: WordedError[FrameLike | None] = None,
+        of: str = "position",
+        axis: str | None = None,
+    ) -> None:
+        """A signal that blocks and questions read by its name.
+
+        Args:
+            function: `f(instant)` to a number or (n,); it has the time `instant.t`, `instant.coordinates["pin"]`,
+                `instant.velocities["pin"]`, `instant.internal["motor.current"]` and the methods position, rotation,
+                velocity and angular_velocity of a frame, `instant.position("tip")`.
+            joint: a joint; `of` its "position" or "velocity", one number or (n,).
+            on: a frame; `of` its "position", "velocity" or "angular velocity" (3,) in world axes.
+            between: two frames; `of` the "distance", the "distance rate", or the "position", "velocity" or
+                "angular velocity" (3,) of the second one, seen in the axes of the first.
+            axis: "x", "y" or "z", of which a vector's entry is taken.
+        """
+        self._add_signal(declared.Measure(name, function, joint, between, on, of, axis), self._model.measures)
+
+    def block(
+        self,
+        name: str,
+        block: WordedError[AbstractBlock],
+        reads: WordedError[str | tuple | list | Callable],
+        drives: WordedError[str | tuple | list | None] = None,
+        every: float | None = None,
+    ) -> None:
+        """A block such as `PI(kp, ki)` between signals and what they drive; its output is a signal of its name.
+
+        Args:
+            reads: a signal, or several one after another: measures, outputs of other blocks, internal states such as
+                "motor.current", functions of time.
+            drives: "motor.voltage", or "motor" where it has one such field; several take one entry of the output each.
+                The fields are the `inputs` of force laws and blocks, and hold 0.0 in the declaration.
+        """
+        self._add_signal(declared.Block(name, block, reads, drives, every), self._model.blocks)
+
+    def _add_signal(self, item, table):
+        if item.name in self._model.measures or item.name in self._model.blocks:
+            self._faults.append(f"{type(item).__name__.lower()} {item.name!r}: a measure or block has this name")
+        else:
+            table[item.name] = item
 
     def faults(self) -> list[str]:
         """Faults of the model so far, one sentence each."""

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from jax import Array
 
+from ..blocks import AbstractBlock
 from ..forces._base import AbstractLaw
 from ..joints import Coupler, PositionRows, VelocityRows
 from ..joints._base import AbstractJoint
@@ -84,6 +85,30 @@ class Constraint:
 
 
 @dataclass
+class Measure:
+    """A signal: of a joint, between two frames, of one frame, or a function of the instant."""
+
+    name: str
+    function: Annotated[Any, Callable | None] = None
+    joint: str | None = None
+    between: Annotated[Any, tuple | list | None] = None
+    on: Annotated[Any, FrameLike | None] = None
+    of: str = "position"
+    axis: str | None = None
+
+
+@dataclass
+class Block:
+    """A block with what it reads and drives."""
+
+    name: str
+    block: Annotated[Any, AbstractBlock]
+    reads: Annotated[Any, str | tuple | list | Callable]
+    drives: Annotated[Any, str | tuple | list | None] = None
+    every: Annotated[Any, float | None] = None
+
+
+@dataclass
 class Model:
     """All declarations of a model, by name."""
 
@@ -94,6 +119,8 @@ class Model:
     forces: dict[str, Force] = field(default_factory=dict)
     constraints: dict[str, Constraint] = field(default_factory=dict)
     elastic: dict[str, Any] = field(default_factory=dict)
+    measures: dict[str, Measure] = field(default_factory=dict)
+    blocks: dict[str, Block] = field(default_factory=dict)
 
 
 def as_pose(value) -> Pose:

@@ -15,20 +15,20 @@ def law_call_faults(law, port, displacement, size) -> list[str]:
     """
     flow, t = jnp.zeros(size), jnp.zeros(())
     if not isinstance(law, AbstractStateLaw):
-        return _effort_faults(law, port, displacement, flow, t)
+        return effort_faults(law, port, displacement, flow, t)
     declared, faults = _declared_states(law)
     if faults:
         return faults
     s = {name: jnp.zeros(one.shape) for name, one in declared.items()}
     (x, v), here = port.arguments(displacement, flow), law.at(s)
-    faults = _effort_faults(here, port, displacement, flow, t)
-    faults += _named_faults("rate", lambda: law.rate(*x, *v, s, t), declared, True)
-    faults += _named_faults("start", lambda: law.start(*x, *v, t), declared, False)
+    faults = effort_faults(here, port, displacement, flow, t)
+    faults += named_faults("rate", lambda: law.rate(*x, *v, s, t), declared, True)
+    faults += named_faults("start", lambda: law.start(*x, *v, t), declared, False)
     wrong, shape = _shape_of("potential", lambda: here.potential(*x, t))
     return faults + (wrong or faults_if((shape != (), f"its potential has shape {shape}, not ()")))
 
 
-def _effort_faults(law, port, displacement, flow, t):
+def effort_faults(law, port, displacement, flow, t):
     """Faults of the effort of a law at its states."""
     faults, found = _shape_of("law", lambda: port.effort(law, displacement, flow, t))
     return faults or faults_if((found != flow.shape, f"the law gives shape {found}, not {flow.shape}"))
@@ -42,13 +42,18 @@ def _shape_of(what, call):
         return [f"the {what} cannot be evaluated: {type(error).__name__}: {error}"], None
 
 
-def _declared_states(law):
+def declared_state_faults(part, may_have_none: bool = False) -> list[str]:
+    """Faults of the declaration of the internal states of a law or block."""
+    return _declared_states(part, may_have_none)[1]
+
+
+def _declared_states(law, may_have_none=False):
     """(the declared internal states by name, faults of the declaration)."""
     try:
         declared = law.internal_states
     except Exception as error:  # noqa: BLE001 - the user's own code
         return {}, [f"internal_states cannot be evaluated: {type(error).__name__}: {error}"]
-    if not isinstance(declared, dict) or not declared:
+    if not isinstance(declared, dict) or not (declared or may_have_none):
         return {}, [f"internal_states must be a dict of InternalState by name, got {declared!r}"]
     faults = []
     for name, one in declared.items():
@@ -59,7 +64,7 @@ def _declared_states(law):
     return declared, faults
 
 
-def _named_faults(what, call, declared, all_needed):
+def named_faults(what, call, declared, all_needed):
     """Faults of a method that returns internal states, or their rates, by name."""
     try:
         found = jax.eval_shape(lambda: {name: jnp.asarray(value, float) for name, value in call().items()})

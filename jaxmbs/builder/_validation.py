@@ -16,11 +16,12 @@ from ..forces import (
     AbstractSystemStateLaw,
 )
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
-from ..forces._signals import as_signal
+from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
 from ._declarations import GROUND, Model, as_pose, resolve_frame
 from ._elastic import entry_faults
 from ._law_faults import law_call_faults
+from ._signals import block_faults, measure_faults
 
 
 def model_faults(model: Model) -> list[str]:
@@ -48,7 +49,9 @@ def model_faults(model: Model) -> list[str]:
         found += force_faults(force, bodies, frames, joints)
     for item in model.constraints.values():
         found += constraint_faults(item, bodies, frames, joints)
-    return found
+    for measure in model.measures.values():
+        found += measure_faults(measure, model, lambda where, end: _reference_faults(where, end, bodies, frames))
+    return found + block_faults(model)
 
 
 def _name_faults(model):
@@ -275,6 +278,7 @@ def _effort_faults(law, on_joint) -> list[str]:
 def system_law_faults(forces, topology) -> list[str]:
     """Faults that one abstract call of every law of the whole system shows."""
     laws = [force for force in forces if isinstance(force.law, (AbstractSystemLaw, AbstractSystemStateLaw))]
+    laws = [force for force in laws if not any(isinstance(getattr(force.law, f), Driven) for f in force.law.inputs)]
 
     def faults_of(law):
         place = (jnp.zeros(topology.num_coordinates),)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._element_flows import element_flows
+from ..kinematics._signals import with_signals
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
 from ._bodies import bodies_of, total
@@ -41,6 +42,7 @@ def port_efforts(system: System, at: Configuration):
     """Port efforts (n, num_flows) of the elements at rest by force group, as a pair: those that derive from the
     potential, and all others."""
     still, stored, other = at_rest(system, at), [], []
+    system = with_signals(system, still)
     for group in system.forces:
         _, displacement, flow = element_flows(system, group, still, still.V, still.u)
         own = jax.vmap(lambda law, x, f, port=group.port: port.stored_effort(law, x, f, at.t))

@@ -13,6 +13,7 @@ from jax import Array
 from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
 from ..kinematics._element_flows import element_flows
 from ..kinematics._internal_states import group_rates
+from ..kinematics._signals import with_signals
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
 from ._bodies import bodies_of, total
@@ -39,7 +40,7 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
 
     Args: found: a list to which the `LawEffort` of each group is appended.
     """
-    owners = owners or node_targets(system)
+    system, owners = with_signals(system, at), owners or node_targets(system)
     loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
     for group in system.forces:
         port = group.port

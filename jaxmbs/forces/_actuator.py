@@ -24,6 +24,7 @@ class Actuator(AbstractScalarLaw):
 
     function: Convertible[Callable[..., Any]] = eqx.field(converter=as_law_function)
     is_source: ClassVar[bool] = True
+    inputs: ClassVar[tuple[str, ...]] = ("function",)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """`function(x, v, t)` [N or N m]."""
@@ -46,6 +47,7 @@ class PD(AbstractScalarLaw):
     kp: Convertible[Scalar] = eqx.field(converter=number)
     kd: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = True
+    inputs: ClassVar[tuple[str, ...]] = ("target",)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Effort towards the target [N or N m]."""

@@ -4,7 +4,7 @@ Source: S2 (76), the external efforts Q*.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -20,6 +20,7 @@ from ._signals import as_signal
 class _VectorLoad(AbstractBodyLaw):
     value: Convertible[Callable[..., Any]] = eqx.field(converter=as_signal)
     axes: str = eqx.field(static=True, default="world")
+    inputs: ClassVar[tuple[str, ...]] = ("value",)
 
     def __check_init__(self):
         if self.axes not in ("world", "body"):

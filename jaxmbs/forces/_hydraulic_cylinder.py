@@ -54,6 +54,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
     length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     varying: bool = eqx.field(static=True, default=False)
     is_source: ClassVar[bool] = True
+    inputs: ClassVar[tuple[str, ...]] = ("valve",)
 
     @property
     def internal_states(self) -> dict[str, InternalState]:

@@ -36,6 +36,7 @@ class Motor(AbstractScalarStateLaw):
     ke: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     ratio: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
     is_source: ClassVar[bool] = True
+    inputs: ClassVar[tuple[str, ...]] = ("voltage",)
 
     @property
     def internal_states(self) -> dict[str, InternalState]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..checks import not_increasing, not_positive
 from ..math._interpolation import hermite, spline_slopes
@@ -120,6 +120,38 @@ class Spline(AbstractSignal):
     def faults(self) -> list[str]:
         """Times increase."""
         return super().faults() + (["times must increase"] if not_increasing(self.times) else [])
+
+
+class Driven(AbstractSignal):
+    """Placeholder of a field that a block drives: the engine puts a `Held` value there before laws are called."""
+
+    def __call__(self, *args: Any) -> Float[Array, "..."]:
+        """Raises: RuntimeError, as the value is not there."""
+        raise RuntimeError(
+            "a field that a block drives has no value of its own; with_signals(system, at) gives it one"
+        )
+
+
+class Held(AbstractSignal):
+    """`value` whatever the arguments, as a block has found it."""
+
+    value: Float[Array, "..."]
+
+    def __call__(self, *args: Any) -> Float[Array, "..."]:
+        """The value."""
+        return self.value
+
+
+class Input(AbstractSignal):
+    """A function with a value added, or in its place where `replaces`: an input of a linearisation or a field."""
+
+    function: Any
+    value: Float[Array, "..."]
+    replaces: Bool[Array, ""]
+
+    def __call__(self, *args: Any) -> Float[Array, "..."]:
+        """The function and the value."""
+        return jnp.where(self.replaces, 0.0, number(self.function(*args))) + self.value
 
 
 def as_signal(value: Any) -> Callable:

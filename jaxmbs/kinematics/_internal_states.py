@@ -1,4 +1,4 @@
-"""Internal states of force elements at a configuration: their initial values and their rates."""
+"""Internal states of force elements and blocks at a configuration: their initial values and their rates."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -11,11 +11,20 @@ from jax import Array
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..model._entry_points import map_states
-from ..model._internal_states import InternalStates, declared_scales, join_states, stacked, with_internal
+from ..model._internal_states import (
+    InternalStates,
+    block_scales,
+    declared_scales,
+    group_size,
+    join_states,
+    stacked,
+    with_internal,
+)
 from ..model._system import System
 from ..runtime import jit
 from ._configuration import VelocityKinematics, at_state, with_velocities
 from ._element_flows import element_flows
+from ._signals import block_starts, signals_and_rates, with_driven
 
 
 def group_rates(group, displacement, flow, t) -> dict[str, Array]:
@@ -30,17 +39,21 @@ def group_rates(group, displacement, flow, t) -> dict[str, Array]:
 
 
 def internal_rates(system: System, at: VelocityKinematics) -> Array:
-    """Rates (ns,) of all internal states of a system whose laws are at them (`with_internal`)."""
+    """Rates (ns,) of all internal states of a system that is at them (`with_internal`)."""
+    rates = []
+    if system.blocks:
+        values, rates = signals_and_rates(system, at)
+        system = with_driven(system, values)
 
     def of_group(group):
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         return join_states(group, group_rates(group, displacement, flow, at.t))
 
-    return stacked(of_group(group) for group in system.forces if group.internal)
+    return stacked([*(of_group(group) for group in system.forces if group.internal), *rates])
 
 
 def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
-    """The internal states that a system's laws start with."""
+    """The internal states that a system's laws and blocks start with."""
 
     def of_group(group):
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
@@ -55,13 +68,18 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
 
         return join_states(group, jax.vmap(of_one)(group.law, displacement, flow))
 
-    values = stacked(of_group(group) for group in system.forces if group.internal)
-    return InternalStates(values, system.topology.internal)
+    values = [of_group(group) for group in system.forces if group.internal]
+    if system.blocks:
+        number = sum(group_size(element) for element in system.blocks)
+        at_laws = with_internal(system, jnp.concatenate([*values, jnp.zeros(number, at.psi.dtype)]))
+        values += block_starts(at_laws, at)
+    return InternalStates(stacked(values), system.topology.internal)
 
 
 def internal_scale(system: System) -> Array:
     """Scales (ns,) of all internal states."""
-    return stacked(join_states(group, declared_scales(group)) for group in system.forces if group.internal)
+    laws = [join_states(group, declared_scales(group)) for group in system.forces if group.internal]
+    return stacked([*laws, *(join_states(e, block_scales(e)) for e in system.blocks if e.internal)])
 
 
 def with_start(system: System, state, given: Mapping[str, Array]):

@@ -1,8 +1,9 @@
-"""Internal states of force elements: their layout in one vector, by name, and the laws of a system at them.
+"""Internal states of force elements and blocks: their layout in one vector, by name, and the laws of a system at them.
 
 For all functions of one instant the internal states are numbers of the laws: `with_internal` puts them there.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from ..checks import place_of
 
 @dataclass(frozen=True)
 class InternalRecord:
-    """One internal state of one force element: "boom.p0" of the element "boom".
+    """One internal state of one force element or block: "boom.p0" of the element "boom".
 
     Attributes:
         shape: of its array, () for one number; unit: of its numbers.
@@ -41,10 +42,10 @@ class InternalRecord:
 
 
 class InternalStates(eqx.Module):
-    """Internal states of all force elements, `states["boom.p0"]`; with leading axes for a motion.
+    """Internal states of all force elements and blocks, `states["boom.p0"]`; with leading axes for a motion.
 
     Attributes:
-        values: (..., ns) in one vector, in the order of the elements' powers.
+        values: (..., ns) in one vector, in the order of the elements' powers, those of blocks at the end.
         records: their names, shapes and units (static).
     """
 
@@ -73,7 +74,7 @@ class InternalStates(eqx.Module):
 
 
 def internal_records(groups) -> tuple[InternalRecord, ...]:
-    """Records of all internal states of groups of force elements."""
+    """Records of all internal states of groups of force elements, and of blocks."""
     found, first = [], 0
     for group in groups:
         for element in group.names:
@@ -123,12 +124,34 @@ def with_internal(system, internal: Any, law_at: Callable | None = None):
         law = getattr(group.law, "law", group.law).at(s) if law_at is None else law_at(group, s)
         groups.append(eqx.tree_at(lambda g: g.law, group, law))
         first = end
-    return eqx.tree_at(lambda s: s.forces, system, tuple(groups))
+    if groups:
+        system = eqx.tree_at(lambda s: s.forces, system, tuple(groups))
+    return _with_block_states(system, values[first:]) if system.blocks else system
+
+
+def _with_block_states(system, values):
+    """The system whose blocks are at states in one vector."""
+    blocks, first = [], 0
+    for element in system.blocks:
+        end = first + group_size(element)
+        s = split_states(element, values[first:end]) if element.internal else {}
+        blocks.append(replace_field(element, "s", {name: value[0] for name, value in s.items()}))
+        first = end
+    return replace_field(system, "blocks", tuple(blocks))
+
+
+def replace_field(module, name: str, value):
+    """A module with another value of one field, without its constructor: an empty field has no leaf to be found by."""
+    made = object.__new__(type(module))
+    for field in dataclasses.fields(module):
+        object.__setattr__(made, field.name, value if field.name == name else getattr(module, field.name))
+    return made
 
 
 def has_internal(system) -> bool:
     """True if the laws of the system are at their internal states, or have none."""
-    return all(hasattr(group.law, "s") for group in system.forces if group.internal)
+    laws = all(hasattr(group.law, "s") for group in system.forces if group.internal)
+    return laws and all(element.s is not None for element in system.blocks if element.internal)
 
 
 def stacked(values) -> Array:
@@ -139,11 +162,14 @@ def stacked(values) -> Array:
 
 def declared_scales(group) -> dict[str, Array]:
     """Scales (n, *shape) of a group's states by name, as its laws declare them."""
+    return jax.vmap(lambda law: _scales(group, law), axis_size=len(group.names))(getattr(group.law, "law", group.law))
 
-    def of_one(law):
-        found = law.internal_states
-        return {
-            name: jnp.broadcast_to(jnp.asarray(found[name].scale, float), shape) for name, shape, _ in group.internal
-        }
 
-    return jax.vmap(of_one, axis_size=len(group.names))(getattr(group.law, "law", group.law))
+def block_scales(element) -> dict[str, Array]:
+    """Scales (1, *shape) of a block's states by name, as it declares them."""
+    return {name: scale[None] for name, scale in _scales(element, element.block).items()}
+
+
+def _scales(group, law):
+    found = law.internal_states
+    return {name: jnp.broadcast_to(jnp.asarray(found[name].scale, float), shape) for name, shape, _ in group.internal}

@@ -15,6 +15,7 @@ from ._elastic import ElasticGroup
 from ._entry_points import check_state
 from ._pose import Pose
 from ._rows import CoordinateRows
+from ._signals import BlockElement, Measure
 from ._topology import Topology
 
 
@@ -48,8 +49,8 @@ class System(eqx.Module):
 
     Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
     body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
-    its pose in its node; the parameters of forces, constraints and elastic bodies; the length [m], found by a
-    concrete build, that makes distances and angles comparable.
+    its pose in its node; the parameters of forces, constraints, elastic bodies, measures and blocks (these in the
+    order of their evaluation); the length [m], found by a concrete build, that makes distances and angles comparable.
     """
 
     topology: Topology = eqx.field(static=True)
@@ -65,6 +66,8 @@ class System(eqx.Module):
     closures: tuple[ClosureGroup, ...] = ()
     rows: tuple[CoordinateRows, ...] = ()
     elastic: tuple[ElasticGroup, ...] = ()
+    measures: tuple[Measure, ...] = ()
+    blocks: tuple[BlockElement, ...] = ()
     length: Float[Array, ""] = eqx.field(default_factory=lambda: as_array(1.0))
 
     @property
@@ -85,12 +88,12 @@ class System(eqx.Module):
     def coordinates(self, state: Any) -> dict:
         """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_state(self, state)
-        return _by_joint(self.topology, state.coordinates, lambda j: j.coordinates)
+        return coordinates_by_joint(self.topology, state.coordinates)
 
     def velocities(self, state: Any) -> dict:
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_state(self, state)
-        return _by_joint(self.topology, state.velocities, lambda j: j.velocities)
+        return velocities_by_joint(self.topology, state.velocities)
 
     def by_joint(self, values: ArrayLike) -> dict:
         """Rates, accelerations, efforts or rows of a matrix (..., nv) by joint name: (..., ) for one freedom, else
@@ -101,7 +104,7 @@ class System(eqx.Module):
         values = as_array(values)
         if values.shape[-1:] != (self.topology.num_velocities,):
             raise ValueError(f"the last axis must be the {self.topology.num_velocities} velocities: {values.shape}")
-        return _by_joint(self.topology, values, lambda j: j.velocities)
+        return velocities_by_joint(self.topology, values)
 
     def columns(self, *names: str) -> np.ndarray:
         """Columns of the velocities of joints, `mass_matrix(system, state)[:, system.columns("crank")]`.
@@ -131,6 +134,16 @@ class System(eqx.Module):
 
     def _repr_html_(self) -> str:
         return describe_html(self.topology, self.rows)
+
+
+def coordinates_by_joint(topology: Topology, values: Array) -> dict:
+    """Coordinates (..., nq) by the name of the joint."""
+    return _by_joint(topology, values, lambda j: j.coordinates)
+
+
+def velocities_by_joint(topology: Topology, values: Array) -> dict:
+    """Velocities (..., nv) by the name of the joint."""
+    return _by_joint(topology, values, lambda j: j.velocities)
 
 
 def _by_joint(topology, values, part):

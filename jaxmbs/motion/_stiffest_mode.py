@@ -11,6 +11,7 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import velocity_map
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate
+from ..kinematics._signals import with_signals
 from ..kinematics._state import State
 from ..model._internal_states import with_internal
 from ..model._system import System
@@ -71,7 +72,7 @@ def _shares(system, state, shape):
     def power(psi, u):
         here = with_velocities(system, at_coordinates(system, at, psi), u)
         found = []
-        for group in system.forces:
+        for group in with_signals(system, here).forces:
             _, displacement, flow = element_flows(system, group, here, here.V, here.u)
             found.append(jnp.sum(element_efforts(group, displacement, flow, here.t) * flow, axis=1))
         return jnp.concatenate(found)

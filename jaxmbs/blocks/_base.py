@@ -1,0 +1,58 @@
+"""Interface of blocks: states and outputs of signals, for controllers, filters and delays beside a mechanism.
+
+A block is a frozen pytree whose numbers are array leaves.  Its states are internal states, integrated with the motion.
+"""
+
+import abc
+from typing import Any, ClassVar
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from ..forces._fields import value_faults
+from ..forces._law_at import States
+from ..forces._state_laws import InternalState
+from ..typing import ArrayLike, ScalarLike
+
+
+class AbstractBlock(eqx.Module):
+    """States s and outputs y of inputs u: `ds/dt = rate(u, s, t)`, `y = output(u, s, t)`.
+
+    u is one number () where the block reads one scalar signal, else (n,), the signals that it reads one after another.
+    `inputs` names the fields that are functions of time and may be driven by another block, such as a target;
+    `unbounded` those that may be infinite.
+    """
+
+    inputs: ClassVar[tuple[str, ...]] = ()
+    unbounded: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def is_feedthrough(self) -> bool:
+        """True if the output depends on the inputs of the same instant; blocks of which it does not may close loops."""
+        return True
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        """Declaration of the states by name; shapes may follow from those of the parameters."""
+        return {}
+
+    def start(self, u: ArrayLike, t: ScalarLike) -> States:
+        """Initial values by name; those that are left out are zero."""
+        return {}
+
+    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+        """Rates `ds/dt` by name."""
+        return {}
+
+    @abc.abstractmethod
+    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+        """The output, one number () or several (m,)."""
+
+    def faults(self) -> list[str]:
+        """Faults of the values, one message each; traced values are not checked."""
+        return value_faults(self)
+
+
+def block_layout(block: Any) -> tuple[tuple[str, tuple[int, ...], str], ...]:
+    """(name, shape, unit) of each state of a block."""
+    return tuple((name, tuple(one.shape), one.unit) for name, one in block.internal_states.items())
