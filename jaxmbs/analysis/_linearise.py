@@ -26,6 +26,7 @@ from ..kinematics._internal_states import internal_rates
 from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics._mobility import nan_unless_determined, with_mobility_at
 from ..kinematics._poses import coordinate_rate
+from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
@@ -135,6 +136,7 @@ def linearise(
     check_single_state(system, state)
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
+    refuse_sampled(system, "linearise")
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     accelerations = forward_dynamics(system, state)[0]

@@ -14,6 +14,7 @@ from ..forces._signals import as_signal
 from ..forces._state_laws import InternalState
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
+from ._zero_order_hold import lag_share
 
 
 def bounds(limit: Array) -> tuple[Array, Array]:
@@ -70,6 +71,18 @@ class PI(AbstractBlock):
         v = self._unlimited(number(self.target(t)) - u, s)
         return v if self.limit is None else clip(v, *bounds(self.limit))
 
+    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+        """Output, and the integral of the error held for a period; what was cut off is tracked as exactly."""
+        e = number(self.target(t)) - u
+        return self._of_samples(self.kp * e + s["integral"], e, s, period)
+
+    def _of_samples(self, v, e, s, period):
+        integral = s["integral"] + period * self.ki * e
+        if self.limit is None:
+            return v, {"integral": integral}
+        y, rate = clip(v, *bounds(self.limit)), self.ki / self.kp if self.tracking is None else 1.0 / self.tracking
+        return y, {"integral": integral + lag_share(period * rate) * (y - v)}
+
     def _unlimited(self, e, s):
         return self.kp * e + s["integral"]
 
@@ -121,6 +134,14 @@ class PID(PI):
         """Rates of the integral and of the filter."""
         e = number(self.target(t)) - u
         return super().rate(u, s, t) | {"filtered": (e - s["filtered"]) / self.filter}
+
+    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+        """As of `PI`, with the derivative by the backward difference, which no period makes large:
+        `d = (e - filtered) / (filter + period)`."""
+        e = number(self.target(t)) - u
+        d = (e - s["filtered"]) / (self.filter + period)
+        y, found = self._of_samples(self.kp * e + s["integral"] + self.kd * d, e, s, period)
+        return y, found | {"filtered": s["filtered"] + period * d}
 
     def _unlimited(self, e, s):
         return super()._unlimited(e, s) + self.kd * (e - s["filtered"]) / self.filter

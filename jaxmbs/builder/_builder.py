@@ -261,6 +261,9 @@ class SystemBuilder:
                 "motor.current", functions of time.
             drives: "motor.voltage", or "motor" where it has one such field; several take one entry of the output each.
                 The fields are the `inputs` of force laws and blocks, and hold 0.0 in the declaration.
+            every: period [s] of a sampled block: at the start of a motion and after each period its states and its
+                output get new values, by its discrete form, and keep them until the next.  The output is the internal
+                state "loop.output" of a block "loop"; a state saved at a sample is that before it.
         """
         self._add_signal(declared.Block(name, block, reads, drives, every), self._model.blocks)
 

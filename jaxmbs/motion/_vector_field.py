@@ -12,6 +12,7 @@ from ..dynamics._efforts import element_names
 from ..kinematics._configuration import at_state, configuration
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import node_parameters, normalise
+from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..model._entry_points import check_single_state, check_system
 from ..model._internal_states import with_internal
@@ -101,6 +102,7 @@ def vector_field(
     Raises: TypeError for what is no system, ValueError for an unknown formulation.  Source: S2 (42)-(44).
     """
     check_system(system)
+    refuse_sampled(system, "vector_field")
     chosen = choose_formulation(formulation, None, None)
     if scale_at is not None:
         check_single_state(system, scale_at)
