@@ -3,6 +3,7 @@
 from . import (
     analysis,
     batching,
+    blocks,
     blocksparse,
     bondgraph,
     coupling,
@@ -51,7 +52,7 @@ from .forces import (
 )
 from .io import load_model, save_model
 from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Screw, Spherical, Universal, Weld
-from .kinematics import State, position, rotation, velocity
+from .kinematics import State, position, rotation, signals, velocity
 from .linear import LinearSystem
 from .model import Pose, System, inertia, rotations
 from .motion import Motion, vector_field
@@ -103,6 +104,7 @@ __all__ = [
     "analysis",
     "batch",
     "batching",
+    "blocks",
     "blocksparse",
     "bondgraph",
     "cache",
@@ -141,6 +143,7 @@ __all__ = [
     "rotations",
     "runtime",
     "save_model",
+    "signals",
     "simulate",
     "statics",
     "stiffness",

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..blocks import StateSpace
-from ..checks import place_of
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
@@ -27,6 +26,7 @@ from ..kinematics._kic import independent_columns, motion_map, position_map, vel
 from ..kinematics._mobility import nan_unless_determined, with_mobility_at
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._sampling import refuse_sampled
+from ..kinematics._signals import with_inputs
 from ..kinematics._state import State
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
@@ -39,6 +39,7 @@ from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
+from ._named_outputs import NamedOutputs, check_names
 from ._release_drives import release_drives
 
 
@@ -122,10 +123,12 @@ def linearise(
     """Linear equations about a state.
 
     Args:
-        inputs: joint names.  The effort on a free joint's coordinates [N, N m], or the acceleration of a driven
+        inputs: joint names: the effort on a free joint's coordinates [N, N m], or the acceleration of a driven
             joint's coordinate: the drive is then released and its position and speed join the state, so that
-            transmissibilities follow by division by its own output.
-        outputs: joint names, for their coordinates, or one function `f(state, accelerations (nv,)) -> (m,)`.
+            transmissibilities follow by division by its own output.  Or fields of force elements and blocks that are
+            functions of time, "motor.voltage", "loop.target": a number added to their values.
+        outputs: joint names, for their coordinates; measures, blocks and internal states, for their signals; or one
+            function `f(state, accelerations (nv,)) -> (m,)`.
 
     Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.  It is on the
     freedoms of the state asked, where these are others than those counted at build; within a trace, where shapes are
@@ -134,17 +137,15 @@ def linearise(
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
     check_single_state(system, state)
-    for name in (*inputs, *(() if callable(outputs) else outputs)):
-        place_of("joint", name, system.topology.joint_names)
     refuse_sampled(system, "linearise")
+    inputs = tuple(inputs)
+    fields = check_names(system, inputs, () if callable(outputs) else tuple(outputs))
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)
-    if not callable(outputs):
-        joints = [system.topology.joints[system.topology.joint_index[name]] for name in outputs]
-        outputs = _CoordinateOutput(tuple((j.coordinates.start, j.coordinates.stop) for j in joints))
-    found = _linearise(system, state, accelerations, tuple(inputs), driven, outputs)
+    outputs = outputs if callable(outputs) else NamedOutputs.of(system, outputs)
+    found = _linearise(system, state, accelerations, inputs, driven, outputs, fields)
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
@@ -173,15 +174,6 @@ def _velocity_labels(labels, kinds):
     return found
 
 
-class _CoordinateOutput(eqx.Module):
-    """Output of joint coordinates."""
-
-    ranges: tuple[tuple[int, int], ...] = eqx.field(static=True)
-
-    def __call__(self, state, accelerations):
-        return jnp.concatenate([jnp.zeros(0), *[state.coordinates[a:b] for a, b in self.ranges]])
-
-
 def _drive_names(system):
     return {row.name for row in system.rows if isinstance(row, Drive)}
 
@@ -203,19 +195,22 @@ def unbalanced_efforts(system: System, at, w, a, move=None):
 
 
 @jit
-def _linearise(system, state, accelerations, inputs, driven, outputs):
+def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
     psi, t, at = state.coordinates, state.t, at_state(system, state, inertias=False)
     top, chosen = system.topology, independent_columns(system)
     w, a = state.velocities[chosen], accelerations[chosen]
     Gamma = velocity_map(system, at)[0]
     Z = position_map(system, at) if top.slip_rows else Gamma
 
-    def everything(psi, w, a, s):
-        here = with_internal(system, s)
+    def everything(psi, w, a, s, added=None):
+        here = system if added is None else with_inputs(system, dict(zip(fields, added, strict=True)), False)
+        here = with_internal(here, s)
         moved = configuration(here, at.P, psi, t)
         need, u, u_dot = unbalanced_efforts(here, moved, w, a)
         internal = None if s is None else InternalStates(s, top.internal)
-        output = outputs(State(t, psi, u, structure=top.structure, internal=internal), u_dot)
+        there = State(t, psi, u, structure=top.structure, internal=internal)
+        named = isinstance(outputs, NamedOutputs)
+        output = outputs.at(here, moved, there) if named else outputs(there, u_dot)
         rates = None if s is None else internal_rates(here, with_velocities(here, moved, u))
         return (need, coordinate_rate(top, psi, u), output), rates
 
@@ -231,7 +226,10 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
     (K, C, M, *F), (drift, flow, *_), (y_psi, y_w, y_a, *y_s) = (jnp.split(part, split, axis=1) for part in found)
     positions = independent_positions(system)
     upper = _position_rates(top, psi, Z, psi_dot, drift, flow)[positions]
-    lower, B = _acceleration_matrices(system, Gamma, M, jnp.concatenate([K, C, *F], axis=1), inputs, driven)
+    by_field = _slopes_by_fields(everything, (psi, w, a, s), len(fields)) if fields else None
+    efforts_by = {} if by_field is None else dict(zip(fields, -by_field[0].T, strict=True))
+    KC = jnp.concatenate([K, C, *F], axis=1)
+    lower, B = _acceleration_matrices(system, Gamma, M, KC, inputs, driven, efforts_by)
     space = StateSpace(
         A=jnp.concatenate([upper, lower]) if rates is None else _with_internal_rows(upper, lower, rates, ends),
         B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
@@ -239,7 +237,10 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
         D=y_a @ B,
     )
     if number:
-        space = space._replace(B=jnp.concatenate([space.B, jnp.zeros((number, B.shape[1]), B.dtype)]))
+        rows = jnp.concatenate([space.B, jnp.zeros((number, B.shape[1]), B.dtype)])
+        space = StateSpace(space.A, rows, space.C, space.D)
+    if by_field is not None:
+        space = _with_direct_parts(space, *by_field[1:], np.isin(_input_of_columns(system, inputs), fields))
     system = with_internal(system, state.internal)
     R = projected_resistance_field(system, at, Gamma, state.velocities)
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
@@ -249,6 +250,23 @@ def _linearise(system, state, accelerations, inputs, driven, outputs):
         else {}
     )
     return Linearisation(M, C, C - R, K, space, *columns, stiffening=still)
+
+
+def _slopes_by_fields(everything, point, number):
+    """Slopes of efforts (N, k), outputs (m, k) and rates of internal states (ns, k) or None by k added values."""
+    eye = jnp.eye(number, dtype=point[0].dtype)
+    slopes = jax.linearize(lambda added: everything(*point, added), jnp.zeros_like(eye[0]))[1]
+    (need, _, output), rates = jax.vmap(slopes, 1, 1)(eye)
+    return need, output, rates
+
+
+def _with_direct_parts(space, output, rates, is_field):
+    """A state space with the slopes of outputs and rates of internal states by the inputs that are fields."""
+    B, D, columns = space.B, space.D, np.flatnonzero(is_field)
+    D = D.at[:, columns].add(output)
+    if rates is not None:
+        B = B.at[len(B) - len(rates) :, columns].add(rates)
+    return StateSpace(space.A, B, space.C, D)
 
 
 def _with_internal_rows(upper, lower, rates, ends):
@@ -281,11 +299,17 @@ def _rate_of_step(top, psi, z, psi_dot):
     return jax.jvp(lambda q: coordinate_rate(top, q, z), (psi,), (psi_dot,))[1]
 
 
-def _acceleration_matrices(system, Gamma, M, KC, inputs, driven):
-    """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input."""
+def _acceleration_matrices(system, Gamma, M, KC, inputs, driven, efforts_by):
+    """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input.
+
+    Args: efforts_by: efforts (N,) of a unit of each input that is a field.
+    """
     top, chosen, columns = system.topology, list(independent_columns(system)), []
     prescribed = np.zeros(len(chosen), bool)
     for name in inputs:
+        if name in efforts_by:
+            columns.append(efforts_by[name][:, None])
+            continue
         joint = top.joints[top.joint_index[name]].velocities
         if name in driven:
             prescribed[chosen.index(joint.start)] = True
@@ -295,8 +319,17 @@ def _acceleration_matrices(system, Gamma, M, KC, inputs, driven):
     right = jnp.concatenate([jnp.zeros((len(chosen), 0), M.dtype), *columns], axis=1)
     rows = jnp.asarray(prescribed)[:, None]
     left = jnp.where(rows, jnp.eye(len(chosen), dtype=M.dtype), M)
+    if efforts_by:
+        right = jnp.where(rows & np.isin(_input_of_columns(system, inputs), list(efforts_by)), 0.0, right)
     solved = square.solve(left, jnp.concatenate([jnp.where(rows, 0.0, -KC), right], axis=1))
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
+
+
+def _input_of_columns(system, inputs):
+    """The name of the input of every column."""
+    top = system.topology
+    sizes = [top.joints[top.joint_index[n]].num_velocities if n in top.joint_index else 1 for n in inputs]
+    return np.repeat(np.asarray(inputs), sizes)
 
 
 def frequency_response(

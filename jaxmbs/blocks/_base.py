@@ -1,6 +1,6 @@
 """Interface of blocks: states and outputs of signals, for controllers, filters and delays beside a mechanism.
 
-A block is a frozen pytree whose numbers are array leaves.  Its states are internal states, integrated with the motion.
+A block is a frozen pytree whose numbers are array leaves.  Its states are internal states of the motion.
 """
 
 import abc
@@ -18,7 +18,7 @@ from ..typing import ArrayLike, ScalarLike
 class AbstractBlock(eqx.Module):
     """States s and outputs y of inputs u: `ds/dt = rate(u, s, t)`, `y = output(u, s, t)`.
 
-    u is one number () where the block reads one scalar signal, else (n,), the signals that it reads one after another.
+    u is one number () where the block reads one scalar signal, else (n,), the signals that it reads in their order.
     `inputs` names the fields that are functions of time and may be driven by another block, such as a target;
     `unbounded` those that may be infinite.
     """
@@ -28,7 +28,7 @@ class AbstractBlock(eqx.Module):
 
     @property
     def is_feedthrough(self) -> bool:
-        """True if the output depends on the inputs of the same instant; blocks of which it does not may close loops."""
+        """True if the output depends on the inputs of the same instant; other blocks may close loops of blocks."""
         return True
 
     @property

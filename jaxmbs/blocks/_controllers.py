@@ -108,8 +108,8 @@ class PI(AbstractBlock):
 
 
 class PID(PI):
-    """Controller `y = kp e + integral + kd d`, with the derivative d of the error `e = target - u` through a filter of
-    the first order: `d = (e - filtered) / filter`, `d filtered/dt = d`.
+    """Controller `y = kp e + integral + kd d`, with the derivative d of the error `e = target - u` through a filter
+    of the first order: `d = (e - filtered) / filter`, `d filtered/dt = d`.
 
     The filter starts at the error, so that there is no kick. Limit and tracking are those of `PI`.
 

@@ -259,7 +259,7 @@ class SystemBuilder:
         Args:
             reads: a signal, or several one after another: measures, outputs of other blocks, internal states such as
                 "motor.current", functions of time.
-            drives: "motor.voltage", or "motor" where it has one such field; several take one entry of the output each.
+            drives: "motor.voltage", or "motor" where it has one such field; several take an entry of the output each.
                 The fields are the `inputs` of force laws and blocks, and hold 0.0 in the declaration.
             every: period [s] of a sampled block: at the start of a motion and after each period its states and its
                 output get new values, by its discrete form, and keep them until the next.  The output is the internal

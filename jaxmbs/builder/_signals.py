@@ -230,7 +230,7 @@ def driven_fields(model: Model) -> dict[str, str]:
 
 
 def evaluation_order(model: Model) -> tuple[list[tuple[str, bool]], list[str]]:
-    """((name, True if its output is evaluated before its inputs are) of all blocks in order, blocks left in a loop)."""
+    """((name, True if its output is evaluated before its inputs) of all blocks in order, blocks left in a loop)."""
     drivers = driven_fields(model)
     needs = {}
     for item in model.blocks.values():
@@ -291,10 +291,15 @@ def make_measures(model: Model, add_frame) -> tuple[Measure, ...]:
             names = [f"{item.name}.{side}" for side in "ab"[: len(ends)]]
             for name, end in zip(names, ends, strict=True):
                 add_frame(name, *resolve_frame(end, model.bodies, model.frames))
-            kind = FrameReading if len(names) == 1 else RelativeReading
-            read = kind(*names, item.of, item.axis)
+            read = _reading(names, item)
         found.append(Measure(item.name, read))
     return tuple(found)
+
+
+def _reading(names, item):
+    if len(names) == 1:
+        return FrameReading(names[0], item.of, item.axis)
+    return RelativeReading(names[0], names[1], item.of, item.axis)
 
 
 def make_blocks(model: Model) -> tuple[BlockElement, ...]:

@@ -23,8 +23,8 @@ from ._fields import value_faults
 class AbstractLaw(eqx.Module):
     """Common to all laws.
 
-    `unbounded` names the fields that may be infinite, `inputs` those that are functions of time and may be driven by a
-    block; the potential must not depend on these.
+    `unbounded` names the fields that may be infinite, `inputs` those that are functions of time and may be driven by
+    a block; the potential must not depend on these.
     """
 
     is_source: ClassVar[bool] = False

@@ -2,6 +2,7 @@
 
 from ..math._tensor import left_product, plane_mix, quadratic, right_product
 from ._constraint_rows import constraint_jacobian, constraint_residual
+from ._instant import Instant
 from ._kic import Kic, internal_kic, kic
 from ._kic_second import (
     SecondKic,
@@ -14,10 +15,12 @@ from ._kic_second import (
 )
 from ._mobility import count_mobility, with_mobility_at
 from ._points import angular_velocity, jacobian, position, rotation, velocity
+from ._signal_names import signals
 from ._state import State
 from ._state_sweep import branch, states_along
 
 __all__ = [
+    "Instant",
     "Kic",
     "SecondKic",
     "State",
@@ -41,6 +44,7 @@ __all__ = [
     "quadratic",
     "right_product",
     "rotation",
+    "signals",
     "states_along",
     "velocity",
     "with_mobility_at",

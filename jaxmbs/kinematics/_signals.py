@@ -1,7 +1,7 @@
 """Signals at a configuration: measures, outputs of blocks in the order of the build, and what they drive.
 
-Every function that asks the laws of a system for efforts or rates begins with `with_signals`; a system without blocks is
-returned as it is.
+Every function that asks the laws of a system for efforts or rates begins with `with_signals`; a system without blocks
+is returned as it is.
 """
 
 from collections.abc import Mapping
@@ -166,8 +166,8 @@ def block_starts(system: System, at: VelocityKinematics) -> list[Array]:
 
 
 def with_inputs(system: System, values: Mapping[str, Any], replace: bool) -> System:
-    """The system with values () of fields of force elements and blocks, "motor.voltage": in place of what is there, or
-    added to it."""
+    """The system with values () of fields of force elements and blocks, "motor.voltage": in place of what is there,
+    or added to it."""
     groups, blocks = list(system.forces), list(system.blocks)
     for name, value in values.items():
         element, _, field = name.rpartition(".")

@@ -1,4 +1,4 @@
-"""Internal states of force elements and blocks: their layout in one vector, by name, and the laws of a system at them.
+"""Internal states of force elements and blocks: their layout in one vector, by name, and a system at them.
 
 For all functions of one instant the internal states are numbers of the laws: `with_internal` puts them there.
 """
@@ -141,7 +141,7 @@ def _with_block_states(system, values):
 
 
 def replace_field(module, name: str, value):
-    """A module with another value of one field, without its constructor: an empty field has no leaf to be found by."""
+    """A module with another value of one field, also of one without leaves."""
     made = object.__new__(type(module))
     for field in dataclasses.fields(module):
         object.__setattr__(made, field.name, value if field.name == name else getattr(module, field.name))

@@ -8,7 +8,7 @@ from ._internal_states import replace_field
 
 
 class Measure(eqx.Module):
-    """A signal of coordinates, velocities, internal states and time: `function(instant)`, of `kinematics._instant`."""
+    """A signal of coordinates, velocities, internal states and time: `function(instant)`."""
 
     name: str = eqx.field(static=True)
     function: Any

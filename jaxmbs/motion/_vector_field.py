@@ -1,5 +1,6 @@
 """The equations of motion as a vector field for `diffrax.diffeqsolve`."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -8,11 +9,14 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..checks import place_of
 from ..dynamics._efforts import element_names
-from ..kinematics._configuration import at_state, configuration
+from ..kinematics._configuration import at_state, configuration, with_velocities
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import node_parameters, normalise
 from ..kinematics._sampling import refuse_sampled
+from ..kinematics._signal_names import check_input_fields, signal_names
+from ..kinematics._signals import signals_at, with_inputs
 from ..kinematics._state import State
 from ..model._entry_points import check_single_state, check_system
 from ..model._internal_states import with_internal
@@ -40,12 +44,16 @@ class PhaseState(NamedTuple):
 
 
 class VectorField(eqx.Module):
-    """The right-hand side `dy/dt = f(t, y, args)` of a mechanism; `args` is not used.
+    """The right-hand side `dy/dt = f(t, y, args)` of a mechanism; of one with `inputs` args are their values (k,).
 
     A pytree: parameters of the system have derivatives through `diffrax.ODETerm(field)`.
+
+    Attributes: inputs: fields of force elements and blocks; signals: outputs (static).
     """
 
     equations: Formulation
+    inputs: tuple[str, ...] = eqx.field(static=True, default=())
+    signals: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
     def system(self) -> System:
@@ -53,8 +61,27 @@ class VectorField(eqx.Module):
         return self.equations.system
 
     def __call__(self, t: ScalarLike, y: PhaseState, args: Any = None) -> PhaseState:
-        """The rate of y."""
-        return PhaseState(*self.equations.rate(jnp.asarray(t), tuple(y)))
+        """The rate of y; of a field with inputs at their values (k,), by default those that the fields have."""
+        return PhaseState(*self._with_inputs(args).rate(jnp.asarray(t), tuple(y)))
+
+    def outputs(self, t: ScalarLike, y: PhaseState, args: Any = None) -> Array:
+        """The signals (m,) that were named as outputs, one after another, at y and inputs (k,)."""
+        equations, t = self._with_inputs(args), jnp.asarray(t)
+        at = configuration(equations.system, equations.P, y.coordinates, t)
+        here, second, _ = equations.split(y.momenta)
+        at = with_velocities(here.system, at, here.velocities_of(at, second))
+        values = signals_at(here.system, at)
+        return jnp.concatenate([jnp.zeros(0, at.psi.dtype), *(values[name].reshape(-1) for name in self.signals)])
+
+    def _with_inputs(self, values):
+        """The equations with values (k,) of the inputs.  Raises: ValueError for another number of them."""
+        if not self.inputs or values is None:
+            return self.equations
+        values = jnp.asarray(values, float)
+        if values.shape != (len(self.inputs),):
+            raise ValueError(f"the inputs are {', '.join(self.inputs)}, as many numbers; got shape {values.shape}")
+        system = with_inputs(self.system, dict(zip(self.inputs, values, strict=True)), replace=True)
+        return eqx.tree_at(lambda e: e.system, self.equations, system)
 
     def start(self, state: State) -> PhaseState:
         """y of a state that satisfies the constraints.  Raises: as `kinematics.position` for the state of another
@@ -79,7 +106,12 @@ class VectorField(eqx.Module):
 
 
 def vector_field(
-    system: System, *, formulation: str | type[Formulation] = "canonical", scale_at: State | None = None
+    system: System,
+    *,
+    formulation: str | type[Formulation] = "canonical",
+    scale_at: State | None = None,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
 ) -> VectorField:
     """The equations of motion for `diffrax.diffeqsolve`, with any of its `SaveAt`, events, controllers and adjoints.
 
@@ -95,11 +127,16 @@ def vector_field(
             `Formulation`.
         scale_at: a state at whose inertia the momenta are divided, so that they are in units of velocity, as
             `simulate` has them for its tolerances; default: momenta in SI units.
+        inputs: fields of force elements and blocks that are functions of time, "motor.voltage", "loop.target": the
+            argument `args` (k,) has their values in this order.
+        outputs: names of measures, blocks and internal states, for `field.outputs(t, y, args)` (m,).
 
     Returns: a `jaxmbs.motion.VectorField`, to be called as `field(t, y, args)`, with `start(state)`, `state(t, y)`,
-    `project(t, y)` and `work(y)`; its y is a `jaxmbs.motion.PhaseState`.
+    `project(t, y)`, `outputs(t, y, args)` and `work(y)`; its y is a `jaxmbs.motion.PhaseState`.  Rate and outputs are
+    pure functions: the mechanism is a block of any program of block diagrams.
 
-    Raises: TypeError for what is no system, ValueError for an unknown formulation.  Source: S2 (42)-(44).
+    Raises: TypeError for what is no system, ValueError for an unknown formulation, UnknownNameError, ModelError for
+    an input that a block drives.  Source: S2 (42)-(44).
     """
     check_system(system)
     refuse_sampled(system, "vector_field")
@@ -107,7 +144,10 @@ def vector_field(
     if scale_at is not None:
         check_single_state(system, scale_at)
         system = with_mobility_at(system, scale_at)
-    return VectorField(_equations(system, chosen, scale_at))
+    check_input_fields(system, inputs)
+    for name in outputs:
+        place_of("signal", name, signal_names(system))
+    return VectorField(_equations(system, chosen, scale_at), tuple(inputs), tuple(outputs))
 
 
 @jit

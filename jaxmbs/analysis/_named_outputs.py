@@ -1,0 +1,55 @@
+"""Inputs and outputs of a linearisation by name: joints, signals, and fields of force elements and blocks."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import Array
+
+from ..checks import place_of
+from ..kinematics._configuration import Configuration, with_velocities
+from ..kinematics._signal_names import check_input_fields, input_fields, signal_names
+from ..kinematics._signals import signals_at
+from ..kinematics._state import State
+from ..model._system import System
+
+
+def check_names(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> tuple[str, ...]:
+    """The inputs that are fields and no joints.
+
+    Raises: UnknownNameError; ModelError for a field that a block drives.
+    """
+    joints = system.topology.joint_names
+    fields = tuple(name for name in inputs if name not in joints)
+    what = "joint" if not input_fields(system) else "joint or input"
+    for name in fields:
+        if "." in name or name in input_fields(system):
+            check_input_fields(system, [name])
+        else:
+            place_of(what, name, [*joints, *input_fields(system)])
+    signals = signal_names(system)
+    for name in outputs:
+        place_of("joint or signal" if signals else "joint", name, [*joints, *signals])
+    return fields
+
+
+class NamedOutputs(eqx.Module):
+    """Outputs by name: columns of the coordinates of joints, or names of signals."""
+
+    parts: tuple[tuple[int, int] | str, ...] = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, system: System, names) -> "NamedOutputs":
+        """Outputs of checked names; a joint comes before a signal of its name."""
+        top = system.topology
+        found = [top.joints[top.joint_index[name]] if name in top.joint_index else name for name in names]
+        return cls(tuple(x if isinstance(x, str) else (x.coordinates.start, x.coordinates.stop) for x in found))
+
+    def at(self, system: System, at: Configuration, state: State) -> Array:
+        """Values (m,) at a state and its configuration, of a system that is at its internal states."""
+        signals = {}
+        if any(isinstance(part, str) for part in self.parts):
+            signals = signals_at(system, with_velocities(system, at, state.velocities))
+        values = [
+            signals[part].reshape(-1) if isinstance(part, str) else state.coordinates[part[0] : part[1]]
+            for part in self.parts
+        ]
+        return jnp.concatenate([jnp.zeros(0), *values])
