@@ -33,7 +33,7 @@ def recursion(kp=KP, ki=KI, limit=np.inf, speed=0.5):
     A, B = np.array([[0.0, KT / J], [-KT / L, -R / L]]), np.array([[0.0], [1.0 / L]])
     Ad, Bd, *_ = cont2discrete((A, B, np.eye(2), np.zeros((2, 1))), PERIOD)
     x, integral, rows = np.array([speed, 0.3]), 0.2, []
-    y = np.clip(kp * (TARGET - speed) + integral, -limit, limit)
+    y = np.clip(kp * (TARGET - speed) + integral, -limit, limit)  # that the start holds
     for _ in range(SAMPLES + 1):
         rows.append([*x, integral, y])
         error = TARGET - x[0]
