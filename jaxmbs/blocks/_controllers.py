@@ -14,7 +14,6 @@ from ..forces._signals import as_signal
 from ..forces._state_laws import InternalState
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
-from ._zero_order_hold import lag_share
 
 
 def bounds(limit: Array) -> tuple[Array, Array]:
@@ -72,7 +71,8 @@ class PI(AbstractBlock):
         return v if self.limit is None else clip(v, *bounds(self.limit))
 
     def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
-        """Output, and the integral of the error held for a period; what was cut off is tracked as exactly."""
+        """Output, and the integral after a period of this error; what was cut off is followed in the tracking time, or
+        in one period if that is longer."""
         e = number(self.target(t)) - u
         return self._of_samples(self.kp * e + s["integral"], e, s, period)
 
@@ -81,7 +81,7 @@ class PI(AbstractBlock):
         if self.limit is None:
             return v, {"integral": integral}
         y, rate = clip(v, *bounds(self.limit)), self.ki / self.kp if self.tracking is None else 1.0 / self.tracking
-        return y, {"integral": integral + lag_share(period * rate) * (y - v)}
+        return y, {"integral": integral + jnp.minimum(period * rate, 1.0) * (y - v)}
 
     def _unlimited(self, e, s):
         return self.kp * e + s["integral"]

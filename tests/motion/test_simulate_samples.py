@@ -39,7 +39,7 @@ def recursion(kp=KP, ki=KI, limit=np.inf, speed=0.5):
         error = TARGET - x[0]
         v = kp * error + integral
         y = np.clip(v, -limit, limit)
-        integral += PERIOD * ki * error - np.expm1(-PERIOD * ki / kp) * (y - v)
+        integral += PERIOD * ki * error + min(PERIOD * ki / kp, 1.0) * (y - v)
         x = Ad @ x + Bd[:, 0] * y
     return np.array(rows)
 
