@@ -320,7 +320,8 @@ def _acceleration_matrices(system, Gamma, M, KC, inputs, driven, efforts_by):
     rows = jnp.asarray(prescribed)[:, None]
     left = jnp.where(rows, jnp.eye(len(chosen), dtype=M.dtype), M)
     if efforts_by:
-        right = jnp.where(rows & np.isin(_input_of_columns(system, inputs), list(efforts_by)), 0.0, right)
+        is_field = np.isin(_input_of_columns(system, inputs), list(efforts_by))
+        right = jnp.where(rows & is_field[None], 0.0, right)
     solved = square.solve(left, jnp.concatenate([jnp.where(rows, 0.0, -KC), right], axis=1))
     return solved[:, : KC.shape[1]], solved[:, KC.shape[1] :]
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from ..forces._fields import value_faults
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
-from ..typing import ArrayLike, ScalarLike
+from ..typing import ScalarLike
 
 
 class AbstractBlock(eqx.Module):
@@ -36,16 +36,16 @@ class AbstractBlock(eqx.Module):
         """Declaration of the states by name; shapes may follow from those of the parameters."""
         return {}
 
-    def start(self, u: ArrayLike, t: ScalarLike) -> States:
+    def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
         """Initial values by name; those that are left out are zero."""
         return {}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """Rates `ds/dt` by name."""
         return {}
 
     @abc.abstractmethod
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The output, one number () or several (m,)."""
 
     def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:

@@ -12,7 +12,7 @@ from ..forces._fields import number, optional_number
 from ..forces._law_at import States
 from ..forces._signals import as_signal
 from ..forces._state_laws import InternalState
-from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
+from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 
 
@@ -60,12 +60,12 @@ class PI(AbstractBlock):
     def internal_states(self) -> dict[str, InternalState]:
         return {"integral": InternalState()}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """Rate of the integral."""
         e = number(self.target(t)) - u
         return {"integral": self.ki * e + self._back_calculation(self._unlimited(e, s))}
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The clipped output."""
         v = self._unlimited(number(self.target(t)) - u, s)
         return v if self.limit is None else clip(v, *bounds(self.limit))
@@ -126,11 +126,11 @@ class PID(PI):
     def internal_states(self) -> dict[str, InternalState]:
         return {"integral": InternalState(), "filtered": InternalState()}
 
-    def start(self, u: ArrayLike, t: ScalarLike) -> States:
+    def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
         """The filter at the error."""
         return {"filtered": number(self.target(t)) - u}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """Rates of the integral and of the filter."""
         e = number(self.target(t)) - u
         return super().rate(u, s, t) | {"filtered": (e - s["filtered"]) / self.filter}

@@ -15,7 +15,7 @@ from ..forces._fields import number
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
 from ..runtime import as_array
-from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
+from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 from ._zero_order_hold import canonical_matrices, lag_share, zero_order_hold
 
@@ -54,11 +54,11 @@ class StateSpace(AbstractBlock):
     def internal_states(self) -> dict[str, InternalState]:
         return {"x": InternalState((self.A.shape[0],))} if self.A.shape[0] else {}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """`A x + B u`."""
         return {"x": self.A @ s["x"] + self.B @ jnp.atleast_1d(u)} if s else {}
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """`C x + D u`."""
         y = self.D @ jnp.atleast_1d(u)
         y = y + self.C @ s["x"] if s else y
@@ -112,11 +112,11 @@ class TransferFunction(AbstractBlock):
         order = self.denominator.shape[0] - 1
         return {"x": InternalState((order,))} if order else {}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """That of the controllable canonical form."""
         return {"x": _canonical_rate(s["x"], u, self._coefficients[1])} if s else {}
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The output."""
         c, a, d = self._coefficients
         return jnp.dot(c - d * a, s["x"]) + d * u if s else d * u
@@ -164,11 +164,11 @@ class FirstOrder(AbstractBlock):
     def internal_states(self) -> dict[str, InternalState]:
         return {"value": InternalState()}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """Rate of the value."""
         return {"value": (self.gain * u - s["value"]) / self.time_constant}
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The value."""
         return s["value"]
 
@@ -207,16 +207,16 @@ class Delay(AbstractBlock):
         found = np.array([f(2 * n - k) * f(n) / (f(2 * n) * f(k) * f(n - k)) for k in range(n + 1)])
         return found / found[-1]
 
-    def start(self, u: ArrayLike, t: ScalarLike) -> States:
+    def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
         """At rest for the input."""
         return {"x": jnp.zeros(self.pade, jnp.result_type(u)).at[0].set(u / self._coefficients[0])}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """That of the controllable canonical form in the time `t / duration`."""
         a = jnp.asarray(self._coefficients, s["x"].dtype)
         return {"x": _canonical_rate(s["x"], u, a[:-1]) / self.duration}
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The input a time ago."""
         a = jnp.asarray(self._coefficients, s["x"].dtype)
         d = (-1.0) ** self.pade

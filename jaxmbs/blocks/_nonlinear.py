@@ -12,7 +12,7 @@ from ..forces._fields import as_law_function, number, optional_number
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
 from ..math._interpolation import hermite, pchip_slopes
-from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
+from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 from ._controllers import clip
 from ._zero_order_hold import lag_share
@@ -27,7 +27,7 @@ class Function(AbstractBlock):
 
     function: Convertible[Callable[..., Any]] = eqx.field(converter=as_law_function)
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """`function(u, t)`."""
         return number(self.function(u, t))
 
@@ -43,7 +43,7 @@ class Saturation(AbstractBlock):
     upper: Convertible[Scalar] = eqx.field(converter=number)
     unbounded: ClassVar[tuple[str, ...]] = ("lower", "upper")
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The limited input."""
         return clip(jnp.asarray(u), self.lower, self.upper)
 
@@ -63,7 +63,7 @@ class LookUp(AbstractBlock):
     x: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
     y: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The curve at the input."""
         return hermite(self.x, self.y, pchip_slopes(self.x, self.y), u)
 
@@ -97,11 +97,11 @@ class RateLimit(AbstractBlock):
     def internal_states(self) -> dict[str, InternalState]:
         return {"value": InternalState()}
 
-    def start(self, u: ArrayLike, t: ScalarLike) -> States:
+    def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
         """The input."""
         return {"value": u}
 
-    def rate(self, u: ArrayLike, s: States, t: ScalarLike) -> States:
+    def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """The limited rate."""
         return {"value": clip((u - s["value"]) / self.time_constant, *self._limits)}
 
@@ -115,7 +115,7 @@ class RateLimit(AbstractBlock):
         lower, upper = self._limits
         return s["value"], {"value": s["value"] + clip(change, period * lower, period * upper)}
 
-    def output(self, u: ArrayLike, s: States, t: ScalarLike) -> Float[Array, "..."]:
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The value."""
         return s["value"]
 

@@ -196,8 +196,8 @@ def _field_of(name, model):
     """(the full name "motor.voltage" of a driven field, None), or (None, fault)."""
     if not isinstance(name, str):
         return None, f"drives= takes names of force elements and their fields, got {name!r}"
-    owners = {key: item.law for key, item in model.forces.items()}
-    owners |= {key: item.block for key, item in model.blocks.items()}
+    owners = {key: item.block for key, item in model.blocks.items()}
+    owners |= {key: item.law for key, item in model.forces.items()}
     element, _, field = (name, "", "") if name in owners else name.rpartition(".")
     if element not in owners:
         return None, f"drives {name!r}: {no_such('force or block', element or name, owners)}"

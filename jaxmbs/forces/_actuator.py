@@ -12,6 +12,11 @@ from ._fields import as_law_function, number
 from ._signals import Constant, as_signal, value_and_rate
 
 
+def _effort(value):
+    """A function of (x, v, t) from one, or from a number."""
+    return as_law_function(value) if callable(value) else Constant(value)
+
+
 class Actuator(AbstractScalarLaw):
     """Effort on the system along increasing x from `function(x, v, t)`; its power counts as input.
 
@@ -19,10 +24,10 @@ class Actuator(AbstractScalarLaw):
     distance [m], v its rate, and a positive effort pushes them apart, as a hydraulic cylinder under pressure.
 
     Attributes:
-        function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static.
+        function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static. Or a number.
     """
 
-    function: Convertible[Callable[..., Any]] = eqx.field(converter=as_law_function)
+    function: Convertible[Callable[..., Any]] = eqx.field(converter=_effort)
     is_source: ClassVar[bool] = True
     inputs: ClassVar[tuple[str, ...]] = ("function",)
 
@@ -38,7 +43,7 @@ class PD(AbstractScalarLaw):
     target a length.
 
     Attributes:
-        target: function of time or a number [m or rad].
+        target: function of time or a number [m or rad]; one that a block drives has no rate here.
         kp: proportional gain >= 0 [N/m or N m/rad].
         kd: derivative gain >= 0 [N s/m or N m s/rad].
     """

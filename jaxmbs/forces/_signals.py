@@ -37,7 +37,7 @@ class Constant(AbstractSignal):
 
     value: Convertible[Float[Array, "..."]] = eqx.field(converter=number)
 
-    def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
+    def __call__(self, *args: Any) -> Float[Array, "..."]:
         return self.value
 
 

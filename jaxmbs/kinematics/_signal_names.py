@@ -13,24 +13,27 @@ from ..model._signals import drivers_of, law_of
 from ..model._system import System
 from ._configuration import at_state, with_velocities
 from ._signals import signals_at
-from ._state import HasStates, State
+from ._state import State
 
 
 @state_function
-def signals(system: System, state: State | HasStates) -> dict[str, Array]:
+def signals(system: System, state: State) -> dict[str, Array]:
     """Values of all measures and outputs of blocks by name, at a state or along a motion.
 
     Returns: arrays (...) of signals of one number, (..., n) of several, with the leading axes of the states.
     """
     at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
     values = signals_at(system, at)
-    return {part.name: values[part.name] for part in (*system.measures, *system.blocks)}
+    return {name: values[name] for name in _own_names(system)}
 
 
 def signal_names(system: System) -> list[str]:
     """Names of all signals: measures, blocks, internal states."""
-    own = [part.name for part in (*system.measures, *system.blocks)]
-    return own + [record.name for record in system.topology.internal]
+    return _own_names(system) + [record.name for record in system.topology.internal]
+
+
+def _own_names(system):
+    return [measure.name for measure in system.measures] + [element.name for element in system.blocks]
 
 
 def input_fields(system: System) -> list[str]:

@@ -137,8 +137,11 @@ class Formulation(eqx.Module):
         """Stages of implicit methods with the internal states eliminated, from s = h a_ii [s] and a `StageStart`.
 
         None where they are not the larger part of the state: the solver's own matrix of all is then the cheaper one.
+        None with blocks, whose signals join the states of all elements.
         """
         top = self.system.topology
+        if self.system.blocks:
+            return None
         are_many = top.num_internal > top.num_coordinates + top.num_velocities
         return functools.partial(ImplicitStages.of, self) if are_many else None
 
