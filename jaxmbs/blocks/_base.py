@@ -48,7 +48,9 @@ class AbstractBlock(eqx.Module):
     def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The output, one number () or several (m,)."""
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """(output, next states) at a sample of a block that is built with `every=`: the output is held for a period
         [s], the next states are those of the next sample.
 

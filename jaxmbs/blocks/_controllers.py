@@ -70,9 +70,11 @@ class PI(AbstractBlock):
         v = self._unlimited(number(self.target(t)) - u, s)
         return v if self.limit is None else clip(v, *bounds(self.limit))
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
-        """Output, and the integral after a period of this error; what was cut off is followed in the tracking time, or
-        in one period if that is longer."""
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """Output, and the integral after a period of this error; what was cut off is followed in the tracking time,
+        or in one period if that is longer."""
         e = number(self.target(t)) - u
         return self._of_samples(self.kp * e + s["integral"], e, s, period)
 
@@ -135,7 +137,9 @@ class PID(PI):
         e = number(self.target(t)) - u
         return super().rate(u, s, t) | {"filtered": (e - s["filtered"]) / self.filter}
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """As of `PI`, with the derivative by the backward difference, which no period makes large:
         `d = (e - filtered) / (filter + period)`."""
         e = number(self.target(t)) - u

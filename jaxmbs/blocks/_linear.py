@@ -64,7 +64,9 @@ class StateSpace(AbstractBlock):
         y = y + self.C @ s["x"] if s else y
         return y[0] if y.shape == (1,) else y
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """Output, and the states of an input that is held for a period."""
         if not s:
             return self.output(u, s, t), {}
@@ -121,7 +123,9 @@ class TransferFunction(AbstractBlock):
         c, a, d = self._coefficients
         return jnp.dot(c - d * a, s["x"]) + d * u if s else d * u
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """Output, and the states of an input that is held for a period."""
         if not s:
             return self.output(u, s, t), {}
@@ -172,7 +176,9 @@ class FirstOrder(AbstractBlock):
         """The value."""
         return s["value"]
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """The value, and that after an input that is held for a period."""
         share = lag_share(period / self.time_constant)
         return s["value"], {"value": s["value"] + share * (self.gain * u - s["value"])}
@@ -223,7 +229,9 @@ class Delay(AbstractBlock):
         b = a * jnp.asarray([(-1.0) ** k for k in range(self.pade + 1)], a.dtype)
         return jnp.dot(b[:-1] - d * a[:-1], s["x"]) + d * u
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """Output, and the states of an input that is held for a period."""
         A, B = canonical_matrices(jnp.asarray(self._coefficients[:-1], s["x"].dtype))
         F, G = zero_order_hold(A, B, jnp.asarray(period) / self.duration)

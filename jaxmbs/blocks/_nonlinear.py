@@ -109,7 +109,9 @@ class RateLimit(AbstractBlock):
     def _limits(self):
         return -(self.rising if self.falling is None else self.falling), self.rising
 
-    def sample(self, u: ArrayLike, s: States, t: ScalarLike, period: ScalarLike) -> tuple[Float[Array, "..."], States]:
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
         """The value, and that after a period of an input that is held."""
         change = lag_share(period / self.time_constant) * (u - s["value"])
         lower, upper = self._limits

@@ -252,7 +252,7 @@ class SystemBuilder:
         block: WordedError[AbstractBlock],
         reads: WordedError[str | tuple | list | Callable],
         drives: WordedError[str | tuple | list | None] = None,
-        every: float | None = None,
+        every: WordedError[ArrayLike | None] = None,
     ) -> None:
         """A block such as `PI(kp, ki)` between signals and what they drive; its output is a signal of its name.
 

@@ -141,7 +141,7 @@ def _rhythms(model) -> dict[str, int]:
     found: dict[str, int] = {}
     keys: list[Any] = []
     for item in model.blocks.values():
-        if item.every is not None:
+        if item.every is not None and _is_real(item.every):
             key = float(item.every) if is_concrete(item.every) else id(item.every)
             keys += [] if key in keys else [key]
             found[item.name] = keys.index(key)

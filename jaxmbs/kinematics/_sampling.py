@@ -16,7 +16,7 @@ from ..model._internal_states import group_size, with_internal
 from ..model._signals import BlockElement, drivers_of
 from ..model._system import System
 from ._configuration import VelocityKinematics
-from ._signals import block_inputs, block_output, measured_at, with_driven_fields
+from ._signals import block_inputs, block_output, measured_at, no_inputs, with_driven_fields
 
 
 def sample_periods(system: System) -> Array | None:
@@ -72,7 +72,7 @@ def sampled_values(system: System, at: VelocityKinematics, values: Array, due: A
         else:
             states[element.name] = _next_states(element, drivers, signals, at, due)
         block = with_driven_fields(element, drivers, signals)
-        u = block_inputs(element, signals, at)
+        u = no_inputs(element, at) if element.is_early else block_inputs(element, signals, at)
         signals[element.name] = block_output(element, block, u, states[element.name], at)
     for element in system.blocks:
         if element.is_early and element.period is not None:

@@ -45,7 +45,7 @@ def _evaluate(system, at, starts: bool = False) -> tuple[dict[str, Array], dict[
     values, drivers, blocks = measured_at(system, at), drivers_of(system), {}
     for element in system.blocks:
         block = with_driven_fields(element, drivers, values)
-        u = block_inputs(element, values, at) if not element.is_early else _no_inputs(element, at)
+        u = block_inputs(element, values, at) if not element.is_early else no_inputs(element, at)
         s = _start(element, block, u, at) if starts else element.s or {}
         values |= {f"{element.name}.{name}": value for name, value in s.items()}
         values[element.name] = block_output(element, block, u, s, at)
@@ -93,7 +93,7 @@ def block_inputs(element: BlockElement, values, at):
     return jnp.concatenate([jnp.zeros(0, at.psi.dtype), *(jnp.reshape(one, -1) for one in given)])
 
 
-def _no_inputs(element, at):
+def no_inputs(element, at):
     return jnp.zeros(() if element.size is None else element.size, at.psi.dtype)
 
 

@@ -24,8 +24,8 @@ from ..kinematics._internal_states import internal_rates, internal_scale
 from ..kinematics._linear_rows import metric, metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
-from ..kinematics._sampling import sampled_values
 from ..kinematics._saddle_operator import constraint_operator
+from ..kinematics._sampling import sampled_values
 from ..kinematics._state import State
 from ..math._linalg import saddle_solve
 from ..model._internal_states import InternalStates, with_internal

@@ -42,7 +42,7 @@ class SampleClock(eqx.Module):
         return _TOGETHER * jnp.min(self.periods) + rounding
 
     def just_before(self, times: Float[Array, " T"]) -> Float[Array, " T"]:
-        """The times, those of samples moved before them: states there are interpolated, and are to be those before."""
+        """The times, those of samples moved before them, so that states interpolated there are those before."""
 
         def of_one(t):
             numbers, near = jnp.round((t - self.start) / self.periods), self.tolerance(t)
@@ -80,7 +80,7 @@ def land_on_sample(problem: "OdeProblem", t_next: Array, keep: Array, numbers: A
 
 
 def due_samples(problem: "OdeProblem", state: "LoopState", goes_on: Array) -> Bool[Array, " m"] | None:
-    """True for the periods with a sample at the end of a step after which the motion goes on; None without samples."""
+    """True for the periods with a sample at the end of a step, where the motion goes on; None without samples."""
     if problem.clock is None:
         return None
     t = state.t_next

@@ -48,12 +48,12 @@ def test_a_delay_is_the_approximation_of_scipy_and_stays_at_rest():
     found = outputs(block, {"x": jnp.zeros(3)})
     wanted = of_scipy(*tf2ss(numerator.coeffs, denominator.coeffs), np.zeros(3))
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(outputs(block, block.start(2.0, 0.0), 2.0 * np.ones(9)), 2.0, rtol=1e-12)
+    np.testing.assert_allclose(outputs(block, block.start(jnp.asarray(2.0), 0.0), 2.0 * np.ones(9)), 2.0, rtol=1e-12)
 
 
 def test_short_periods_approach_the_rate_of_the_block():
     """Controllers and a limited rate: half the period halves the distance to the continuous block."""
-    half = jnp.asarray(0.3)
+    half, u = jnp.asarray(0.3), jnp.asarray(0.5)
     blocks = [
         (PI(2.0, 3.0, limit=1.1), {"integral": -half}),
         (PID(2.0, 3.0, kd=0.2, filter=0.1), {"integral": half, "filtered": half}),
@@ -61,12 +61,12 @@ def test_short_periods_approach_the_rate_of_the_block():
         (RateLimit(0.7, 2.4, time_constant=0.2), {"value": half + 0.4}),
     ]
     for block, s in blocks:
-        rate = block.rate(0.5, s, 0.0)
+        rate = block.rate(u, s, 0.0)
         off = []
         for period in (1e-3, 5e-4):
-            y, new = block.sample(0.5, s, 0.0, jnp.asarray(period))
+            y, new = block.sample(u, s, 0.0, jnp.asarray(period))
             slope = {name: (new[name] - s[name]) / period for name in s}
-            off.append([*(float(slope[name] - rate[name]) for name in s), float(y - block.output(0.5, s, 0.0))])
+            off.append([*(float(slope[name] - rate[name]) for name in s), float(y - block.output(u, s, 0.0))])
         first, second = np.abs(off)
         assert np.all(second <= 0.52 * first + 1e-9) and np.all(first < 0.1)
 

@@ -47,12 +47,17 @@ def recursion(kp=KP, ki=KI, limit=np.inf, speed=0.5):
 def rows_of(motion):
     states = motion.states
     return jnp.stack(
-        [states.velocities[:, 0], *(motion.internal(name) for name in ("motor.current", "loop.integral", "loop.output"))],
+        [
+            states.velocities[:, 0],
+            *(motion.internal(name) for name in ("motor.current", "loop.integral", "loop.output")),
+        ],
         axis=1,
     )
 
 
-@pytest.mark.parametrize("limit", [None, 2.5])
+@pytest.mark.parametrize(
+    "limit", [pytest.param(None, marks=pytest.mark.long), pytest.param(2.5, marks=pytest.mark.slow)]
+)
 def test_a_sampled_speed_loop_of_a_motor(limit):
     system = motor(limit=limit)
     ts = PERIOD * np.arange(SAMPLES + 1)
@@ -60,3 +65,41 @@ def test_a_sampled_speed_loop_of_a_motor(limit):
     wanted = recursion(limit=np.inf if limit is None else limit)
     assert np.ptp(wanted[:, 3]) > 1.0
     np.testing.assert_allclose(rows_of(motion), wanted, atol=1e-9)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("gradient", ["reverse", "forward"])
+def test_derivatives_by_gains_and_start(gradient):
+    """Against differences of the recursion, not of the motion."""
+    like = motor()
+    weights = np.arange(1.0, 5.0)
+
+    def value(x):
+        kp, ki, speed = x
+        system = motor(kp, ki, like=like)
+        motion = mbs.simulate(
+            system, start(system, speed), t1=PERIOD * SAMPLES, rtol=1e-11, atol=1e-12, gradient=gradient, throw=False
+        )
+        return jnp.sum(jnp.sin(rows_of(motion)[-1]) * weights)
+
+    found = (jax.grad if gradient == "reverse" else jax.jacfwd)(value)(jnp.array([KP, KI, 0.5]))
+
+    def wanted(x):
+        kp, ki, speed = x
+        return np.sin(recursion(kp, ki, speed=speed)[-1]) @ weights
+
+    x, h = np.array([KP, KI, 0.5]), 1e-5
+    for k, way in enumerate(np.eye(3)):
+        difference = (wanted(x + h * way) - wanted(x - h * way)) / (2 * h)
+        assert abs(difference) > 1e-6
+        np.testing.assert_allclose(found[k], difference, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.long
+def test_states_between_the_saved_ones_hold_what_is_held():
+    system = motor()
+    motion = mbs.simulate(system, start(system), ts=PERIOD * np.arange(SAMPLES + 1), rtol=1e-11, atol=1e-12)
+    fine = mbs.simulate(system, start(system), ts=[0.0, 0.107, 0.333], rtol=1e-11, atol=1e-12)
+    between = motion.at(system, jnp.array([0.107, 0.333]))
+    np.testing.assert_allclose(between.velocities, fine.states.velocities[1:], atol=1e-6)
+    np.testing.assert_allclose(between.internal.values, fine.states.internal.values[1:], atol=1e-6)
