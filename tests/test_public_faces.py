@@ -46,15 +46,18 @@ FACES = {
         total_effort
     """,
     "jaxmbs.kinematics": """
-        Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
+        Instant Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
         internal_kic internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second
         kic_second_vector left_product plane_mix point_kic position quadratic right_product rotation
-        states_along velocity with_mobility_at
+        signals states_along velocity with_mobility_at
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar PointOnLine
         PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal
         VelocityRows Weld parallel_rows
+    """,
+    "jaxmbs.blocks": """
+        AbstractBlock Delay FirstOrder Function LookUp PI PID RateLimit Saturation StateSpace TransferFunction
     """,
     "jaxmbs.elements": """
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
@@ -63,11 +66,11 @@ FACES = {
         Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Force Free
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
-        Torque Universal UnknownNameError Weld analysis batch batching blocksparse bondgraph cache check
+        Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
         coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
         frequency_response inertia inverse_dynamics io jit joints kinematics linear linearise load_model
         mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
-        runtime save_model simulate statics stiffness studies sweep vector_field velocity vibration viz
+        runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes

@@ -52,7 +52,7 @@ def pendulum(target=0.5, like=None, observer=None):
     b.block("loop", blocks.PID(8.0, 6.0, target, kd=1.0, filter=0.05), reads="angle", drives="motor")
     if observer is not None:
         b.block(
-            "difference", blocks.Function(lambda u, t: u), reads=mbs.Harmonic(0.0, 1e-3, 3.0), drives="loop.target"
+            "difference", blocks.Function(lambda u, t: u), reads=mbs.Harmonic(0.0, 1e-4, 3.0), drives="loop.target"
         )
         b.declared.blocks["loop"].block = blocks.PID(8.0, 6.0, 0.0, kd=1.0, filter=0.05)
         b.block("observer", observer, reads="difference")
@@ -73,7 +73,7 @@ def test_an_integral_holds_the_weight_at_rest_with_derivatives():
     np.testing.assert_allclose(jax.jacfwd(rest)(0.5), [1.0, (weight(0.5001) - weight(0.4999)) / 2e-4], rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_linearisation_serves_as_a_block():
     system = pendulum(0.0)
     rest = mbs.equilibrium(
@@ -86,5 +86,5 @@ def test_a_linearisation_serves_as_a_block():
     state = mbs.State.at(both, pin=rest.coordinates[0], internal=names)
     motion = mbs.simulate(both, state, ts=np.array([0.5, 1.0, 2.0]))
     found = mbs.signals(both, motion)
-    np.testing.assert_allclose(found["angle"], found["observer"], atol=2e-8)
-    assert np.max(np.abs(found["observer"])) > 2e-4
+    np.testing.assert_allclose(found["angle"], found["observer"], atol=5e-9)
+    assert np.max(np.abs(found["observer"])) > 5e-5

@@ -36,6 +36,7 @@ def measures(b):
     b.measure("sum", lambda at: at.t + at.coordinates["shoulder"] * at.velocities["elbow"][0] + at.velocity("tip")[0])
 
 
+@pytest.mark.slow
 def test_measures_are_those_of_the_kinematics():
     system = arm(measures)
     state = mbs.State.at(
@@ -74,7 +75,7 @@ def test_measures_are_those_of_the_kinematics():
 def laws(b):
     b.force("hold", mbs.PD(0.7, 30.0, 2.0), joint="shoulder")
     b.force("push", mbs.Force(lambda t: jnp.array([0.0, 0.0, 5.0])), on=TIP)
-    b.force("brake", mbs.SpringDamper(0.0, 0.4), joint="shoulder")
+    b.force("brake", mbs.Actuator(lambda x, v, t: -0.4 * v), joint="shoulder")
 
 
 def driven(b):
@@ -104,8 +105,13 @@ QUESTIONS = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("question", [*QUESTIONS])
+LONG = ("poles", "powers", "stiffness", "reactions")
+
+
+@pytest.mark.parametrize(
+    "question",
+    [pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow) for name in QUESTIONS],
+)
 def test_driven_laws_answer_as_laws_of_the_same_effort(question):
     found = []
     for add in (laws, driven):

@@ -30,6 +30,7 @@ CASES = {
             *("internal_kic_second_printed", "kic", "kic_second", "kic_second_vector"),
         )
     },
+    "kinematics.signals": of_state("system nan inside: it has no signals", "state nan inside: likewise"),
     "kinematics.plane_mix": case(
         lambda z: call(np.ones((2, 3)), np.ones((3, 4, 5))), "tensor shape: planes of any size"
     ),

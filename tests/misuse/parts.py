@@ -50,6 +50,15 @@ def _law(**port):
     return use
 
 
+def _block(block):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
+    b.force("push", mbs.Actuator(0.0), joint="wrist")
+    b.measure("angle", joint="wrist")
+    b.block("block", block, reads="angle", drives="push")
+    return b.build()
+
+
 def _constraint(kind):
     b = _two_bodies()
     b.joint("wrist", mbs.Free(), "arm", "hand")
@@ -98,6 +107,10 @@ def on_body(arguments, *fine, positive=""):
 
 def tie(arguments, *fine, positive=""):
     return case(arguments, *fine, positive=positive, through=_through(_constraint))
+
+
+def block(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_block))
 
 
 def signal(arguments, *fine, positive=""):
@@ -153,6 +166,20 @@ CASES = {
     "forces.AirSpring": on_joint(
         lambda z: call(2.0, 3.0, 4.0, 1.5, 0.5, 0.25), positive="area pressure height exponent ambient"
     ),
+    "blocks.PI": block(lambda z: call(2.0, 1.0, 0.5, 3.0, 0.2), positive="tracking"),
+    "blocks.PID": block(lambda z: call(2.0, 1.0, 0.5, 3.0, 0.2, 0.1, 0.05), positive="tracking filter"),
+    "blocks.FirstOrder": block(lambda z: call(0.5, 2.0), positive="time_constant"),
+    "blocks.TransferFunction": block(
+        lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 2.0, 3.0])),
+        "numerator shape: polynomials of any degree",
+        "denominator shape: polynomials of any degree",
+    ),
+    "blocks.StateSpace": block(lambda z: call(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)))),
+    "blocks.Delay": block(lambda z: call(0.1, 2), positive="duration pade"),
+    "blocks.RateLimit": block(lambda z: call(2.0, 1.0, 0.1), positive="rising falling time_constant"),
+    "blocks.Saturation": block(lambda z: call(-1.0, 1.0), "lower inf: no limit there", "upper inf: no limit there"),
+    "blocks.LookUp": block(lambda z: call(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 4.0]))),
+    "blocks.Function": block(lambda z: call(lambda u, t: 2.0 * u)),
     "forces.Maxwell": on_joint(lambda z: call(2.0, 1.0), positive="stiffness damping"),
     "forces.Zener": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25), positive="stiffness damping static_stiffness"),
     "forces.Prony": on_joint(

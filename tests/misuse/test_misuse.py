@@ -19,7 +19,7 @@ from .zoo import Zoo
 CASES = {**mechanisms.CASES, **parts.CASES, **matrices.CASES, **components.CASES, **structures.CASES}
 EXEMPT = {
     "answers, made by the library": """
-        analysis.Equilibrium analysis.Linearisation analysis.StateSpace analysis.Stiffness coupling.BaseMotion
+        analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion kinematics.Instant
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
@@ -35,7 +35,7 @@ EXEMPT = {
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """
-        elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
+        elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.InternalState model.InternalStates
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure

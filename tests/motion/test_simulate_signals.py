@@ -40,8 +40,9 @@ def test_a_motor_with_a_loop_of_its_speed_follows_its_exponential():
     np.testing.assert_allclose(signals["speed"], motion.states.velocities[:, 0], rtol=1e-12)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("mode", ["reverse", "forward"])
+@pytest.mark.parametrize(
+    "mode", [pytest.param("reverse", marks=pytest.mark.slow), pytest.param("forward", marks=pytest.mark.long)]
+)
 def test_gradients_by_gains_and_target_are_those_of_the_exponential(mode):
     like = motor_loop.build()
 

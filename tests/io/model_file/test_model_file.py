@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import jaxmbs as mbs
-from jaxmbs import elements, fem, forces, joints, linear, reductions
+from jaxmbs import blocks, elements, fem, forces, joints, linear, reductions
 from jaxmbs.builder._assemble_system import assemble_system
 from jaxmbs.builder._build import _cut_loops
 from tests import random_systems as rs
@@ -52,6 +52,16 @@ MORE = {
     "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
     "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
     "effort": mbs.forces.GeneralisedEffort(gearing),
+    "controller": blocks.PID(2.0, 0.1 + 0.2, mbs.Harmonic(1.0, 0.5, 3.0), (-1.0, 2.0), 0.3, 0.1, 0.05),
+    "integral": blocks.PI(2.0, 1 / 3, 0.1),
+    "lag": blocks.FirstOrder(1 / 3, 2.0),
+    "filter": blocks.TransferFunction([1.0, 0.0], [1 / 3, 1.0]),
+    "space": blocks.StateSpace(-np.eye(2) / 3, np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1))),
+    "delay": blocks.Delay(1 / 3, pade=4),
+    "mixer": blocks.Function(gearing),
+    "clip": blocks.Saturation(-np.inf, 1 / 3),
+    "curve": blocks.LookUp([0.0, 1 / 3, 2.0], [0.0, 1.0, 5.0]),
+    "ramp limit": blocks.RateLimit(1 / 3, 2.0, 0.02),
     "maxwell": mbs.forces.Maxwell(40.0, 0.1 + 0.2),
     "zener": mbs.forces.Zener(40.0, 0.3, 7.0, 0.1),
     "rubber": mbs.forces.Prony(3.0, [40.0, 2.0], [0.1 + 0.2, 5.0], 0.1),
@@ -128,13 +138,33 @@ def test_an_element_with_internal_states_comes_back(tmp_path):
     np.testing.assert_array_equal(mbs.forward_dynamics(found, state)[0], mbs.forward_dynamics(system, state)[0])
 
 
+def test_measures_and_blocks_come_back(tmp_path):
+    b = mbs.SystemBuilder()
+    b.body("arm", mass=1.0, com=(0.5, 0.0, 0.0))
+    b.joint("pin", mbs.Revolute("y"), "ground", "arm")
+    b.force("motor", mbs.forces.Motor(0.0, 1.0, 0.1, 0.2), joint="pin")
+    b.measure("angle", joint="pin")
+    b.measure("height", on=("arm", (1.0, 0.0, 0.0)), axis="z")
+    b.measure("gap", between=("ground", "arm"), of="distance")
+    b.block(
+        "sum",
+        blocks.StateSpace([[-1.0]], [[0.0, 0.0, 1.0]], [[2.0]], [[1.0, 2.0, 1 / 3]]),
+        reads=("angle", "height", mbs.Harmonic(0.1, 0.2, 3.0)),
+    )
+    b.block("loop", blocks.PI(2.0, 1 / 3, 0.1), reads="sum", drives="motor")
+    system, found = b.build(), again(b, tmp_path).build()
+    state = mbs.State.at(system, pin=0.1, internal={"loop.integral": 0.3})
+    assert mbs.signals(found, state) == mbs.signals(system, state) and len(mbs.signals(found, state)) == 5
+    assert [one.drives for one in found.blocks] == [(), ("motor.voltage",)]
+
+
 def test_every_class_is_tried():
     tried = {type(thing) for thing in THINGS.values()} | {
         reductions.Reduced,
         reductions.SymmetrySubspace,
         reductions.VirtualMotions,
     }
-    for room in (forces, joints, elements, reductions):
+    for room in (forces, blocks, joints, elements, reductions):
         for name in room.__all__:
             kind = getattr(room, name)
             if isinstance(kind, type) and dataclasses.is_dataclass(kind) and not name.startswith("Abstract"):
