@@ -123,7 +123,7 @@ class Spline(AbstractSignal):
 
 
 class Driven(AbstractSignal):
-    """Placeholder of a field that a block drives: the engine puts a `DrivenValue` value there before laws are called."""
+    """Placeholder of a field that a block drives: the engine puts a `DrivenValue` there before laws are called."""
 
     def __call__(self, *args: Any) -> Float[Array, "..."]:
         """Raises: RuntimeError, as the value is not there."""
