@@ -13,6 +13,7 @@ from ..dynamics._bodies import total_mass
 from ..errors import ModelError, SimulationError
 from ..kinematics._kic import independent_columns
 from ..kinematics._mobility import is_determined, with_mobility_at
+from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._entry_points import check_single_state
@@ -72,6 +73,7 @@ def equilibrium(
         SimulationError: no equilibrium was found.
     """
     check_single_state(system, state)
+    refuse_sampled(system, "equilibrium")
     moving, held = tuple(moving), tuple(held)
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):

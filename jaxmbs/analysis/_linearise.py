@@ -25,6 +25,7 @@ from ..kinematics._internal_states import internal_rates
 from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
 from ..kinematics._mobility import nan_unless_determined, with_mobility_at
 from ..kinematics._poses import coordinate_rate
+from ..kinematics._sampling import refuse_sampled
 from ..kinematics._signals import with_inputs
 from ..kinematics._state import State
 from ..linear._system import LinearSystem
@@ -136,6 +137,7 @@ def linearise(
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
     check_single_state(system, state)
+    refuse_sampled(system, "linearise")
     inputs = tuple(inputs)
     fields = check_names(system, inputs, () if callable(outputs) else tuple(outputs))
     system = with_mobility_at(system, state)

@@ -8,6 +8,7 @@ from jax import lax
 
 from ..checks import is_concrete, place_of
 from ..errors import ModelError
+from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._eigen import eig, eig_rounding
 from ..math._square import solve
@@ -38,6 +39,7 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     if not isinstance(mechanism, Linearisation):
         if state is None:
             raise TypeError("modes of a mechanism need a state: modes(system, state)")
+        refuse_sampled(mechanism, "modes")
         mechanism = linearise(mechanism, state)
     A = _routh_reduction(mechanism, tuple(without)) if without else mechanism.state_space.A
     out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()

@@ -48,6 +48,21 @@ class AbstractBlock(eqx.Module):
     def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The output, one number () or several (m,)."""
 
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """(output, next states) at a sample of a block that is built with `every=`: the output is held for a period
+        [s], the next states are those of the next sample.
+
+        A block with states that is to be sampled has a discrete form of its own.
+        """
+        return self.output(u, s, t), {}
+
+    @property
+    def has_sampled_form(self) -> bool:
+        """True if the block may be built with `every=`."""
+        return not self.internal_states or type(self).sample is not AbstractBlock.sample
+
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""
         return value_faults(self)

@@ -70,6 +70,21 @@ class PI(AbstractBlock):
         v = self._unlimited(number(self.target(t)) - u, s)
         return v if self.limit is None else clip(v, *bounds(self.limit))
 
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """Output, and the integral after a period of this error; what was cut off is followed in the tracking time,
+        or in one period if that is longer."""
+        e = number(self.target(t)) - u
+        return self._of_samples(self.kp * e + s["integral"], e, s, period)
+
+    def _of_samples(self, v, e, s, period):
+        integral = s["integral"] + period * self.ki * e
+        if self.limit is None:
+            return v, {"integral": integral}
+        y, rate = clip(v, *bounds(self.limit)), self.ki / self.kp if self.tracking is None else 1.0 / self.tracking
+        return y, {"integral": integral + jnp.minimum(period * rate, 1.0) * (y - v)}
+
     def _unlimited(self, e, s):
         return self.kp * e + s["integral"]
 
@@ -121,6 +136,16 @@ class PID(PI):
         """Rates of the integral and of the filter."""
         e = number(self.target(t)) - u
         return super().rate(u, s, t) | {"filtered": (e - s["filtered"]) / self.filter}
+
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """As of `PI`, with the derivative by the backward difference, which no period makes large:
+        `d = (e - filtered) / (filter + period)`."""
+        e = number(self.target(t)) - u
+        d = (e - s["filtered"]) / (self.filter + period)
+        y, found = self._of_samples(self.kp * e + s["integral"] + self.kd * d, e, s, period)
+        return y, found | {"filtered": s["filtered"] + period * d}
 
     def _unlimited(self, e, s):
         return super()._unlimited(e, s) + self.kd * (e - s["filtered"]) / self.filter

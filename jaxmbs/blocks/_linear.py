@@ -17,6 +17,7 @@ from ..forces._state_laws import InternalState
 from ..runtime import as_array
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
+from ._zero_order_hold import canonical_matrices, lag_share, zero_order_hold
 
 _MOST_PADE = 10  # the coefficients of a higher order lose the digits that it would gain
 
@@ -62,6 +63,15 @@ class StateSpace(AbstractBlock):
         y = self.D @ jnp.atleast_1d(u)
         y = y + self.C @ s["x"] if s else y
         return y[0] if y.shape == (1,) else y
+
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """Output, and the states of an input that is held for a period."""
+        if not s:
+            return self.output(u, s, t), {}
+        F, G = zero_order_hold(self.A, self.B, jnp.asarray(period))
+        return self.output(u, s, t), {"x": F @ s["x"] + G @ jnp.atleast_1d(u)}
 
     def faults(self) -> list[str]:
         """Sizes that do not belong together."""
@@ -113,6 +123,15 @@ class TransferFunction(AbstractBlock):
         c, a, d = self._coefficients
         return jnp.dot(c - d * a, s["x"]) + d * u if s else d * u
 
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """Output, and the states of an input that is held for a period."""
+        if not s:
+            return self.output(u, s, t), {}
+        F, G = zero_order_hold(*canonical_matrices(self._coefficients[1]), jnp.asarray(period))
+        return self.output(u, s, t), {"x": F @ s["x"] + G[:, 0] * u}
+
     @property
     def _coefficients(self):
         """Numerator (n,) and denominator (n,) lowest power first, and the quotient of their highest powers."""
@@ -156,6 +175,13 @@ class FirstOrder(AbstractBlock):
     def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The value."""
         return s["value"]
+
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """The value, and that after an input that is held for a period."""
+        share = lag_share(period / self.time_constant)
+        return s["value"], {"value": s["value"] + share * (self.gain * u - s["value"])}
 
     def faults(self) -> list[str]:
         """Sign of the time constant."""
@@ -202,6 +228,14 @@ class Delay(AbstractBlock):
         d = (-1.0) ** self.pade
         b = a * jnp.asarray([(-1.0) ** k for k in range(self.pade + 1)], a.dtype)
         return jnp.dot(b[:-1] - d * a[:-1], s["x"]) + d * u
+
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """Output, and the states of an input that is held for a period."""
+        A, B = canonical_matrices(jnp.asarray(self._coefficients[:-1], s["x"].dtype))
+        F, G = zero_order_hold(A, B, jnp.asarray(period) / self.duration)
+        return self.output(u, s, t), {"x": F @ s["x"] + G[:, 0] * u}
 
     def faults(self) -> list[str]:
         """Sign of the duration, and the degree."""

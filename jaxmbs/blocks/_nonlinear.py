@@ -15,6 +15,7 @@ from ..math._interpolation import hermite, pchip_slopes
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 from ._controllers import clip
+from ._zero_order_hold import lag_share
 
 
 class Function(AbstractBlock):
@@ -102,10 +103,19 @@ class RateLimit(AbstractBlock):
 
     def rate(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> States:
         """The limited rate."""
-        falling = self.rising if self.falling is None else self.falling
-        wanted = (u - s["value"]) / self.time_constant
-        below, above = wanted < -falling, wanted > self.rising
-        return {"value": jnp.where(below, -falling, jnp.where(above, self.rising, wanted))}
+        return {"value": clip((u - s["value"]) / self.time_constant, *self._limits)}
+
+    @property
+    def _limits(self):
+        return -(self.rising if self.falling is None else self.falling), self.rising
+
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """The value, and that after a period of an input that is held."""
+        change = lag_share(period / self.time_constant) * (u - s["value"])
+        lower, upper = self._limits
+        return s["value"], {"value": s["value"] + clip(change, period * lower, period * upper)}
 
     def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The value."""

@@ -273,7 +273,7 @@ class SystemBuilder:
         block: WordedError[AbstractBlock],
         reads: WordedError[str | tuple | list | Callable],
         drives: WordedError[str | tuple | list | None] = None,
-        every: float | None = None,
+        every: WordedError[ArrayLike | None] = None,
     ) -> None:
         """A block such as `PI(kp, ki)` between signals and what they drive; its output is a signal of its name.
 
@@ -282,6 +282,9 @@ class SystemBuilder:
                 "motor.current", functions of time.
             drives: "motor.voltage", or "motor" where it has one such field; several take an entry of the output each.
                 The fields are the `inputs` of force laws and blocks, and hold 0.0 in the declaration.
+            every: period [s] of a sampled block: at the start of a motion and after each period its states and its
+                output get new values, by its discrete form, and keep them until the next.  The output is the internal
+                state "loop.output" of a block "loop"; a state saved at a sample is that before it.
         """
         self._add_signal(declared.Block(name, block, reads, drives, every), self._model.blocks)
 

@@ -116,7 +116,7 @@ class Block:
     block: Annotated[Any, AbstractBlock]
     reads: Annotated[Any, str | tuple | list | Callable]
     drives: Annotated[Any, str | tuple | list | None] = None
-    every: Annotated[Any, float | None] = None
+    every: Annotated[Any, ArrayLike | None] = None
 
 
 @dataclass

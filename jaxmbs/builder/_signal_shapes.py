@@ -1,5 +1,7 @@
 """Shapes of signals, found by one abstract evaluation of measures and blocks in order, with the faults it shows."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 
@@ -9,7 +11,7 @@ from ..forces._signals import DrivenValue
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._instant import Instant
 from ..kinematics._poses import neutral_coordinates, node_parameters
-from ..model._internal_states import replace_field, with_internal
+from ..model._internal_states import internal_records, replace_field, with_internal
 from ..model._signals import drivers_of
 from ..model._system import System
 from ._law_faults import law_call_faults, named_faults
@@ -43,8 +45,26 @@ def with_signal_shapes(system: System, forces) -> tuple[System, list[str]]:
     for element in sorted(system.blocks, key=lambda element: element.is_early):  # what these read comes after them
         blocks[element.name], wrong = _with_shapes(element, shapes, drivers)
         faults += [f"block {element.name!r}: {fault}" for fault in wrong]
-    system = replace_field(system, "blocks", tuple(blocks[element.name] for element in system.blocks))
+    blocks = tuple(blocks[element.name] for element in system.blocks)
+    system = _with_output_states(replace_field(system, "blocks", blocks))
     return system, faults or _driven_law_faults(system, forces, shapes)
+
+
+def _with_output_states(system):
+    """The system whose records of internal states have the shapes of the outputs that sampled blocks hold."""
+    if all(element.period is None or element.shape == () for element in system.blocks):
+        return system
+    blocks = [
+        element if element.period is None else replace_field(element, "internal", _with_output(element))
+        for element in system.blocks
+    ]
+    records = internal_records((*system.forces, *blocks))
+    topology = dataclasses.replace(system.topology, internal=records)
+    return replace_field(replace_field(system, "blocks", tuple(blocks)), "topology", topology)
+
+
+def _with_output(element):
+    return (*element.internal[:-1], ("output", element.shape, ""))
 
 
 def _shape_of(call, most=1):
@@ -80,19 +100,25 @@ def _with_shapes(element, shapes, drivers):
     size = None if alone else sum(shape[0] if shape else 1 for shape in sizes)
     shape, faults = _shape_of_output(element, size, shapes, drivers)
     shapes[element.name] = shape
+    element = replace_field(element, "shape", shape)
     faults = [f"its output: {fault}" for fault in faults] + _state_faults(element, size, shapes, drivers)
     if len(element.drives) > 1 and not faults and shape != (len(element.drives),):
         faults.append(f"its output has shape {shape}; it drives {len(element.drives)} fields, one entry each")
-    return replace_field(replace_field(element, "shape", shape), "size", size), faults
+    return replace_field(element, "size", size), faults
 
 
 def _state_faults(element, size, shapes, drivers):
     """Faults of start and rate of a block."""
     block, declared = _with_zeros(element, shapes, drivers), element.block.internal_states
     u, s, t = jnp.zeros(() if size is None else size), _zeros(element), jnp.zeros(())
-    return named_faults("rate", lambda: block.rate(u, s, t), declared, True) + named_faults(
-        "start", lambda: block.start(u, t), declared, False
-    )
+    found = named_faults("start", lambda: block.start(u, t), declared, False)
+    if element.period is None:
+        return named_faults("rate", lambda: block.rate(u, s, t), declared, True) + found
+    found += named_faults("sample", lambda: block.sample(u, s, t, element.period)[1], declared, True)
+    shape, wrong = _shape_of(lambda: block.sample(u, s, t, element.period)[0])
+    if not wrong and shape != element.shape:
+        wrong = [f"it has shape {shape}, that of `output` has {element.shape}"]
+    return found + [f"the output of its sample: {fault}" for fault in wrong]
 
 
 def _zeros(element):

@@ -1,6 +1,11 @@
 """Measures and blocks of a declared model: their faults, their order, and their place in the system."""
 
 import dataclasses
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
 
 from ..blocks import AbstractBlock
 from ..blocks._base import block_layout
@@ -14,14 +19,16 @@ from ..blocks._readings import (
     JointReading,
     RelativeReading,
 )
-from ..checks import any_concrete, faults_if, no_such
-from ..forces._fields import as_function
+from ..checks import any_concrete, faults_if, is_concrete, may_be_nonzero, no_such
+from ..forces._fields import as_function, number
 from ..forces._signals import Constant, Driven, as_signal
 from ..forces._state_laws import internal_layout
 from ..model._internal_states import replace_field
 from ..model._signals import BlockElement, Measure
 from ._declarations import Model, resolve_frame
 from ._law_faults import declared_state_faults
+
+_MOST_PERIODS = 8  # each adds its own samples, at which steps end
 
 
 def measure_faults(item, model: Model, reference_faults) -> list[str]:
@@ -90,10 +97,55 @@ def block_faults(model: Model) -> list[str]:
                 found.append(f"{where}: {fault}")
             else:
                 owners[field] = item.name
-        if item.every is not None:
-            found.append(f"{where}: every= is not there yet")
+        found += [f"{where}: {fault}" for fault in _sampling_faults(item)]
+    found += _rhythm_faults(model)
     found += [fault for field in owners for fault in _given_value_faults(field, model)]
     return found or _loop_faults(model)
+
+
+def _sampling_faults(item):
+    """Faults of `every=` and of the sampled form of a block."""
+    if item.every is None:
+        return []
+    if not _is_real(item.every):
+        return [f"every= takes a period in seconds, got {item.every!r}"]
+    if any_concrete(lambda x: ~(np.isfinite(x) & (x > 0.0)), item.every):
+        return [f"every= must be a positive period in seconds, got {item.every}"]
+    kind, states = type(item.block).__name__, [name for name, *_ in block_layout(item.block)]
+    return faults_if(
+        (not item.block.has_sampled_form, f"{kind} has states and no sampled form: define `sample(u, s, t, period)`"),
+        ("output" in states, "a sampled block holds its output as the state 'output': call its own state otherwise"),
+    )
+
+
+def _is_real(value):
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number | np.ndarray | jax.Array):
+        return False
+    return np.shape(value) == () and np.dtype(jnp.result_type(value)).kind in "iuf"
+
+
+def _rhythm_faults(model):
+    different = len(set(_rhythms(model).values()))
+    listed = ", ".join(str(item.every) for item in model.blocks.values() if item.every is not None)
+    return faults_if(
+        (
+            different > _MOST_PERIODS,
+            f"blocks are sampled with {different} different periods ({listed}), and a motion takes "
+            f"{_MOST_PERIODS}: give blocks the same period",
+        )
+    )
+
+
+def _rhythms(model) -> dict[str, int]:
+    """Number of its period among the different ones, of each sampled block."""
+    found: dict[str, int] = {}
+    keys: list[Any] = []
+    for item in model.blocks.values():
+        if item.every is not None and _is_real(item.every):
+            key = float(item.every) if is_concrete(item.every) else id(item.every)
+            keys += [] if key in keys else [key]
+            found[item.name] = keys.index(key)
+    return found
 
 
 def _name_faults(where, item, model):
@@ -191,11 +243,15 @@ def evaluation_order(model: Model) -> tuple[list[tuple[str, bool]], list[str]]:
         done = {name for name, _ in order}
         left = [name for name in needs if name not in done]
         free = [name for name in left if needs[name] <= done]
-        early = [name for name in left if not model.blocks[name].block.is_feedthrough]
+        early = [name for name in left if not _feeds_through(model.blocks[name])]
         if not free and not early:
             return order, left
         order.append((free[0], False) if free else (early[0], True))
     return order, []
+
+
+def _feeds_through(item):
+    return item.every is None and item.block.is_feedthrough
 
 
 def _loop_faults(model):
@@ -204,7 +260,7 @@ def _loop_faults(model):
         return []
     return [
         f"blocks {', '.join(map(repr, left))}: their outputs depend on each other at the same instant (an algebraic "
-        "loop): put a block with a state on the way, FirstOrder(time_constant), or join them in one"
+        "loop): put a block with a state on the way, FirstOrder(time_constant), sample one, or join them in one"
     ]
 
 
@@ -248,15 +304,17 @@ def _reading(names, item):
 
 def make_blocks(model: Model) -> tuple[BlockElement, ...]:
     """Blocks of a model in the order of their evaluation, their shapes not yet known."""
-    found = []
+    found, rhythms = [], _rhythms(model)
     for name, is_early in evaluation_order(model)[0]:
         item, reads, functions = model.blocks[name], [], []
         for read in reads_of(item):
             reads.append(read if isinstance(read, str) else len(functions))
             functions += [] if isinstance(read, str) else [as_signal(read)]
         drives = tuple(_field_of(one, model)[0] for one in drives_of(item))
-        layout = block_layout(item.block)
-        found.append(
-            BlockElement(name, item.block, tuple(reads), tuple(functions), drives, layout, is_early=is_early)
-        )
+        layout, sampling = block_layout(item.block), {}
+        if item.every is not None:
+            layout += (("output", (), ""),)
+            sampling = {"period": number(item.every), "rhythm": rhythms[name]}
+        connections = tuple(reads), tuple(functions), drives
+        found.append(BlockElement(name, item.block, *connections, layout, is_early=is_early, **sampling))
     return tuple(found)

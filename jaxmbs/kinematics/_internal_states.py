@@ -24,6 +24,7 @@ from ..model._system import System
 from ..runtime import jit
 from ._configuration import VelocityKinematics, at_state, with_velocities
 from ._element_flows import element_flows
+from ._sampling import with_held_outputs
 from ._signals import block_starts, signals_and_rates, with_driven
 
 
@@ -107,6 +108,7 @@ def _start_of_one(system, state, given):
         if record.name in given:
             part = given[record.name].astype(values.dtype).reshape(record.size)
             values = values.at[record.first : record.first + record.size].set(part)
+    values = with_held_outputs(system, at, values, given)
     internal = InternalStates(values, internal.records)
     return internal, internal_rates(with_internal(system, internal), at)
 

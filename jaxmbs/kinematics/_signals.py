@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from ..forces._signals import DrivenValue, Input
-from ..model._internal_states import replace_field
+from ..model._internal_states import group_size, replace_field
 from ..model._signals import BlockElement, drivers_of, law_of, with_law_field
 from ..model._system import System
 from ._configuration import Configuration, VelocityKinematics, at_rest
@@ -44,21 +44,28 @@ def _evaluate(system, at, starts: bool = False) -> tuple[dict[str, Array], dict[
     """(values by name, blocks with inputs and states); starts: at the states that the blocks start with."""
     values, drivers, blocks = measured_at(system, at), drivers_of(system), {}
     for element in system.blocks:
-        block = _with_driven_fields(element, drivers, values)
-        u = _inputs(element, values, at) if not element.is_early else _no_inputs(element, at)
+        block = with_driven_fields(element, drivers, values)
+        u = block_inputs(element, values, at) if not element.is_early else no_inputs(element, at)
         s = _start(element, block, u, at) if starts else element.s or {}
         values |= {f"{element.name}.{name}": value for name, value in s.items()}
-        values[element.name] = jnp.asarray(block.output(u, s, at.t), at.psi.dtype).reshape(element.shape)
+        values[element.name] = block_output(element, block, u, s, at)
         blocks[element.name] = BlockAt(block, u, s)
     for element in system.blocks:
         if element.is_early:
             found = blocks[element.name]
-            block = _with_driven_fields(element, drivers, values)
-            blocks[element.name] = found._replace(block=block, u=_inputs(element, values, at))
+            block = with_driven_fields(element, drivers, values)
+            blocks[element.name] = found._replace(block=block, u=block_inputs(element, values, at))
     return values, blocks
 
 
-def _with_driven_fields(element: BlockElement, drivers, values):
+def block_output(element: BlockElement, block, u, s, at) -> Array:
+    """Output of a block; that of a sampled one is held."""
+    if element.period is not None:
+        return s["output"]
+    return jnp.asarray(block.output(u, s, at.t), at.psi.dtype).reshape(element.shape)
+
+
+def with_driven_fields(element: BlockElement, drivers, values):
     """The block of an element with the values of those of its fields that other blocks drive; zero where they are not
     known yet, as its output does not depend on them."""
     block = element.block
@@ -75,7 +82,7 @@ def _entry(values, source):
     return values[name] if k is None else values[name][k]
 
 
-def _inputs(element: BlockElement, values, at):
+def block_inputs(element: BlockElement, values, at):
     """Inputs (n,) of a block, () for one scalar signal."""
     given = [
         jnp.asarray(element.functions[read](at.t), at.psi.dtype) if isinstance(read, int) else values[read]
@@ -86,16 +93,20 @@ def _inputs(element: BlockElement, values, at):
     return jnp.concatenate([jnp.zeros(0, at.psi.dtype), *(jnp.reshape(one, -1) for one in given)])
 
 
-def _no_inputs(element, at):
+def no_inputs(element, at):
     return jnp.zeros(() if element.size is None else element.size, at.psi.dtype)
 
 
 def _start(element, block, u, at):
     given = block.start(u, at.t)
-    return {
+    found = {
         name: jnp.broadcast_to(jnp.asarray(given.get(name, 0.0), at.psi.dtype), shape)
         for name, shape, _ in element.internal
     }
+    if element.period is not None:
+        output = block.sample(u, found, at.t, element.period)[0]
+        found["output"] = jnp.asarray(output, at.psi.dtype).reshape(element.shape)
+    return found
 
 
 def with_signals(system: System, at: Configuration) -> System:
@@ -139,7 +150,9 @@ def signals_and_rates(system: System, at: VelocityKinematics) -> tuple[dict[str,
 def _rates(system, blocks, at):
     found = []
     for element in system.blocks:
-        if element.internal:
+        if element.period is not None:
+            found.append(jnp.zeros(group_size(element), at.psi.dtype))
+        elif element.internal:
             block, u, s = blocks[element.name]
             rates = block.rate(u, s, at.t)
             found += [jnp.asarray(rates[name], at.psi.dtype).reshape(-1) for name, *_ in element.internal]

@@ -172,4 +172,7 @@ def block_scales(element) -> dict[str, Array]:
 
 def _scales(group, law):
     found = law.internal_states
-    return {name: jnp.broadcast_to(jnp.asarray(found[name].scale, float), shape) for name, shape, _ in group.internal}
+    scales = {name: one.scale for name, one in found.items()}  # the held output of a sampled block has none
+    return {
+        name: jnp.broadcast_to(jnp.asarray(scales.get(name, 1.0), float), shape) for name, shape, _ in group.internal
+    }

@@ -23,6 +23,8 @@ class BlockElement(eqx.Module):
         internal: (name, shape, unit) of each state of the block; s: their values by name, None where not given.
         shape: of the output; size: of all inputs together, None for one number.
         is_early: True for an output that is evaluated before its inputs are, on which it does not depend.
+        period: () [s] of a sampled block, whose last state is its "output"; rhythm: number of the period among the
+            different ones.
     """
 
     name: str = eqx.field(static=True)
@@ -35,6 +37,8 @@ class BlockElement(eqx.Module):
     size: int | None = eqx.field(static=True, default=None)
     is_early: bool = eqx.field(static=True, default=False)
     s: dict[str, Any] | None = None
+    period: Any = None
+    rhythm: int | None = eqx.field(static=True, default=None)
 
     @property
     def names(self) -> tuple[str, ...]:

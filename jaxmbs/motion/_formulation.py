@@ -25,6 +25,7 @@ from ..kinematics._linear_rows import metric, metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
 from ..kinematics._saddle_operator import constraint_operator
+from ..kinematics._sampling import sampled_values
 from ..kinematics._state import State
 from ..math._linalg import saddle_solve
 from ..model._internal_states import InternalStates, with_internal
@@ -168,6 +169,15 @@ class Formulation(eqx.Module):
         if internal is not None:
             rate = jnp.concatenate([rate, internal_rates(system, with_velocities(system, at, u))])
         return psi_dot, rate / self.scale, powers
+
+    def sample(self, t: ScalarLike, y: tuple, due: Array) -> tuple[Array, Array, Array]:
+        """y after the samples of blocks whose periods are due (m,)."""
+        psi, p, work = y
+        here, second, internal = self.split(p)
+        at = configuration(self.system, self.P, psi, t)
+        at = with_velocities(self.system, at, here.velocities_of(at, second))
+        values = sampled_values(here.system, at, internal.values, due)  # type: ignore[union-attr]
+        return psi, self.join(second, InternalStates(values, internal.records)), work  # type: ignore[union-attr]
 
     def powers(self, system: System, at: VelocityKinematics) -> Array:
         """Powers of the work account (n,) of a system whose laws are at their internal states."""

@@ -105,6 +105,10 @@ class HybridEquations(eqx.Module):
         """As the formulation does."""
         return self.in_mode(y[2]).project(t, y)._replace(saved=None)
 
+    def sample(self, t: Array, y: tuple, due: Array) -> tuple[Array, Array, Array]:
+        """As of the formulation."""
+        return self.in_mode(y[2]).sample(t, y, due)
+
     def state_at(self, t: Array, y: tuple) -> State:
         """The state that conditions and actions are functions of."""
         return self.in_mode(y[2]).state_at(t, y)

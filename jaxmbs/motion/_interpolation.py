@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array, lax
@@ -11,6 +12,7 @@ from ..kinematics._assembly import consistent_velocities, newton_step
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._internal_states import internal_rates
 from ..kinematics._poses import coordinate_rate, node_parameters, normalise
+from ..kinematics._sampling import is_held
 from ..kinematics._state import State
 from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
@@ -44,6 +46,15 @@ def knots_of(system: System, states: State) -> Knots:
         return tuple(map(_concatenated, found, _internal_knot(system, state, rate, a)))
 
     return Knots(states.t, *jax.vmap(at)(states))
+
+
+def held_between(system: System, pair: State) -> State:
+    """Two saved states (2,), the first with what sampled blocks hold from there to the second one."""
+    if all(element.period is None for element in system.blocks):
+        return pair
+    values = pair.internal.values
+    held = jnp.where(is_held(system), values[1], values[0])
+    return eqx.tree_at(lambda s: s.internal.values, pair, values.at[0].set(held))
 
 
 def _concatenated(*parts):

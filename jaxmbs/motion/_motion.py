@@ -20,7 +20,7 @@ from ..status import Status, succeeded
 from ..tables import format_number, span, table_repr
 from ..typing import ArrayLike
 from ._event_record import EventRecord
-from ._interpolation import between, knots_of
+from ._interpolation import between, held_between, knots_of
 
 
 class Diagnostics(eqx.Module):
@@ -190,7 +190,7 @@ def _at(system, states, ts, last, t):
     def one(t):
         k = jnp.clip(jnp.searchsorted(ts, t, side="right").astype(last.dtype) - 1, 0, jnp.maximum(last - 1, 0))
         both = jnp.minimum(jnp.stack([k, k + 1]), last)
-        knots = knots_of(system, jax.tree.map(lambda x: x[both], states))
+        knots = knots_of(system, held_between(system, jax.tree.map(lambda x: x[both], states)))
         state = between(system, P, knots.number(0), knots.number(1), t)
         outside = ~((t >= ts[0]) & (t <= ts[last]))
         parts = state.coordinates, state.velocities, state.internal

@@ -37,7 +37,7 @@ def motion_of(
         open_at_start: residual of the constraints at the start.
         names: of the events.
     """
-    (equations, events), (ts, t1) = args, times
+    (equations, events, _), (ts, t1) = args, times
     reached, reached_y, arrived = end_of_motion(final, y0, t1, args)
     times, ys, ended = saved_rows(final, ts, (reached, reached_y), args)
     psi, p, work = ys

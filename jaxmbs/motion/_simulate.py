@@ -15,6 +15,7 @@ from ..errors import SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
 from ..kinematics._mobility import with_mobility_at
+from ..kinematics._sampling import refuse_sampled, sample_periods
 from ..kinematics._state import State
 from ..model._entry_points import check_single_state
 from ..model._system import System
@@ -115,7 +116,9 @@ def simulate(
     if events is not None and any(events[0].acts):
         check_memory(solver, "the action of an event")
         _check_acting(chosen, loop)
-    t0, dtype = state.t, state.coordinates.dtype
+    t0, dtype, periods = state.t, state.coordinates.dtype, sample_periods(system)
+    if periods is not None:
+        _check_sampling(system, solver, loop)
     ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else as_host_array(t1)
     options = make_options(
@@ -132,6 +135,7 @@ def simulate(
         has_event=events is not None,
         max_actions=0 if events is None else events[0].max_actions,
         loop=loop,
+        periods=periods,
     )
     motion = _integrate(system, state, ts, t1, chosen, events, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
@@ -177,6 +181,7 @@ def _integrate(system, state, ts, t1, formulation, events, options):
         and options.loop == "jaxmbs",
         projection_is_error=formulation.follows_rows,
         norm=optimistix.rms_norm if formulation.follows_rows else None,
+        periods=sample_periods(system),
     )
     if problem.saves_projection:  # rows of velocities, which need no formulation to be read
         args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0))), stop_gradients(state.t)
@@ -204,6 +209,13 @@ def _check_acting(formulation, loop):
         )
     if loop != "jaxmbs":
         raise ValueError(f"loop={loop!r} has no events that act: diffrax's loop ends at an event; take loop='jaxmbs'")
+
+
+def _check_sampling(system, solver, loop):
+    """Raises: ValueError for a solver that samples would leave behind, ModelError for diffrax's loop."""
+    check_memory(solver, "the sample of a block")
+    if loop != "jaxmbs":
+        refuse_sampled(system, f"loop={loop!r}")
 
 
 def _state_of(system, state):

@@ -14,6 +14,7 @@ from ..dynamics._efforts import element_names
 from ..kinematics._configuration import at_state, configuration, with_velocities
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import node_parameters, normalise
+from ..kinematics._sampling import refuse_sampled
 from ..kinematics._signal_names import check_input_fields, signal_names
 from ..kinematics._signals import signals_at, with_inputs
 from ..kinematics._state import State
@@ -138,6 +139,7 @@ def vector_field(
     an input that a block drives.  Source: S2 (42)-(44).
     """
     check_system(system)
+    refuse_sampled(system, "vector_field")
     chosen = choose_formulation(formulation, None, None)
     if scale_at is not None:
         check_single_state(system, scale_at)

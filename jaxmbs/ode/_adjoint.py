@@ -69,13 +69,14 @@ def _row(rows, index):
 
 
 def _log_entry(problem: OdeProblem, state: LoopState, after: LoopState, dense):
-    """The log's row of a step: the loop's state before it, the dense output of a method with explicit stages, and the
-    event that acted at its end, -1 for none."""
-    before = state.t, state.t_next, state.y, state.memory, state.saved, state.bracket
+    """The log's row of a step: the loop's state before it, the dense output of a method with explicit stages, the
+    event that acted at its end, -1 for none, and the periods that were sampled there."""
+    before = state.t, state.t_next, state.y, state.memory, state.saved, state.bracket, state.sampled
     acted = None
     if state.bracket is not None and after.bracket is not None and problem.jump is not None:
         acted = jnp.where(after.bracket.actions > state.bracket.actions, after.bracket.fired, -1)
-    return before, dense if has_explicit_stages(problem.solver) else None, acted
+    due = None if state.sampled is None else after.sampled > state.sampled
+    return before, dense if has_explicit_stages(problem.solver) else None, acted, due
 
 
 def _packing(problem, y0, t0, dt0, args):
@@ -91,10 +92,10 @@ def _packing(problem, y0, t0, dt0, args):
 
 def _resume(before) -> LoopState:
     """The loop's state that was logged, to continue from; it saves nothing."""
-    t, t_next, y, memory, saved, bracket = before
+    t, t_next, y, memory, saved, bracket, sampled = before
     zero = jnp.zeros_like(saved)
     result = jax.tree.map(jnp.asarray, diffrax.RESULTS.successful)
-    return LoopState(t, t_next, y, memory, result, zero, zero, saved, None, None, bracket, None)
+    return LoopState(t, t_next, y, memory, result, zero, zero, saved, None, None, bracket, None, sampled)
 
 
 @eqx.filter_custom_vjp

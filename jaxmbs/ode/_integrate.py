@@ -21,6 +21,7 @@ from ._events import Events
 from ._loop import integrate, stop_gradients
 from ._options import Options, with_tolerances
 from ._problem import LoopState, OdeProblem, Projection
+from ._samples import SampleClock, with_start
 from ._stages_of_equations import shared_diagonal
 
 _STATUS_OF_RESULT = {
@@ -47,12 +48,15 @@ class Equations(Protocol):
     def state_at(self, t: Array, y: PyTree) -> Any:
         """The state that an event is a function of."""
 
+    # def sample(self, t, y, due): y after the samples of the periods that are due (m,), where there are some
+
 
 class Arguments(NamedTuple):
-    """Arguments of the vector field: the equations, and the events or None."""
+    """Arguments of the vector field: the equations, the events or None, the clock of the samples or None."""
 
     equations: Any
     events: Events | None = None
+    clock: SampleClock | None = None
 
 
 @jit
@@ -89,6 +93,21 @@ def _jump(t, y, args, number):
     return jax.tree.map(lambda y, r: y + (t - time) * r, y, args.equations.rate(time, y))
 
 
+@jit
+def _sample(t, y, args, due, numbers):
+    """y after the samples of these numbers at the time t, as the motion from there has it at t: the samples move with
+    the start and the periods, as the time of an event does in `_jump`."""
+    time = args.clock.instants(numbers)[jnp.argmax(due)]
+    return _sampled_at(t + (time - lax.stop_gradient(time)), lax.stop_gradient(t), y, args, due)
+
+
+def _sampled_at(time, fixed, y, args, due):
+    """y at a fixed time, from y there, with a sample at the time of the same value, which has derivatives."""
+    y = attach_time_derivative(y, time, fixed, args.equations)
+    y = args.equations.sample(time, y, due)
+    return attach_time_derivative(y, 2.0 * fixed - time, fixed, args.equations)
+
+
 def solves_stages(equations: Any, solver: diffrax.AbstractSolver) -> bool:
     """True if the equations solve the stages of an implicit method themselves, in place of its root finder."""
     return getattr(equations, "implicit_stages", None) is not None and shared_diagonal(solver) is not None
@@ -105,6 +124,7 @@ def integrate_equations(
     saves_projection: bool = False,
     projection_is_error: bool = False,
     norm: Callable | None = None,
+    periods: Array | None = None,
 ) -> tuple[OdeProblem, LoopState, PyTree]:
     """Integrate the equations from y0.
 
@@ -112,11 +132,17 @@ def integrate_equations(
         times: the start (), those to save (T,), the end (); y0 and the rows that are saved have derivatives by them.
         valid: () where it does not hold, no step is taken.
         norm: of the scaled error of a step, default the root mean square over positions and second half.
+        periods: (m,) of samples, which `equations.sample(t, y, due)` takes; None for none.
 
     Returns: the problem, the loop's final state, and y0 with its derivative by the start.
     """
     (t0, ts, t1), events = times, args.events
     span, start, save = stop_gradients((t1 - t0, t0, ts))
+    if periods is not None:
+        args = args._replace(clock=SampleClock(t0, periods))
+    clock = stop_gradients(args.clock)
+    if clock is not None and not options.lands_on_times:
+        save = clock.just_before(save)
     end, save = jnp.where(valid, start + span, start), jnp.where(valid, save, start)
     controller = stop_gradients(_controller(options, span, norm))
     first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
@@ -137,19 +163,29 @@ def integrate_equations(
         acts=(False,) if events is None else events.acts,
         max_actions=0 if events is None else events.max_actions,
         restart=first_step,
+        clock=clock,
+        sample=None if clock is None else _sample,
         lands_on_times=options.lands_on_times,
         meter=diffrax.TqdmProgressMeter() if options.progress else diffrax.NoProgressMeter(),
         checkpoints=options.checkpoints,
     )
     # a later start: what flows for less time
-    y0 = attach_time_derivative(y0, 2.0 * start - t0, start, args.equations)
+    late = 2.0 * start - t0
+    begin, y0 = y0, attach_time_derivative(y0, late, start, args.equations)
+    begin = y0 if clock is None else _first_sample(t0, begin, args, late, start)
     if options.loop == "diffeqsolve":
-        state = integrate_by_diffeqsolve(problem, y0, start, first_step, args, options.gradient)
+        state = integrate_by_diffeqsolve(problem, begin, start, first_step, args, options.gradient)
     elif options.gradient == "reverse":
-        state = integrate_with_adjoint(reverse_only((y0, args), FORWARD_MODE), problem, start, first_step)
+        state = integrate_with_adjoint(reverse_only((begin, args), FORWARD_MODE), problem, start, first_step)
     else:
-        state = integrate(problem, y0, start, first_step, args)
-    return problem, state, y0
+        state = integrate(problem, begin, start, first_step, args)
+    return problem, with_start(state, y0, problem, start), y0
+
+
+def _first_sample(t0, y0, args, late, start):
+    """y0 after the sample of the start, with its derivative by the start."""
+    y = args.equations.sample(t0, y0, jnp.ones(args.clock.periods.shape, bool))
+    return attach_time_derivative(y, late, start, args.equations)
 
 
 def _controller(options, span, norm):

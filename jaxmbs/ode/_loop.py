@@ -21,6 +21,7 @@ from ._diffrax_internals import is_diagonally_implicit
 from ._event import EventBracket, bracket_after_action, locate_event, start_bracket
 from ._implicit_step import step as implicit_step
 from ._problem import LoopState, OdeProblem, Projection
+from ._samples import after_samples, due_samples, first_numbers, land_on_sample, limit_length
 from ._stages_of_equations import step as step_by_stages
 
 #: Largest correction of a coordinate by the projection [rad or m].  A larger one means another assembly branch: two
@@ -52,13 +53,15 @@ def begin(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) 
     order = solver.error_order(term)
     t_next, control = problem.controller.init(term, t0, problem.t1, stop_gradients(y0), dt0, args, solver.func, order)
     saved = jnp.searchsorted(problem.times, t0, side="right")
-    t_next = _clip_step(problem, t0, jnp.minimum(t_next, problem.t1), jnp.asarray(True), saved)
+    first, sampled = jnp.minimum(t_next, problem.t1), first_numbers(problem)
+    t_next = _clip_step(problem, t0, first, jnp.asarray(True), saved, sampled)
     memory = solver.init(term, t0, t_next, y0, args), control, False
     ys = jax.tree.map(lambda y: jnp.broadcast_to(y[None], (problem.times.size + 1, *y.shape)), y0)
     bracket = None if problem.event is None else start_bracket(stop_gradients(problem.event(t0, y0, args)))
     zero = jnp.zeros((), jnp.int32)
     projected, meter = y0 if problem.saves_projection else None, problem.meter.init()
-    state = LoopState(t0, t_next, y0, memory, RESULTS.successful, zero, zero, saved, ys, projected, bracket, meter)
+    counts = zero, zero, saved
+    state = LoopState(t0, t_next, y0, memory, RESULTS.successful, *counts, ys, projected, bracket, meter, sampled)
     return jax.tree.map(lambda x: lax.convert_element_type(x, jnp.result_type(x)), state)
 
 
@@ -97,8 +100,16 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
 
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
     y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
+    due = due_samples(problem, state, keep & ~ends)
+    y1, bracket = _take_samples(problem, state, acting, due, y1, args, bracket)
+    sampled = None if due is None else state.sampled + due.astype(jnp.int32)
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
-    t_next = _clip_step(problem, start, _limit_by_events(problem, acting, start, t_next, aim), keep, saved)
+    t_next = _limit_by_events(problem, acting, start, t_next, aim)
+    t_next = _clip_step(problem, start, t_next, keep, saved, sampled)
+    if problem.jump is not None:
+        jump = jump | acting
+    if due is not None:
+        jump = jump | jnp.any(due)
     after = LoopState(
         t=start,
         t_next=_select(running, t_next, t1),
@@ -106,7 +117,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
         memory=(
             _select(keep, new_state, solver_state),
             _select(running, new_control, control),
-            _select(keep, jump if problem.jump is None else jump | acting, jumped),
+            _select(keep, jump, jumped),
         ),
         result=RESULTS.where(running, failed, state.result),
         tried=_increment_if(state.tried, running),
@@ -116,6 +127,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
         projected=None if state.projected is None else _select(keep, saved_y, state.projected),
         bracket=_select(running, bracket, state.bracket),
         meter=_update_meter(problem, state, start),
+        sampled=sampled,
     )
     return after, keep, dense
 
@@ -213,15 +225,31 @@ def after_action(problem: OdeProblem, t: Array, y: PyTree, args: PyTree, acting:
     return _select(acting, lax.cond(any_in_batch(acting), jump, lambda: y), y)
 
 
-def _clip_step(problem, t, t_next, keep, saved):
-    """The end of the next step: not beyond the end of the motion, nor beyond the next time to save if it lands there.
+def _take_samples(problem, state, acting, due, y1, args, bracket):
+    """The end of a step after its samples, and the brackets from there: what crosses with a sample does not count."""
+    if due is None:
+        return y1, bracket
+    y, happens = after_samples(problem, state.t_next, y1, args, due, state.sampled), jnp.any(due)
+    if bracket is None:
+        return y, None
+    values = lambda: stop_gradients(problem.event(state.t_next, y, args))  # noqa: E731
+    values = lax.cond(any_in_batch(happens), values, lambda: bracket.value)
+    return y, _select(happens & ~acting, start_bracket(values, bracket.actions, bracket.fired), bracket)
+
+
+def _clip_step(problem, t, t_next, keep, saved, sampled):
+    """The end of the next step: not beyond the end of the motion or the next sample, nor beyond the next time to save
+    if it lands there.
 
     A step that comes within rounding of the end is stretched to it; one that is retried takes half of what is left.
     """
+    t_next = limit_length(problem, t, t_next)
     last = problem.t1 - _END_ROUNDINGS * jnp.spacing(problem.t1)
     end = jnp.where(keep, problem.t1, t + 0.5 * (problem.t1 - t))
     t_next = jnp.where(t_next > last, end, t_next)
-    return jnp.minimum(t_next, next_save_time(problem, saved)) if problem.lands_on_times else t_next
+    save_time = next_save_time(problem, saved) if problem.lands_on_times else jnp.inf
+    t_next = land_on_sample(problem, t_next, keep, sampled, save_time)
+    return jnp.minimum(t_next, save_time) if problem.lands_on_times else t_next
 
 
 def next_save_time(problem: OdeProblem, saved: Array) -> Array:

@@ -135,12 +135,14 @@ def make_options(
     max_actions: int = 0,
     loop: str = LOOPS[0],
     dtype: Any = float,
+    periods: ArrayLike | None = None,
 ) -> Options:
     """The options, checked by `check_options`, as arrays of a type.
 
     Args:
         span: first and last time; with fixed steps their number bounds the steps.
         lands_on_times: for adaptive steps; fixed ones never do.
+        periods: of samples (m,), at which fixed steps are cut.
 
     Raises: ValueError, if concrete, for a step that is not positive.
     """
@@ -148,7 +150,8 @@ def make_options(
     if isinstance(solver, diffrax.AbstractImplicitSolver):
         solver = _with_root_finder(solver, dt, rtol, atol)
     steps = num_fixed_steps(*span, dt)
-    max_steps = max_steps if steps is None else steps + (MAX_EVENT_STEPS * (1 + max_actions) if has_event else 2)
+    if steps is not None:
+        max_steps = steps + (MAX_EVENT_STEPS * (1 + max_actions) if has_event else 2) + _num_samples(*span, periods)
     step = None if dt is None else as_host_array(dt, dtype)
     tolerances = as_host_array(rtol, dtype), as_host_array(atol, dtype)
     limit = as_host_array(max_steps, np.int32)
@@ -168,6 +171,13 @@ def num_fixed_steps(t0: ArrayLike, t1: ArrayLike, dt: ArrayLike | None) -> int |
         raise ValueError(f"dt must be positive, got {dt}")
     # the rounding of a ratio that should be a whole number makes no step of its own
     return max(1, math.ceil(float(np.asarray(t1) - np.asarray(t0)) / step - 1e-9))
+
+
+def _num_samples(t0, t1, periods):
+    """Bound on the number of samples; zero where it is not known."""
+    if periods is None or not is_concrete(periods):
+        return 0
+    return int(np.sum(np.ceil(float(np.asarray(t1) - np.asarray(t0)) / np.asarray(periods)) + 1.0))
 
 
 def _with_root_finder(solver, dt, rtol, atol):

@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from ._diffrax_internals import with_scan_kind
 from ._event import EventBracket
+from ._samples import SampleClock
 
 MIN_CHECKPOINTS = 512  # two buffers of so many steps are small beside a program; motions of 262 144 steps fit them
 
@@ -51,7 +52,9 @@ class OdeProblem(eqx.Module):
         directions: of the events: +1 rising, -1 falling, 0 both.
         jump: (t, y, args, number) -> y after the action of an event; acts: True for the events that act and go on.
         max_actions: bound on their number; the one after it ends the motion.
-        restart: least step after an action.
+        restart: least step after an action; fixed steps are as long.
+        clock: of the samples; sample: (t, y, args, due (m,), numbers (m,)) -> y after the samples of the periods that
+            are due, whose numbers they are.
         lands_on_times: end steps on `times`; otherwise states there are interpolated.
         checkpoints: steps that the adjoint stores; it serves motions of up to their square.
         meter: of progress.
@@ -74,6 +77,8 @@ class OdeProblem(eqx.Module):
     acts: tuple[bool, ...] = eqx.field(static=True, default=(False,))
     max_actions: int = eqx.field(static=True, default=0)
     restart: Array | None = None
+    clock: SampleClock | None = None
+    sample: Callable | None = eqx.field(static=True, default=None)
     lands_on_times: bool = eqx.field(static=True, default=True)
     meter: diffrax.AbstractProgressMeter = diffrax.NoProgressMeter()
     checkpoints: int = eqx.field(static=True, default=MIN_CHECKPOINTS)
@@ -99,6 +104,7 @@ class LoopState(eqx.Module):
             discarded writes.
         projected: `Projection.saved` of y, None where y itself is saved.
         bracket: of the events; meter: state of the progress meter.
+        sampled: numbers of the next samples, None without.
     """
 
     t: Array
@@ -113,6 +119,7 @@ class LoopState(eqx.Module):
     projected: PyTree
     bracket: EventBracket | None
     meter: PyTree
+    sampled: Array | None = None
 
     def is_running(self, problem: OdeProblem) -> Bool[Array, ""]:
         """True while steps are left to take; false for NaN."""

@@ -10,6 +10,7 @@ from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import butcher_arrays, has_explicit_stages, is_diagonally_implicit, with_scan_kind
 from ._loop import after_action, begin, interpolate, next_save_time, solver_step
 from ._problem import OdeProblem
+from ._samples import after_samples
 
 
 def memory_of(problem: OdeProblem, memory):
@@ -38,7 +39,7 @@ def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
     Args:
         args_of: the arguments as a function of the part `moving` of them that has derivatives.
         row: of the log (`_adjoint.CheckpointBuffer`): the loop's state before the step, its dense output if its
-            stages are differentiated one by one, and the event that acted at its end.
+            stages are differentiated one by one, the event that acted at its end and the periods sampled there.
         bars: cotangents of the arguments, the state, the solver's memory and `Projection.saved` of the state.
     """
     step = _whole_step_vjp if row[1] is None else _explicit_step_vjp
@@ -48,7 +49,7 @@ def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
 
 
 def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
-    (t0, t1, y0, memory, saved, _), _, acted = row
+    (t0, t1, y0, memory, saved, *_), *_ = row
     problem = eqx.tree_at(lambda m: m.solver, problem, with_scan_kind(problem.solver, "checkpointed"))
     floating, rest = memory_of(problem, memory), memory[0]
     rest = rest if floating is None else eqx.filter(rest, eqx.is_inexact_array, inverse=True)
@@ -56,7 +57,7 @@ def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
     def whole(moving, y0, floating):
         args, state = args_of(moving), rest if floating is None else eqx.combine(floating, rest)
         y, _, dense, state, _ = solver_step(problem, t0, t1, y0, args, state, memory[2])
-        return _step_end(problem, t1, y, args, acted), dense, memory_of(problem, (state,))
+        return _step_end(problem, t1, y, args, row), dense, memory_of(problem, (state,))
 
     (y1, dense, _), back = jax.vjp(whole, moving, y0, floating)
     end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
@@ -64,8 +65,8 @@ def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
 
 
 def _explicit_step_vjp(problem, args_of, moving, row, bars, ys_bar):
-    (t0, t1, y0, _, saved, _), dense, acted = row
-    y1, back = jax.vjp(lambda moving, y: _step_end(problem, t1, y, args_of(moving), acted), moving, dense["y1"])
+    (t0, t1, y0, _, saved, *_), dense, *_ = row
+    y1, back = jax.vjp(lambda moving, y: _step_end(problem, t1, y, args_of(moving), row), moving, dense["y1"])
     end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
     change, y_bar = back(end_bar)
     y_bar = jax.tree.map(jnp.add, y_bar, dense_bar["y1"])
@@ -73,15 +74,23 @@ def _explicit_step_vjp(problem, args_of, moving, row, bars, ys_bar):
     return change, jax.tree.map(jnp.add, y_bar, dense_bar["y0"]), None
 
 
-def _step_end(problem, t1, y, args, acted):
+def _saves_other(problem):
+    """True if other numbers are saved than the next step starts from."""
+    return problem.saves_projection or problem.jump is not None or problem.clock is not None
+
+
+def _step_end(problem, t1, y, args, row):
     """The state at the end of a step; where other numbers are saved than the next step starts from, both: with
-    `Projection.saved`, or before and after the action of an event."""
+    `Projection.saved`, or before and after the action of an event and samples."""
+    (*_, numbers), _, acted, due = row
+    saved = y
     if problem.project is not None:
         found = problem.project(t1, y, args)
-        if problem.saves_projection:
-            return found.y, found.saved
-        y = found.y
-    return y if problem.jump is None else (after_action(problem, t1, y, args, acted >= 0, acted), y)
+        y, saved = found.y, found.saved if problem.saves_projection else found.y
+    if problem.jump is not None:
+        y = after_action(problem, t1, y, args, acted >= 0, acted)
+    y = after_samples(problem, t1, y, args, due, numbers)
+    return (y, saved) if _saves_other(problem) else y
 
 
 def _with_saved(problem, t0, t1, saved, end, dense, end_bars, ys_bar):
@@ -89,7 +98,7 @@ def _with_saved(problem, t0, t1, saved, end, dense, end_bars, ys_bar):
     y_bar, projected_bar = end_bars
     none = jax.tree.map(jnp.zeros_like, dense)
     saved_bar = projected_bar if problem.saves_projection else jax.tree.map(jnp.zeros_like, y_bar)
-    two = problem.saves_projection or problem.jump is not None
+    two = _saves_other(problem)
     saved_y, dense_bar = end[1] if two else end, none
     if problem.lands_on_times:
         hit, at = next_save_time(problem, saved) <= t1, jnp.minimum(saved, problem.times.size - 1)

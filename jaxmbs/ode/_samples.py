@@ -1,0 +1,113 @@
+"""Samples of a motion: at instants of a fixed rhythm a part of y gets other values, which it keeps until the next.
+
+The instants are `start + n * period`; steps end on them.  The sample of the start is taken before the first step, and
+none at the end, so that a state saved at a sample is that before it, and a motion may be continued from there.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Bool, Float, Int, PyTree
+
+from ..runtime import any_in_batch
+
+if TYPE_CHECKING:
+    from ._problem import LoopState, OdeProblem
+
+#: Instants nearer than this part of the least period, or than so many roundings of the time, are one.
+_TOGETHER, _ROUNDINGS = 1e-9, 16.0
+
+
+class SampleClock(eqx.Module):
+    """The instants `start + n * period` of several periods.
+
+    Attributes:
+        start: () [s]; periods: (m,) [s], positive.
+    """
+
+    start: Float[Array, ""]
+    periods: Float[Array, " m"]
+
+    def instants(self, numbers: Int[Array, " m"]) -> Float[Array, " m"]:
+        """Times of the samples of these numbers."""
+        return self.start + numbers.astype(self.periods.dtype) * self.periods
+
+    def tolerance(self, t: Array) -> Array:
+        """Difference (...) of two times near t that are one instant."""
+        rounding = _ROUNDINGS * jnp.spacing(jnp.maximum(jnp.abs(t), jnp.abs(self.start)))
+        return _TOGETHER * jnp.min(self.periods) + rounding
+
+    def just_before(self, times: Float[Array, " T"]) -> Float[Array, " T"]:
+        """The times, those of samples moved before them, so that states interpolated there are those before."""
+
+        def of_one(t):
+            numbers, near = jnp.round((t - self.start) / self.periods), self.tolerance(t)
+            instants = self.start + numbers * self.periods
+            is_sample = (jnp.abs(t - instants) <= near) & (numbers >= 1.0)
+            return jnp.min(jnp.where(is_sample, instants - near, t))
+
+        return jax.vmap(of_one)(times)
+
+
+def first_numbers(problem: "OdeProblem") -> Int[Array, " m"] | None:
+    """Numbers of the samples that come first after the start; None without samples."""
+    return None if problem.clock is None else jnp.ones(problem.clock.periods.shape, jnp.int32)
+
+
+def limit_length(problem: "OdeProblem", t: Array, t_next: Array) -> Array:
+    """The end of the next step; one of fixed steps is counted from the last sample, not from the start."""
+    if problem.clock is None or not isinstance(problem.controller, diffrax.ConstantStepSize):
+        return t_next
+    return jnp.minimum(t_next, t + problem.restart)
+
+
+def land_on_sample(problem: "OdeProblem", t_next: Array, keep: Array, numbers: Any, save_time: Any) -> Array:
+    """The end of the next step, not beyond the next sample; one that ends just before is stretched to it.
+
+    Args: keep: False for a step that is retried, which is not stretched; save_time: the next one to save.
+    """
+    if problem.clock is None:
+        return t_next
+    sample, near = jnp.min(problem.clock.instants(numbers)), problem.clock.tolerance(t_next)
+    if problem.lands_on_times:
+        sample = jnp.where(jnp.abs(save_time - sample) <= near, save_time, sample)
+    sample = jnp.where(_is_before_end(problem, sample), sample, jnp.inf)
+    return jnp.where(keep & (t_next > sample - near), sample, jnp.minimum(t_next, sample))
+
+
+def due_samples(problem: "OdeProblem", state: "LoopState", goes_on: Array) -> Bool[Array, " m"] | None:
+    """True for the periods with a sample at the end of a step, where the motion goes on; None without samples."""
+    if problem.clock is None:
+        return None
+    t = state.t_next
+    is_here = problem.clock.instants(state.sampled) <= t + problem.clock.tolerance(t)
+    return is_here & goes_on & _is_before_end(problem, t)
+
+
+def _is_before_end(problem, t):
+    return t < problem.t1 - problem.clock.tolerance(problem.t1)
+
+
+def after_samples(problem: "OdeProblem", t: Array, y: PyTree, args: PyTree, due: Any, numbers: Any) -> PyTree:
+    """y at the time t after the samples that are due."""
+    if problem.clock is None:
+        return y
+    happens = jnp.any(due)
+    take = lambda: problem.sample(t, y, args, due, numbers)  # type: ignore[misc]  # noqa: E731
+    sampled = lax.cond(any_in_batch(happens), take, lambda: y)
+    return jax.tree.map(lambda new, old: jnp.where(happens, new, old), sampled, y)
+
+
+def with_start(state: "LoopState", y0: PyTree, problem: "OdeProblem", t0: Array) -> "LoopState":
+    """The loop's final state with the start before its sample in the rows of the start, and at the end if no step was
+    taken."""
+    if problem.clock is None:
+        return state
+    early = problem.times <= t0
+    rows = jax.tree.map(lambda ys, y: jnp.where(early.reshape(-1, *[1] * y.ndim), y[None], ys), state.ys, y0)
+    end = jax.tree.map(lambda y, start: jnp.where(state.t > t0, y, start), state.y, y0)
+    return eqx.tree_at(lambda s: (s.ys, s.y), state, (rows, end))
