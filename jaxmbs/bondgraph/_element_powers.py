@@ -27,9 +27,9 @@ class ElementPowers(eqx.Module):
         stored: rate of its stored energy at constant time, from the law's potential.
         dissipated: heat, of laws that declare bonds that of their resistors.
         supplied: by its sources, such as a voltage or a pump.
-        exchanged: that other elements give it through ports of their own, and oil that fills a chamber carries.
-        domains: what its sources supply by domain, "electric", "fluid" or "mechanical".
-        bonds: by name of the element, the bonds inside it, an `ElementBond` by name; none where the law declares none.
+        exchanged: what other elements give it through ports of their own, and what oil carries that fills a chamber.
+        domains: what its sources supply, by domain "electric", "fluid" and "mechanical".
+        bonds: an `ElementBond` by name of the bond inside it; none where the law declares none.
     """
 
     mechanical: dict
@@ -65,11 +65,11 @@ class ElementPowers(eqx.Module):
 
 
 def element_powers(system: System, motion: State | Motion) -> ElementPowers:
-    """Powers of every force element at a state or along a motion: mechanical, stored, dissipated, supplied, exchanged.
+    """Powers of every force element at a state or along a motion, mechanical, electric and fluid ones, in balance.
 
     Args: motion: a State, a Motion, or a State with one leading axis.
 
-    What a motion's energy account calls the work of an element is the integral of `supplied + exchanged - dissipated`.
+    The work of an element in the energy account of a motion is the integral of `supplied + exchanged - dissipated`.
     Of a law without `bonds` the effort beside that of the potential is supplied where it is a source, and heat
     otherwise.  Elastic bodies, gravity and drives are not among them.
 
@@ -110,10 +110,13 @@ def _group_powers(system, group, at):
         exchanged = jnp.zeros_like(heat)
         domains = dict.fromkeys(DOMAINS, jnp.zeros_like(heat)) | {"mechanical": supplied}
 
-    def named(values):
-        return {name: jax.tree.map(lambda x: x[i], values) for i, name in enumerate(group.names)}
+    fields = mechanical, stored, heat, supplied, exchanged, domains, bonds
+    return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
 
-    return tuple(named(values) for values in (mechanical, stored, heat, supplied, exchanged, domains, bonds))
+
+def _entry(values, i):
+    """Values of element i of a group."""
+    return jax.tree.map(lambda x: x[i], values)
 
 
 def _supplied_by_domain(bonds):

@@ -44,7 +44,8 @@ class PowerBond:
     """Power flows from `tail` to `head` when positive; the half arrow is at the head.
 
     The effort acts on the element at the causal `stroke` ("tail", "head"; "" where none is assigned), which
-    answers with the flow.  The domain is that of `Element`.  A bond whose ends give different sizes carries the flow of `size` components.
+    answers with the flow.  The domain is that of `Element`.  A bond whose ends give different sizes carries the flow
+    of `size` components.
     """
 
     tail: str

@@ -7,8 +7,8 @@ junctions let them, resistors take what is left.
 from ..forces._element_bonds import PORT, kind_of
 from ._inner_graph import InnerBond
 
-#: Kinds of elements that choose the causality of their bond, in the order in which they may; True where an effort acts
-#: on the element itself.
+#: Kinds of elements that choose the causality of their bond, in their order; True where an effort acts on the element
+#: itself.
 _CHOICES = (("Se", False), ("Sf", True), ("C", False), ("I", True), ("port", False), ("R", False))
 
 

@@ -84,8 +84,8 @@ def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict, inner: di
         else:
             effort = efforts[outward[0][0].name]
             effort = modulus[element.name].T @ effort if element.kind in ("TF", "MTF") else effort
-        for bond, inner, _ in inward:
-            efforts[bond.name] = leaf[element.name, inner] if effort is None else effort
+        for bond, beside, _ in inward:
+            efforts[bond.name] = leaf[element.name, beside] if effort is None else effort
     return efforts, flows
 
 

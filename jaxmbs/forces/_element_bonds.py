@@ -2,8 +2,8 @@
 
 A law declares `bonds(x, v, s, t)`, an `ElementBond` by name "tail -> head", the half arrow at the head, such as
 "Se:voltage -> 1:current".  The kind of an element of the graph stands before its colon: Se and Sf supply, C and I
-store, R makes heat, 1, 0, TF, MTF and GY conserve.  "1:port" is the 1-junction of the law's own flow, where its effort
-on the mechanism acts with its sign turned; "port:..." is a port to another element, whose power is exchanged.
+store, R makes heat, 1, 0, TF, MTF and GY conserve.  "1:port" is the 1-junction of the law's own flow, at which the
+effort on the mechanism has the opposite sign; "port:..." is a port to another element, with which it exchanges power.
 Source: S2 (27)-(28), (56)-(67).
 """
 

@@ -21,9 +21,9 @@ class Motor(AbstractScalarStateLaw):
     current on one side, speed and torque on the other. Its electric power counts as input. The inertia of its rotor
     is that of a body, which turns with the joint, or `SystemBuilder.rotor` for one behind a gear.
 
-    Limits of torque and speed are those of its drive, which saturates the voltage: to `max_voltage`, so that the speed
-    ends where `ke ratio v` reaches it, and to that at which the current stays at that of `max_torque`. A current
-    beyond it, as of a start or by a load, returns within a few times `limit_time` as far as the voltage suffices.
+    Limits of torque and speed are those of its drive, which saturates the voltage: at `max_voltage`, so that the
+    speed ends where `ke ratio v` reaches it, and where the current would pass that of `max_torque`. A current beyond
+    it, as of a fast load, returns within a few times `limit_time` as far as the voltage suffices.
 
     Attributes:
         voltage: function of time or a number [V].

@@ -55,8 +55,8 @@ class AbstractStateLaw(AbstractLaw):
         return {}
 
     def dissipated(self, *args: Any) -> Scalar | None:
-        """Power [W] that the law turns into heat, of (x, v, s, t): that of the resistors among its `bonds`; None where
-        it has none."""
+        """Power [W] that the law turns into heat, of (x, v, s, t): by default that of the resistors among its
+        `bonds`, None where it declares none."""
         bonds = self.bonds(*args)
         return bond_sums(bonds).dissipated if bonds else None
 
