@@ -29,7 +29,7 @@ def rotor_faults(joint: str, inertia, ratio, joints: dict[str, Joint]) -> list[s
 
 
 def rotor_parts(joint: Joint, inertia, ratio) -> tuple[Body, Joint, Constraint]:
-    """Body and joint "joint.rotor", and coupler "joint.gear" of a rotor: its angle is `ratio` times the coordinate."""
+    """Body and joint "joint.rotor", coupler "joint.gear" of a rotor, whose angle is `ratio` times the coordinate."""
     name, axis = f"{joint.name}.rotor", joint.kind.axis
     tensor = as_array(inertia) * jnp.outer(axis, axis)
     body = Body(name, 0.0, (0.0, 0.0, 0.0), tensor, None, any_inertia=True)

@@ -30,7 +30,7 @@ def explain(system: System, motion: Motion, t0: float) -> str:
     if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
         text += describe_stiffest_mode(system, end, mean_step(t0, end.t, num_steps))
     if motion.status in _MAY_BE_RATES and system.topology.internal:
-        text += describe_infinite_rates(system, end, mean_step(t0, end.t, num_steps))
+        text += describe_infinite_rates(system, motion, mean_step(t0, end.t, num_steps))
     if not (system.has_constraints and np.isfinite(end.coordinates).all()):
         return text
     open_rows, singular = _open(system, end), _singular(system, end)
