@@ -47,7 +47,7 @@ class ElementPowers(eqx.Module):
 
     @property
     def residual(self) -> dict:
-        """What the balance of each element misses [W].
+        """Missing power of the balance of each element [W].
 
         A test where the law declares bonds: heat and supply come from the bonds, the stored power from the potential
         and the rates of the internal states, the mechanical one from the effort.  Zero by construction elsewhere.
@@ -58,7 +58,7 @@ class ElementPowers(eqx.Module):
         }
 
     def domain(self, domain: str) -> dict:
-        """What the sources of every element supply in one domain [W].  Raises: ValueError for an unknown domain."""
+        """Supply of the sources of every element in one domain [W].  Raises: ValueError for an unknown domain."""
         if domain not in DOMAINS:
             raise ValueError(f"domain must be one of {', '.join(DOMAINS)}, not {domain!r}")
         return {name: parts[domain] for name, parts in self.domains.items()}
