@@ -116,7 +116,8 @@ FACES = {
         AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw
         AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw
         Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic ElementBond Force GeneralisedEffort
-        Harmonic HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline SpringDamper
+        Harmonic HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline
+        SpringDamper
         Step Table Torque Wrench Zener
     """,
     "jaxmbs.io": """

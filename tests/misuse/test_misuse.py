@@ -37,7 +37,8 @@ EXEMPT = {
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
-        forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond forces.InternalState model.InternalStates
+        forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
+        forces.InternalState model.InternalStates
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,
@@ -70,7 +71,8 @@ LONG = """
     flexible.ElasticBody vibration.complex_modes kinematics.point_kic flexible.deformations
     reductions.transform_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
     dynamics.gyristor_field_direct dynamics.hamiltonian reductions.mode_acceleration reductions.virtual_work
-    blocksparse.factor bondgraph.bond_powers bondgraph.element_powers kinematics.kic_second_vector dynamics.state_equations
+    blocksparse.factor bondgraph.bond_powers bondgraph.element_powers
+    kinematics.kic_second_vector dynamics.state_equations
     vibration.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes
     experiment.virtual_point jaxmbs.simulate jaxmbs.equilibrium fem.element_forces jaxmbs.modes
     blocksparse.solve_once fem.element_stresses elements.Beam elements.Quadrilateral analysis.stiffness
