@@ -81,7 +81,7 @@ FACES = {
         log_determinant matrix_inertia solve solve_once
     """,
     "jaxmbs.bondgraph": """
-        bond_graph bond_powers graph_state_equations junction_residual
+        bond_graph bond_powers element_powers graph_state_equations junction_residual
     """,
     "jaxmbs.builder": """
         SystemBuilder
@@ -118,8 +118,9 @@ FACES = {
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw
         AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw
-        Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic Force GeneralisedEffort Harmonic
-        HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline SpringDamper
+        Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic ElementBond Force GeneralisedEffort
+        Harmonic HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline
+        SpringDamper
         Step Table Torque Wrench Zener
     """,
     "jaxmbs.hydraulics": """
@@ -158,8 +159,8 @@ FACES = {
     """,
     "jaxmbs.viz": """
         ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell
-        plot_coordinates plot_energy plot_envelope plot_history plot_limit_values plot_limits plot_mac
-        plot_mechanism plot_modes plot_nyquist plot_parallel plot_pareto_front plot_polar plot_power
+        plot_coordinates plot_element_power plot_energy plot_envelope plot_history plot_limit_values plot_limits
+        plot_mac plot_mechanism plot_modes plot_nyquist plot_parallel plot_pareto_front plot_polar plot_power
         plot_reactions plot_scatter plot_structure plot_views scene
     """,
 }

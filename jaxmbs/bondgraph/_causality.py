@@ -118,7 +118,7 @@ def _body_storages(system, graph, moduli) -> tuple[Storage, ...]:
     N, inertias = root_sizes(system).get("phi_dot", 0), _inertia_rows(system, moduli)
     small, basis, found = _RANK_TOLERANCE[moduli[0].dtype.itemsize], np.zeros((0, N)), []
     largest = max(np.max(np.abs(rows)) for rows in inertias.values())
-    for element in (e for e in graph.elements if e.kind == "I"):
+    for element in (e for e in graph.elements if e.is_inertia):
         rows = inertias[element.name]
         moving = int(np.sum(np.max(np.abs(rows), axis=1) > small * largest))
         before, basis = len(basis), _extend_basis(basis, rows[:, :N], small)
@@ -140,7 +140,7 @@ def _extend_basis(basis, rows, small):
 
 def assign_causality(graph: BondGraph, storages: tuple[Storage, ...]) -> BondGraph:
     """The graph with its strokes: efforts run inwards to the roots, but outwards to inertias that hold states of
-    their own (integral causality) and to the drives, which set flows."""
+    their own (integral causality) and to the drives, which set flows.  Bonds inside of elements have theirs."""
     outward = {("drive", "drives")}
     for storage in storages:
         if storage.independent:
@@ -149,7 +149,8 @@ def assign_causality(graph: BondGraph, storages: tuple[Storage, ...]) -> BondGra
     for bond in graph.bonds:
         inner, outer = sorted((bond.tail, bond.head), key=graph.order.__getitem__)
         end = outer if (outer, inner) in outward else inner
-        bonds.append(dataclasses.replace(bond, stroke="head" if end == bond.head else "tail"))
+        stroke = bond.stroke or ("head" if end == bond.head else "tail")
+        bonds.append(dataclasses.replace(bond, stroke=stroke))
     return dataclasses.replace(graph, bonds=tuple(bonds), storages=storages)
 
 

@@ -17,9 +17,13 @@ _KIND_COLORS = {
     "Se": ORANGE,
     "Sf": ORANGE,
     "GR": VIOLET,
+    "GY": VIOLET,
+    "port": ORANGE,
     "MTF": GREY,
     "TF": GREY,
 }
+#: Colours of the bonds inside of elements by domain.
+_DOMAIN_COLORS = {"electric": ORANGE, "fluid": BLUE}
 _STYLE = (
     "text{font-family:'DejaVu Sans',Verdana,sans-serif;font-size:12px;fill:#222}"
     ".kind{font-weight:bold}.label{font-size:10px;fill:#444}"
@@ -62,7 +66,7 @@ def draw_bond_graph(graph: Any, path: str | PathLike | None = None, powers: Any 
 def to_networkx(graph):
     """The graph as a `networkx.MultiDiGraph` along the half arrows.
 
-    Nodes carry kind, label and size, edges (key: the bond's name) size and stroke.
+    Nodes carry kind, label, size and domain, edges (key: the bond's name) size, stroke and domain.
 
     Raises: ModuleNotFoundError without networkx; it is in the extra `viz`.
     """
@@ -70,9 +74,9 @@ def to_networkx(graph):
 
     net = networkx.MultiDiGraph(view=graph.view)
     for e in graph.elements:
-        net.add_node(e.name, kind=e.kind, label=e.label, size=e.size)
+        net.add_node(e.name, kind=e.kind, label=e.label, size=e.size, domain=e.domain)
     for b in graph.bonds:
-        net.add_edge(b.tail, b.head, key=b.name, size=b.size, stroke=b.stroke)
+        net.add_edge(b.tail, b.head, key=b.name, size=b.size, stroke=b.stroke, domain=b.domain)
     return net
 
 
@@ -101,15 +105,17 @@ def _bond_svg(bond, points, widths, seconds):
         end, before = (points[-1], points[-2]) if bond.stroke == "head" else (points[0], points[1])
         across = np.array([before[1] - end[1], end[0] - before[0]]) / np.linalg.norm(end - before)
         marks += " " + _path_data([end - 5.0 * across, end + 5.0 * across])
-    style, moving = "", ""
+    color = _DOMAIN_COLORS.get(bond.domain)
+    style, moving = f' style="stroke:{color}"' if color else "", ""
     if widths is not None:
-        style = f' style="stroke-width:{widths[0]:.2f};stroke:{BLUE};stroke-opacity:0.75"'
+        style = f' style="stroke-width:{widths[0]:.2f};stroke:{color or BLUE};stroke-opacity:0.75"'
         if len(widths) > 1:
             values = ";".join(f"{w:.2f}" for w in widths)
             moving = (
                 f'<animate attributeName="stroke-width" values="{values}" dur="{seconds}s" repeatCount="indefinite"/>'
             )
-    title = f"<title>{escape(bond.name)} ({bond.size})</title>"
+    domain = "" if bond.domain == "mechanical" else f", {bond.domain}"
+    title = f"<title>{escape(bond.name)} ({bond.size}{domain})</title>"
     return f'<g>{title}<path d="{_path_data(points)}"{style}>{moving}</path><path d="{marks}"/></g>'
 
 

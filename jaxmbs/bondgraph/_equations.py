@@ -9,6 +9,7 @@ from ..kinematics._state import State
 from ..math._spd import spd_solve
 from ..model._system import System
 from ._elastic import elastic_names
+from ._inner_graph import InnerValues, inner_values
 from ._naming import name_values, split_by_root
 from ._power import leaf_efforts, propagate
 from ._values import graph_values
@@ -31,7 +32,7 @@ def graph_state_equations(system: System, state: State, view: str = "hamiltonian
     Gi, B_q = names.modulus["Gi"], names.modulus["B_q"]
     if "phi_dot" not in graph.roots:
         return jnp.zeros_like(driven[:0]), jnp.zeros_like(driven[:0]), B_q @ driven
-    p_dot = -_junction_sum(system, graph, names)
+    p_dot = -_junction_sum(system, graph, names, values.at)
     inertia, p, carried = 0.0, 0.0, 0.0
     for I_k, G_k, B_k, G_k_dot in _inertias(system, graph, values):
         p_k = I_k @ (G_k @ split_by_root(system, values.rates)["phi_dot"] + B_k @ driven)
@@ -41,11 +42,13 @@ def graph_state_equations(system: System, state: State, view: str = "hamiltonian
     return p_dot, phi_dot, Gi @ phi_dot + B_q @ driven
 
 
-def _junction_sum(system, graph, names):
+def _junction_sum(system, graph, names, at):
     """Sum of the efforts that leave the junction of phi_dot, those of inertias and drives left out."""
-    silent = [e.name for e in graph.elements if e.kind in ("I", "Sf")]
+    silent = [e.name for e in graph.elements if e.is_inertia or e.kind == "Sf" and not e.within]
     free = {name: jnp.zeros_like(names.effort["Q"] if name == "I*" else names.flow[name]) for name in silent}
-    efforts, _ = propagate(graph, names.flow, names.modulus, leaf_efforts(system, graph, names.effort | free))
+    inner = inner_values(system, at) if any(e.within for e in graph.elements) else InnerValues({}, {}, {})
+    flow, modulus = names.flow | inner.flow, names.modulus | inner.modulus
+    efforts, _ = propagate(graph, flow, modulus, leaf_efforts(system, graph, names.effort | free), inner.bonds)
     return sum(sign * efforts[bond.name] for bond, _, sign in graph.bonds_of("phi_dot"))
 
 
@@ -56,7 +59,7 @@ def _inertias(system, graph, values):
         yield values.inertia, rows["phi_dot"], rows["drives"], jnp.zeros_like(rows["phi_dot"])
         return
     elastic = {name: (g, i) for name, _, g, i in elastic_names(system)}
-    for element in (e for e in graph.elements if e.kind == "I"):
+    for element in (e for e in graph.elements if e.is_inertia):
         if element.name in elastic:
             g, i = elastic[element.name]
             n = values.elastic[g]

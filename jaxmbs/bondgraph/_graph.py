@@ -64,7 +64,8 @@ class BondGraph:
         """Elements, bonds and dependent inertias as text."""
         kinds = {kind: sum(e.kind == kind for e in self.elements) for kind in dict.fromkeys(self._kinds())}
         lines = [f"bond graph, {self.view} view: " + ", ".join(f"{n} {kind}" for kind, n in kinds.items())]
-        lines += [f"  {b.name}  ({b.size})" for b in self.bonds]
+        domains = {b.name: "" if b.domain == "mechanical" else f", {b.domain}" for b in self.bonds}
+        lines += [f"  {b.name}  ({b.size}{domains[b.name]})" for b in self.bonds]
         for s in self.storages:
             parts = [f"{n} {what}" for what in ("independent", "dependent", "idle") if (n := getattr(s, what))]
             lines.append(f"  {s.name} at {s.junction}: {', '.join(parts) or 'no components'}")

@@ -16,6 +16,7 @@ from ..motion._motion import Motion
 from ..runtime import jit
 from ._elastic import elastic_names, momentum_rates
 from ._graph import BondGraph
+from ._inner_graph import inner_values
 from ._naming import name_values, split_by_root
 from ._values import apply_inertia, graph_values, root_rates
 from ._views import build_view
@@ -63,25 +64,34 @@ def junction_residual(powers: BondPowers) -> dict:
     return {e.name: _net_power(powers.graph, power, e.name) for e in powers.graph.elements if not e.is_port}
 
 
-def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict):
+def propagate(graph: BondGraph, flow: dict, modulus: dict, leaf: dict, inner: dict):
     """Efforts and flows by bond from those of the one-ports: efforts run inwards through junctions and transformers.
 
-    Args: flow by 1-junction and one-port, modulus by transformer, leaf efforts by (one-port, junction beside it).
+    Args: flow by 1-junction and one-port, modulus by transformer, leaf efforts by (one-port, junction beside it),
+        inner (effort, flow) by bond inside of elements.
     """
-    efforts, flows = {}, {bond.name: _bond_flow(graph, bond, flow, modulus) for bond in graph.bonds}
+    efforts, flows = ({name: pair[k] for name, pair in inner.items()} for k in (0, 1))
+    flows |= {b.name: _bond_flow(graph, b, flow, modulus) for b in graph.bonds if b.name not in inner}
     for element in reversed(graph.elements):
         inward, outward = graph.inward(element.name), graph.outward(element.name)
+        if all(bond.name in inner for bond, *_ in inward):
+            continue
         if element.is_port:
             effort = None
         elif element.kind == "1":
-            parts = [sign * efforts[bond.name] for bond, _, sign in outward]
+            parts = [sign * _sum_to(efforts[bond.name], element.size) for bond, _, sign in outward]
             effort = sum(parts[1:], parts[0]) if parts else jnp.zeros_like(flow[element.name])
         else:
             effort = efforts[outward[0][0].name]
             effort = modulus[element.name].T @ effort if element.kind in ("TF", "MTF") else effort
-        for bond, inner, _ in inward:
-            efforts[bond.name] = leaf[element.name, inner] if effort is None else effort
+        for bond, beside, _ in inward:
+            efforts[bond.name] = leaf[element.name, beside] if effort is None else effort
     return efforts, flows
+
+
+def _sum_to(effort, size):
+    """Effort (size,) of a bond of several times as many components."""
+    return effort if effort.size == size else jnp.sum(effort.reshape(-1, size), axis=0)
 
 
 def _bond_flow(graph, bond, flow, modulus):
@@ -138,7 +148,9 @@ def _values(system, P, state):
     system = with_internal(system, state.internal)
     values = graph_values(system, P, psi, u, t)
     names = name_values(system, values)
-    return names.flow, names.modulus, names.effort | inertial_efforts(system, values)
+    inner = inner_values(system, values.at)
+    effort = names.effort | inertial_efforts(system, values)
+    return names.flow | inner.flow, names.modulus | inner.modulus, effort, inner.bonds
 
 
 @jit
@@ -149,9 +161,9 @@ def _all_values(system, states, batched):
 
 
 @jit
-def _propagate_all(system, graph, flow, modulus, effort, batched):
-    one = lambda f, m, e: propagate(graph, f, m, leaf_efforts(system, graph, e))  # noqa: E731
-    return jax.vmap(one)(flow, modulus, effort) if batched else one(flow, modulus, effort)
+def _propagate_all(system, graph, values, batched):
+    one = lambda f, m, e, inner: propagate(graph, f, m, leaf_efforts(system, graph, e), inner)  # noqa: E731
+    return jax.vmap(one)(*values) if batched else one(*values)
 
 
 def bond_powers(system: System, motion: State | Motion, view: str = "detailed") -> BondPowers:
@@ -162,13 +174,14 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
         view: "detailed", "inertia" or "hamiltonian", as in `bond_graph`.
 
     The bond of I* alone does not conserve: `p_dot.phi_dot = dKE/dt + phi_dot^T GR phi_dot`, so the power of GR counts
-    with it.  The power into a force element with internal states is what it stores and what becomes heat.
+    with it.  Of laws that declare them the bonds inside are there too, such as "Se:motor.voltage -> 1:motor.current".
 
     Raises: ValueError for an unknown view.  Source: S2 (28)-(41), (56)-(76).
     """
     states = states_of(system, motion)
     system = with_mobility_at(system, states)
     graph, batched = build_view(system, view), states.coordinates.ndim == 2
-    flow, modulus, effort = _all_values(system, states, batched)
-    efforts, flows = _propagate_all(system, graph, flow, modulus, effort, batched)
-    return BondPowers(efforts, flows, graph)
+    values = _all_values(system, states, batched)
+    if view == "hamiltonian":
+        values = *values[:3], {}
+    return BondPowers(*_propagate_all(system, graph, values, batched), graph)

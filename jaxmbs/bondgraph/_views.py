@@ -11,12 +11,15 @@ import jax
 
 from ..checks import may_be_nonzero
 from ..errors import ModelError
-from ..forces._ports import JointPort, SystemPort
+from ..forces._element_bonds import PORT
+from ..forces._ports import JointPort, LinePort, SystemPort
 from ..kinematics._kic import dependent_columns
 from ..model._system import System
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
 from ._elements import Element, PowerBond
 from ._graph import BondGraph
+from ._inner_causality import inner_strokes
+from ._inner_graph import from_port, inner_bonds, inner_name
 
 VIEWS = ("detailed", "inertia", "hamiltonian")
 
@@ -137,11 +140,34 @@ class _GraphBuilder:
                     self.leaf("Se", f"mg:{name}.flow", "m g", flow)
 
     def forces(self):
-        """Every force element: what it stores (C), dissipates (R) or feeds in (Se) behind its transformer."""
+        """Every force element behind its transformer: the bonds inside it that its law declares, or what it stores
+        (C), dissipates (R) or feeds in (Se)."""
         for group in self.system.forces:
             for i, name in enumerate(group.names):
                 size = group.port.num_flows or self.system.topology.num_velocities
-                self.one_ports(name, law_one_ports(group, i), functools.partial(self.port, group, i, size))
+                bonds = inner_bonds(self.system, group, i)
+                if bonds:
+                    self.inner_graph(group, i, size, bonds)
+                else:
+                    self.one_ports(name, law_one_ports(group, i), functools.partial(self.port, group, i, size))
+
+    def inner_graph(self, group, i, size, bonds):
+        """The graph inside a force element, behind the junction of its flow."""
+        name = group.names[i]
+        self.port(group, i, size, f"rate:{name}", f"v {name}", "1")
+        if isinstance(group.port, LinePort):
+            self.add("MTF", f"n:{name}", f"n {name}", 1)
+            self.bond(f"rate:{name}", f"n:{name}", size)
+            self.bond(f"n:{name}", self.add("1", inner_name(group, i, PORT), f"v {name}", 1), 1)
+        for element in from_port(bonds)[1:]:
+            kind, _, label = element.partition(":")
+            own = [bond for bond in bonds if element in (bond.tail, bond.head)]
+            own_name = inner_name(group, i, element)
+            self.elements.append(Element(own_name, kind, f"{name} {label}", own[0].size, own[-1].domain, name))
+        strokes = inner_strokes(bonds)
+        for bond in bonds:
+            tail, head = (inner_name(group, i, end) for end in (bond.tail, bond.head))
+            self.bonds.append(PowerBond(tail, head, bond.size, strokes[bond], bond.domain))
 
     def strains(self):
         """One-ports of the deformations of every elastic body: stores (C) and resistors (R)."""
@@ -191,8 +217,8 @@ def joint_junction(system: System, column: int) -> str:
 def law_one_ports(group, i: int) -> list[str]:
     """Kinds of one-ports that law `i` of a group needs, as the law itself says.
 
-    A law with internal states is one: its effort follows from them, as that of a C does, and part of the energy that
-    it takes may become heat.
+    A law with internal states that declares no bonds is one: its effort follows from them, as that of a C does, and
+    part of the energy that it takes may become heat.
     """
     law = jax.tree.map(lambda x: x[i], group.law)
     if group.internal:

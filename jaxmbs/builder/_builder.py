@@ -23,6 +23,7 @@ from ._circuits import with_circuits
 from ._elastic import ElasticDeclaration, elastic_faults
 from ._links import link_parts
 from ._references import resolve_references
+from ._rotors import rotor_faults, rotor_parts
 from ._validation import cut_faults, guess_faults, model_faults
 
 
@@ -200,6 +201,29 @@ class SystemBuilder:
             self._faults.append(f"drive: joint {joint!r} is driven already")
         else:
             self._model.joints[joint] = dataclasses.replace(self._model.joints[joint], drive=function)
+
+    def rotor(self, joint: str, inertia: ArrayLike, ratio: ArrayLike = 1.0) -> None:
+        """The inertia of a rotor in the parent of a joint, which turns `ratio` times as fast as the joint moves.
+
+        A body and joint "joint.rotor" about the joint's axis, and a coupler "joint.gear": the joint feels
+        `ratio^2 inertia`, the parent its gyroscopic moment, and the reaction of the gear is that of the coupler.
+        Neglected are its mass and its inertia across the axis, which belong to the parent's own.  A `Motor` acts on
+        the joint with its `ratio`, or on "joint.rotor" with ratio 1, the gear then carrying its torque.
+
+        Args:
+            joint: a `Revolute` or `Prismatic` joint declared before.
+            inertia: about the axis of the rotor, > 0 [kg m^2].
+            ratio: turns of the rotor for one of the joint, or rad per m of a sliding one; negative where it turns
+                the other way.
+        """
+        found = rotor_faults(joint, inertia, ratio, self._model.joints)
+        self._faults += found
+        if found:
+            return
+        body, turning, gear = rotor_parts(self._model.joints[joint], inertia, ratio)
+        self._add("body", self._model.bodies, body)
+        self._add("joint", self._model.joints, turning)
+        self._add("constraint", self._model.constraints, gear)
 
     def force(
         self,

@@ -132,7 +132,7 @@ def _inertia_faults(where, body):
             f"{where}: principal inertias {a:.6g}, {b:.6g}, {c:.6g} break A + B >= C; "
             "is the inertia about the centre of mass, in body axes?"
         ]
-    if c > 0 and np.asarray(body.mass).shape == () and float(body.mass) == 0.0:
+    if c > 0 and np.asarray(body.mass).shape == () and float(body.mass) == 0.0 and not body.any_inertia:
         return [f"{where}: has inertia but no mass"]
     return []
 

@@ -53,14 +53,14 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
             group.law, displacement, flow
         )
         power = jnp.sum(effort * flow, axis=1) + storing
-        powers.append(power + _state_power(group, displacement, flow, at.t) if group.internal else power)
+        powers.append(power + state_power(group, displacement, flow, at.t) if group.internal else power)
     for bodies in bodies_of(system):
         strain, power = bodies.strain_efforts(system, at, owners)
         loads, powers = loads + strain, [*powers, *power]
     return loads.wrench, loads.column, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
 
 
-def _state_power(group, displacement, flow, t):
+def state_power(group, displacement, flow, t):
     """Power (n,) that goes into the stored energy of a group by the rates of its internal states."""
     x = jax.vmap(lambda d, f: group.port.arguments(d, f)[0])(displacement, flow)
     rates = group_rates(group, displacement, flow, t)

@@ -7,6 +7,7 @@ from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalar
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
 from ._elasto_plastic import ElastoPlastic
+from ._element_bonds import ElementBond
 from ._friction import CoulombFriction
 from ._generalised import GeneralisedEffort
 from ._hydraulic_cylinder import HydraulicCylinder
@@ -46,6 +47,7 @@ __all__ = [
     "Constant",
     "CoulombFriction",
     "ElastoPlastic",
+    "ElementBond",
     "Force",
     "GeneralisedEffort",
     "Harmonic",

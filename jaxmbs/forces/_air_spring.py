@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
+from ._element_bonds import Bonds, ElementBond, fluid
 from ._fields import number
 
 
@@ -46,6 +47,16 @@ class AirSpring(AbstractScalarLaw):
         n, ratio = self.exponent, self._ratio(x)
         gas = self.pressure * self.height * (ratio ** (1.0 - n) - 1.0) / (n - 1.0)
         return self.area * (gas + self.ambient * (x - self.length))
+
+    def bonds(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Bonds:
+        """Gas on one side of the piston and the ambient on the other, both stores."""
+        pressure, flow = self.pressure * self._ratio(x) ** -self.exponent, self.area * v
+        return {
+            "1:port -> TF:piston": ElementBond(self.area * (self.ambient - pressure), v),
+            "TF:piston -> 1:flow": fluid(self.ambient - pressure, flow),
+            "1:flow -> C:gas": fluid(-pressure, flow),
+            "1:flow -> C:ambient": fluid(self.ambient * jnp.ones_like(pressure), flow),
+        }
 
     def faults(self) -> list[str]:
         """Signs of what it is made of."""

@@ -9,7 +9,7 @@ Source: S2 (76).
 """
 
 import abc
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -17,6 +17,7 @@ from jaxtyping import Array, Float
 
 from ..math._linalg import direction, safe_norm
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
+from ._element_bonds import Bonds
 from ._fields import value_faults
 
 
@@ -41,6 +42,11 @@ class AbstractLaw(eqx.Module):
     def dissipates(self) -> bool:
         """True if there is effort beside that of the potential: resistance, or input where `is_source`."""
         return True
+
+    def bonds(self, *args: Any) -> Bonds:
+        """Bonds of the graph inside the element by name, "Se:voltage -> 1:current", of the arguments of its effort;
+        none where the law does not say.  "1:port" is the junction of its own flow."""
+        return {}
 
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""

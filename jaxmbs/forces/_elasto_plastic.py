@@ -5,6 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
+from ._element_bonds import Bonds, ElementBond
 from ._fields import number
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
 
@@ -52,10 +53,16 @@ class ElastoPlastic(AbstractScalarStateLaw):
         r = self.hardening
         return self.stiffness / 2.0 * (r * jnp.square(x - self.free_length) + (1.0 - r) * jnp.square(s["elastic"]))
 
-    def dissipated(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
-        """Work of the plastic share of the velocity [W]."""
-        plastic = v - self.rate(x, v, s, t)["elastic"]
-        return self.stiffness * (1.0 - self.hardening) * s["elastic"] * plastic
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """The hardening spring, beside an elastic spring and what yields at the force that they share."""
+        r, elastic = self.hardening, self.rate(x, v, s, t)["elastic"]
+        force = self.stiffness * (1.0 - r) * s["elastic"]
+        return {
+            "1:port -> C:hardening": ElementBond(self.stiffness * r * (x - self.free_length), v),
+            "1:port -> 0:force": ElementBond(force, v),
+            "0:force -> C:spring": ElementBond(force, elastic),
+            "0:force -> R:yield": ElementBond(force, v - elastic),
+        }
 
     def faults(self) -> list[str]:
         """Signs and ranges of its numbers."""

@@ -4,12 +4,15 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..math._signed_root import signed_root
 from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractScalarLaw
+from ._element_bonds import Bonds, ElementBond, fluid
 from ._fields import as_law_function, number
 from ._signals import AbstractSignal, as_signal
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
@@ -47,7 +50,9 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         leakage: past the piston, >= 0 [m^3/s/Pa]; damping: of the seals, >= 0 [N s/m].
         laminar: pressure difference below which the flow is laminar, > 0 [Pa].
         length: x at which the chambers have their `volumes` [m].
-        varying: True where the chambers grow and shrink with x (static); by default their volumes are constant.
+        varying: True where the chambers grow and shrink with x (static); by default their volumes are constant. Where
+            one vanishes the rates are NaN, which ends a motion with a status.
+        end_cushion: law of the stops at the ends of the stroke, such as a `BumpStop`, beside the oil; default none.
         inflow: flows (Q0, Q1) in place of a valve as a function of time [m^3/s]; a circuit drives it.
     """
 
@@ -64,6 +69,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
     length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     varying: bool = eqx.field(static=True, default=False)
     inflow: Convertible[Callable[..., Any] | None] = eqx.field(converter=_optional_signal, default=None)
+    end_cushion: AbstractScalarLaw | None = None
     is_source: ClassVar[bool] = True
     inputs: ClassVar[tuple[str, ...]] = ("valve", "inflow")
 
@@ -79,17 +85,22 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         """Volumes of the chambers [m^3]."""
         if not self.varying:
             return self.volumes
-        return self.volumes + (x - self.length) * self.areas * jnp.array([1.0, -1.0])
+        volumes = self.volumes + (x - self.length) * self.areas * jnp.array([1.0, -1.0])
+        return jnp.where(volumes > 0.0, volumes, jnp.nan)
 
     def flows(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Float[Array, "2"]:
         """Flows of the valve, or of a circuit, into the chambers [m^3/s]."""
         if self.inflow is not None:
             return number(self.inflow(t))
-        given = (t,) if isinstance(self.valve, AbstractSignal) else (x, v, t)
-        a, p = number(self.valve(*given)), jnp.stack([s["p0"], s["p1"]])
-        openings = jnp.stack([a, -a])
+        p, openings = jnp.stack([s["p0"], s["p1"]]), self._openings(x, v, t)
         drop = jnp.where(openings > 0.0, self.supply - p, p - self.tank)
         return openings * self.flow_gain * signed_root(drop, self.laminar)
+
+    def _openings(self, x, v, t):
+        """Openings (2,) of the chambers: positive to the supply, negative to the tank."""
+        given = (t,) if isinstance(self.valve, AbstractSignal) else (x, v, t)
+        a = number(self.valve(*given))
+        return jnp.stack([a, -a])
 
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """Rates of the pressures [Pa/s]."""
@@ -100,12 +111,58 @@ class HydraulicCylinder(AbstractScalarStateLaw):
 
     def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
         """Force that drives x up [N]."""
-        return self.areas[0] * s["p0"] - self.areas[1] * s["p1"] - self.damping * v
+        force = self.areas[0] * s["p0"] - self.areas[1] * s["p1"] - self.damping * v
+        return force if self.end_cushion is None else force + self.end_cushion.effort(x, v, t)
 
     def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
-        """Energy of the compressed oil `sum V p^2 / (2 E)` [J]."""
+        """Energy of the compressed oil `sum V p^2 / (2 E)`, and of the cushion [J]."""
         p = jnp.stack([s["p0"], s["p1"]])
-        return jnp.sum(self.chambers(x) * jnp.square(p)) / (2.0 * self.bulk_modulus)
+        oil = jnp.sum(self.chambers(x) * jnp.square(p)) / (2.0 * self.bulk_modulus)
+        return oil if self.end_cushion is None else oil + self.end_cushion.potential(x, t)
+
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """The valve's four edges, both chambers, the leakage between them and their pistons.
+
+        Chambers that vary take in, with the oil that fills them, its energy of compression: that is exchanged.
+        """
+        leak = self.leakage * (s["p0"] - s["p1"])
+        leakage = {
+            "0:chamber0 -> 1:leakage": fluid(s["p0"], leak),
+            "1:leakage -> R:leakage": fluid(s["p0"] - s["p1"], leak),
+            "1:leakage -> 0:chamber1": fluid(s["p1"], leak),
+            "1:port -> R:seals": ElementBond(self.damping * v, v),
+        }
+        return self._chamber_bonds(x, v, s, t) | leakage | self._cushion_bonds(x, v, t)
+
+    def _chamber_bonds(self, x, v, s, t):
+        bonds, flows, rates, volumes = {}, self.flows(x, v, s, t), self.rate(x, v, s, t), self.chambers(x)
+        for k, side in enumerate((1.0, -1.0)):
+            p, flow, filling = s[f"p{k}"], flows[k], side * self.areas[k] * v
+            bonds |= self._inflow_bonds(k, p, flow, x, v, t)
+            bonds[f"0:chamber{k} -> C:chamber{k}"] = fluid(p, volumes[k] / self.bulk_modulus * rates[f"p{k}"])
+            bonds[f"0:chamber{k} -> TF:piston{k}"] = fluid(p, filling)
+            bonds[f"TF:piston{k} -> 1:port"] = ElementBond(side * self.areas[k] * p, v)
+            if self.varying:
+                carried = jnp.square(p) / (2.0 * self.bulk_modulus)
+                bonds[f"port:oil{k} -> C:chamber{k}"] = fluid(carried, filling)
+        return bonds
+
+    def _inflow_bonds(self, k, p, flow, x, v, t):
+        """The oil that a circuit brings, or the edges of the valve."""
+        if self.inflow is not None:
+            return {f"port:circuit{k} -> 0:chamber{k}": fluid(p, flow)}
+        from_supply = self._openings(x, v, t)[k] > 0.0
+        return _edge("supply", k, self.supply, p, jnp.where(from_supply, flow, 0.0)) | _edge(
+            "tank", k, self.tank, p, jnp.where(from_supply, 0.0, flow)
+        )
+
+    def _cushion_bonds(self, x, v, t):
+        if self.end_cushion is None:
+            return {}
+        spring = jax.grad(self.end_cushion.potential)(number(x), t)
+        rest = -self.end_cushion.effort(x, v, t) - spring
+        kind = "Se" if self.end_cushion.is_source else "R"
+        return {"1:port -> C:cushion": ElementBond(spring, v), f"1:port -> {kind}:cushion": ElementBond(rest, v)}
 
     def faults(self) -> list[str]:
         """Two chambers, and the signs of what they are made of."""
@@ -113,6 +170,8 @@ class HydraulicCylinder(AbstractScalarStateLaw):
             return [f"areas and volumes are those of two chambers, got {self.areas.shape} and {self.volumes.shape}"]
         has_valve = any_concrete(lambda gain: gain > 0, self.flow_gain)
         below = has_valve and any_concrete(lambda p, q: p < q, self.supply, self.tank)
+        if self.end_cushion is not None and not isinstance(self.end_cushion, AbstractScalarLaw):
+            return [f"end_cushion must be a law of one displacement, such as BumpStop, not {self.end_cushion!r}"]
         return super().faults() + faults_if(
             (self.length.shape != (), "length must be one number"),
             (not_positive(self.areas), "areas must be positive"),
@@ -125,3 +184,13 @@ class HydraulicCylinder(AbstractScalarStateLaw):
             (below, "supply must not be below tank"),
             (has_valve and self.inflow is not None, "a cylinder with an inflow has no valve of its own: flow_gain=0"),
         )
+
+
+def _edge(name, k, source, p, flow):
+    """Bonds of an edge of the valve between a source of pressure and a chamber, which the flow enters."""
+    junction = f"1:{name}{k}"
+    return {
+        f"Se:{name}{k} -> {junction}": fluid(source, flow),
+        f"{junction} -> R:{name}{k}": fluid(source - p, flow),
+        f"{junction} -> 0:chamber{k}": fluid(p, flow),
+    }

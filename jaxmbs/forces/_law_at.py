@@ -6,6 +6,7 @@ import jax
 
 from ..typing import Scalar, ScalarLike
 from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ._element_bonds import Bonds
 
 #: Internal states of one element by name: arrays.
 States = dict[str, Any]
@@ -43,6 +44,10 @@ class LawAt(AbstractLaw):
     def dissipated(self, *args: Any) -> Scalar | None:
         """Power [W] that the law turns into heat, of (x, v, t); None where the law does not say."""
         return self.law.dissipated(*self._with_states(args))
+
+    def bonds(self, *args: Any) -> Bonds:
+        """Bonds of the graph inside the element, of (x, v, t)."""
+        return self.law.bonds(*self._with_states(args))
 
     def state_power(self, x: tuple, rates: States, t: ScalarLike) -> Scalar:
         """Power [W] that goes into the stored energy by the rates of the states, at constant x and time."""

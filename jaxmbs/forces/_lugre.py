@@ -5,6 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
+from ._element_bonds import Bonds, ElementBond
 from ._fields import number
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
 
@@ -54,10 +55,18 @@ class LuGre(AbstractScalarStateLaw):
         """Energy of the bent bristles `sigma_0/2 z^2` [J]."""
         return self.bristle_stiffness / 2.0 * jnp.square(s["bristle"])
 
-    def dissipated(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
-        """Work done against it less what bends the bristles [W]."""
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """Bristles that bend and slip at the force that they share, and the viscous part beside them."""
         bending = self.rate(x, v, s, t)["bristle"]
-        return -self.effort(x, v, s, t) * v - self.bristle_stiffness * s["bristle"] * bending
+        spring, damper = self.bristle_stiffness * s["bristle"], self.bristle_damping * bending
+        return {
+            "1:port -> R:viscous": ElementBond(self.viscous * v, v),
+            "1:port -> 0:contact": ElementBond(spring + damper, v),
+            "0:contact -> R:slip": ElementBond(spring + damper, v - bending),
+            "0:contact -> 1:bending": ElementBond(spring + damper, bending),
+            "1:bending -> C:bristles": ElementBond(spring, bending),
+            "1:bending -> R:bristles": ElementBond(damper, bending),
+        }
 
     def faults(self) -> list[str]:
         """Every part dissipates."""

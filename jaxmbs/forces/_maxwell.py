@@ -5,6 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import faults_if, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
+from ._element_bonds import Bonds, ElementBond
 from ._fields import number
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
 
@@ -40,9 +41,14 @@ class Maxwell(AbstractScalarStateLaw):
         """`k/2 z^2` [J]."""
         return self.stiffness / 2.0 * jnp.square(s["stretch"])
 
-    def dissipated(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
-        """`(k z)^2 / c` [W]."""
-        return jnp.square(self.stiffness * s["stretch"]) / self.damping
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """Spring and damper at the force that they share."""
+        force, creep = self.stiffness * s["stretch"], self.stiffness / self.damping * s["stretch"]
+        return {
+            "1:port -> 0:force": ElementBond(force, v),
+            "0:force -> C:spring": ElementBond(force, v - creep),
+            "0:force -> R:damper": ElementBond(force, creep),
+        }
 
     def faults(self) -> list[str]:
         """Stiffness and damping must be positive."""

@@ -9,6 +9,7 @@ from ..checks import faults_if, negative, not_positive
 from ..math._rotation import rotation_vector
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._bushing import moment_of_gradient
+from ._element_bonds import Bonds, ElementBond
 from ._fields import number
 from ._state_laws import AbstractPoseStateLaw, AbstractScalarStateLaw, InternalState, States
 
@@ -48,9 +49,15 @@ class Prony(AbstractScalarStateLaw):
         relaxing = jnp.sum(self.branches * jnp.square(s["stretch"]))
         return 0.5 * (self.stiffness * jnp.square(x - self.free_length) + relaxing)
 
-    def dissipated(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
-        """`sum k_i z_i^2 / T_i` [W]."""
-        return jnp.sum(self.branches * jnp.square(s["stretch"]) / self.times)
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """The spring, and springs and dampers of the branches (n,)."""
+        forces, creep = self.branches * s["stretch"], s["stretch"] / self.times
+        return {
+            "1:port -> C:static": ElementBond(self.stiffness * (x - self.free_length), v),
+            "1:port -> 0:branches": ElementBond(forces, v * jnp.ones_like(forces)),
+            "0:branches -> C:springs": ElementBond(forces, v - creep),
+            "0:branches -> R:dampers": ElementBond(forces, creep),
+        }
 
     def faults(self) -> list[str]:
         """Springs do not push, relaxation takes time."""
@@ -85,9 +92,7 @@ class PronyBushing(AbstractPoseStateLaw):
     ) -> States:
         """Rates of the coordinates less `z_i / T_i`."""
         vector = rotation_vector(rotation)
-        # moments are the transpose of the map from angular velocities to rates of the rotation vector
-        turning = jax.vmap(lambda e: moment_of_gradient(vector, e))(jnp.eye(3, dtype=vector.dtype)) @ angular_velocity
-        moving = jnp.concatenate([velocity, turning])
+        moving = jnp.concatenate([velocity, _turning(vector, angular_velocity)])
         return {"stretch": moving[None, :] - s["stretch"] / self.times[:, None]}
 
     def wrench(
@@ -110,7 +115,7 @@ class PronyBushing(AbstractPoseStateLaw):
         z = jnp.concatenate([displacement, rotation_vector(rotation)])
         return 0.5 * (jnp.sum(self.stiffness * z**2) + jnp.sum(self.branches * jnp.square(s["stretch"])))
 
-    def dissipated(
+    def bonds(
         self,
         rotation: Matrix3,
         displacement: Vector3,
@@ -118,9 +123,23 @@ class PronyBushing(AbstractPoseStateLaw):
         velocity: Vector3,
         s: States,
         t: ScalarLike,
-    ) -> Scalar:
-        """`sum k_i z_i^2 / T_i` [W]."""
-        return jnp.sum(self.branches * jnp.square(s["stretch"]) / self.times[:, None])
+    ) -> Bonds:
+        """Springs and dampers on the six coordinates, whose rates follow from the twist, turning first."""
+        force, moment = self.wrench(rotation, displacement, angular_velocity, velocity, s, t)
+        vector = rotation_vector(rotation)
+        moving = jnp.concatenate([velocity, _turning(vector, angular_velocity)])
+        static = self.stiffness * jnp.concatenate([displacement, vector])
+        forces, creep = self.branches * s["stretch"], s["stretch"] / self.times[:, None]
+        flat, all_moving = forces.reshape(-1), jnp.broadcast_to(moving, forces.shape).reshape(-1)
+        twist = jnp.concatenate([angular_velocity, velocity])
+        return {
+            "1:port -> MTF:coordinates": ElementBond(-jnp.concatenate([moment, force]), twist),
+            "MTF:coordinates -> 1:rates": ElementBond(static + jnp.sum(forces, axis=0), moving),
+            "1:rates -> C:static": ElementBond(static, moving),
+            "1:rates -> 0:branches": ElementBond(flat, all_moving),
+            "0:branches -> C:springs": ElementBond(flat, all_moving - creep.reshape(-1)),
+            "0:branches -> R:dampers": ElementBond(flat, creep.reshape(-1)),
+        }
 
     def faults(self) -> list[str]:
         """Springs do not push, relaxation takes time; shapes."""
@@ -128,6 +147,11 @@ class PronyBushing(AbstractPoseStateLaw):
         if shapes != ((6,), (*self.times.shape, 6)):
             return [f"stiffness (6,) and branches (n, 6) for n times, got {shapes[0]} and {shapes[1]}"]
         return super().faults() + _faults(self)
+
+
+def _turning(vector, angular_velocity):
+    """Rate (3,) of a rotation vector: moments are the transpose of its map from angular velocities."""
+    return jax.vmap(lambda e: moment_of_gradient(vector, e))(jnp.eye(3, dtype=vector.dtype)) @ angular_velocity
 
 
 def _faults(law):

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractLaw
+from ._element_bonds import bond_sums
 from ._law_at import BodyLawAt, LawAt, PoseLawAt, ScalarLawAt, States, SystemLawAt
 
 
@@ -54,8 +55,10 @@ class AbstractStateLaw(AbstractLaw):
         return {}
 
     def dissipated(self, *args: Any) -> Scalar | None:
-        """Power [W] that the law turns into heat, of (x, v, s, t); None where the law does not say."""
-        return None
+        """Power [W] that the law turns into heat, of (x, v, s, t): by default that of the resistors among its
+        `bonds`, None where it declares none."""
+        bonds = self.bonds(*args)
+        return bond_sums(bonds).dissipated if bonds else None
 
     @abc.abstractmethod
     def at(self, s: States) -> LawAt:

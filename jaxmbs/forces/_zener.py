@@ -5,6 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import faults_if, negative
 from ..typing import Convertible, Scalar, ScalarLike
+from ._element_bonds import Bonds, ElementBond
 from ._fields import number
 from ._maxwell import Maxwell
 from ._state_laws import States
@@ -33,6 +34,11 @@ class Zener(Maxwell):
     def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
         """`k0/2 (x - x0)^2 + k/2 z^2` [J]."""
         return super().potential(x, s, t) + self.static_stiffness / 2.0 * jnp.square(x - self.free_length)
+
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """Those of `Maxwell` and the spring beside them."""
+        static = self.static_stiffness * (x - self.free_length)
+        return super().bonds(x, v, s, t) | {"1:port -> C:static": ElementBond(static, v)}
 
     def faults(self) -> list[str]:
         """Those of `Maxwell`; the other spring does not push."""

@@ -6,9 +6,12 @@ from ..kinematics._constraint_rows import constraint_jacobian, constraint_residu
 from ..model._system import System
 from ..ode._failure import describe_end, mean_step
 from ..status import Status
+from ._infinite_rates import describe_infinite_rates
 from ._motion import Motion
 from ._stiffest_mode import describe_stiffest_mode
 
+#: Ends that a rate of an internal state that is not finite, or grows without bound, may have.
+_MAY_BE_RATES = (Status.MAX_STEPS, Status.STEP_SIZE, Status.NOT_FINITE, Status.FAILED)
 _OPEN = 1e-6  # residual [m, rad] that counts as open: that of `_accounts.CLOSED`
 _SINGULAR = 1e-4  # singular value of unit rows, over the largest: joint axes parallel to a ten-thousandth of a radian
 _SHARE = 0.1  # entry of a unit singular vector above which a joint has part in the lost rank
@@ -26,6 +29,8 @@ def explain(system: System, motion: Motion, t0: float) -> str:
         return text
     if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
         text += describe_stiffest_mode(system, end, mean_step(t0, end.t, num_steps))
+    if motion.status in _MAY_BE_RATES and system.topology.internal:
+        text += describe_infinite_rates(system, motion, mean_step(t0, end.t, num_steps))
     if not (system.has_constraints and np.isfinite(end.coordinates).all()):
         return text
     open_rows, singular = _open(system, end), _singular(system, end)

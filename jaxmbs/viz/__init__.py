@@ -11,7 +11,7 @@ from ._limits import plot_limit_values
 from ._mechanism import plot_mechanism, plot_views
 from ._mode_animation import ModeAnimation, animate_mode
 from ._plots import plot_coordinates, plot_energy, plot_history, plot_reactions
-from ._power import plot_power
+from ._power import plot_element_power, plot_power
 from ._responses import plot_bode, plot_campbell, plot_mac, plot_nyquist
 from ._structure import plot_modes, plot_structure
 from .scenes._page import Scene, scene
@@ -28,6 +28,7 @@ __all__ = [
     "plot_campbell",
     "plot_coordinates",
     "plot_energy",
+    "plot_element_power",
     "plot_envelope",
     "plot_history",
     "plot_limit_values",

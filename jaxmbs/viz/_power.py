@@ -4,7 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from ..bondgraph._element_powers import ElementPowers
 from ..bondgraph._power import BondPowers
+from ..checks import place_of
 from ..motion._motion import Motion
 from ..palette import COLORS
 from ..typing import WordedError
@@ -36,7 +38,7 @@ def plot_power(
         raise ValueError(f"by must be 'element' or 'kind', not {by!r}")
     ax, below = stack_axes(get_axes(ax, (8.0, 5.2)), (3, 2))
     ts = np.asarray(motion.ts)
-    kinds = {e.name: _SHOWN[e.kind] for e in powers.graph.elements if e.is_port}
+    kinds = {e.name: _family(e) for e in powers.graph.elements if e.is_port}
     fed = {name: -np.asarray(power) for name, power in powers.ports().items()}
     by_kind = {}
     for name, power in fed.items():
@@ -53,6 +55,35 @@ def plot_power(
     below.plot(ts, others - gained, label="missing", color="0.2", linestyle=":")
     format_axes(below, "time [s]", "energy [J]", "beside")
     return ax
+
+
+def plot_element_power(
+    motion: WordedError[Motion], powers: WordedError[ElementPowers], element: str, ax: Any = None
+) -> Any:
+    """Plot the powers [W] of one force element, stacked: its supply upwards, and where it goes downwards.
+
+    Args:
+        motion: the simulated motion; powers: its `bondgraph.element_powers`.
+        element: name of the force element.
+        ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: UnknownNameError for an element that has no powers.
+    """
+    place_of("force element", element, powers.names)
+    ax = get_axes(ax, (8.0, 3.2))
+    parts = {"supplied": 1.0, "exchanged": 1.0, "mechanical": -1.0, "stored": -1.0, "dissipated": -1.0}
+    shown = {name: sign * np.asarray(getattr(powers, name)[element]) for name, sign in parts.items()}
+    families = dict(zip(parts, ("sources", "drives", "kinetic", "springs", "dissipated"), strict=True))
+    _draw_stack(ax, np.asarray(motion.ts), shown, families)
+    format_axes(ax, "time [s]", f"power of {element} [W]", "beside")
+    return ax
+
+
+def _family(element):
+    """Family of a one-port; what is inside of a force element does not hold the mechanism's momentum."""
+    if element.kind == "port":
+        return "sources"
+    return "springs" if element.kind == "I" and element.within else _SHOWN[element.kind]
 
 
 def energy_since_start(ts, power):

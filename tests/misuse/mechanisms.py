@@ -115,6 +115,7 @@ CASES = {
         "state none: any pose",
     ),
     "bondgraph.bond_powers": case(lambda z: call(z.bars, z.state, "inertia")),
+    "bondgraph.element_powers": case(lambda z: call(z.bars, z.state)),
     "bondgraph.graph_state_equations": case(lambda z: call(z.bars, z.state, "inertia")),
     "bondgraph.junction_residual": case(lambda z: call(z.powers)),
     "flexible.deformations": case(lambda z: call(z.elastic, z.elastic_state, "arm")),

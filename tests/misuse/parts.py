@@ -218,7 +218,10 @@ CASES = {
     "forces.ElastoPlastic": on_joint(
         lambda z: call(2.0, 1.0, 0.5, 3.0, 0.25), positive="stiffness yield_force hardening sharpness"
     ),
-    "forces.Motor": on_joint(lambda z: call(12.0, 2.0, 0.5, 0.25, 0.25, 3.0), positive="resistance inductance"),
+    "forces.Motor": on_joint(
+        lambda z: call(12.0, 2.0, 0.5, 0.25, 0.25, 3.0, 9.0, 5.0, 0.1),
+        positive="resistance inductance max_voltage max_torque limit_time",
+    ),
     "forces.HydraulicCylinder": on_joint(
         lambda z: call(np.array([2.0, 1.0]), np.ones(2), 1e3, 0.5, 0.25, 4.0, 1.0, 0.1, 0.1, 0.5, 0.25),
         positive="areas volumes bulk_modulus flow_gain leakage damping laminar",

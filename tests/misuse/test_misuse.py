@@ -39,7 +39,8 @@ EXEMPT = {
         hydraulics.AbstractTwoPort
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
-        forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.InternalState model.InternalStates
+        forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
+        forces.InternalState model.InternalStates
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,
@@ -53,6 +54,7 @@ EXEMPT = {
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
+        viz.plot_element_power
         viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
         viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac viz.plot_modes
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
@@ -71,7 +73,8 @@ LONG = """
     flexible.ElasticBody vibration.complex_modes kinematics.point_kic flexible.deformations
     reductions.transform_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
     dynamics.gyristor_field_direct dynamics.hamiltonian reductions.mode_acceleration reductions.virtual_work
-    blocksparse.factor bondgraph.bond_powers kinematics.kic_second_vector dynamics.state_equations
+    blocksparse.factor bondgraph.bond_powers bondgraph.element_powers
+    kinematics.kic_second_vector dynamics.state_equations
     vibration.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes
     experiment.virtual_point jaxmbs.simulate jaxmbs.equilibrium fem.element_forces jaxmbs.modes
     blocksparse.solve_once fem.element_stresses elements.Beam elements.Quadrilateral analysis.stiffness

@@ -1,0 +1,144 @@
+"""Powers of every force element: mechanical, electric and fluid ones, and the balance of each."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..dynamics._efforts import element_efforts, state_power
+from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
+from ..kinematics._configuration import at_state, with_velocities
+from ..kinematics._element_flows import element_flows
+from ..kinematics._state import State
+from ..model._entry_points import check_system, states_of
+from ..model._internal_states import with_internal
+from ..model._system import System
+from ..motion._motion import Motion
+from ..runtime import jit
+from ._inner_graph import declares_bonds, group_bonds
+
+
+class ElementPowers(eqx.Module):
+    """Powers (...) [W] of every force element by name; leading axes for a motion.
+
+    `supplied + exchanged = mechanical + stored + dissipated`.
+
+    Attributes:
+        mechanical: that the element feeds into the mechanism, effort times flow.
+        stored: rate of its stored energy at constant time, from the law's potential.
+        dissipated: heat, of laws that declare bonds that of their resistors.
+        supplied: by its sources, such as a voltage or a pump.
+        exchanged: what other elements give it through ports of their own, and what oil carries that fills a chamber.
+        domains: what its sources supply, by domain "electric", "fluid" and "mechanical".
+        bonds: an `ElementBond` by name of the bond inside it; none where the law declares none.
+    """
+
+    mechanical: dict
+    stored: dict
+    dissipated: dict
+    supplied: dict
+    exchanged: dict
+    domains: dict
+    bonds: dict
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the elements."""
+        return tuple(self.mechanical)
+
+    @property
+    def residual(self) -> dict:
+        """Missing power of the balance of each element [W].
+
+        A test where the law declares bonds: heat and supply come from the bonds, the stored power from the potential
+        and the rates of the internal states, the mechanical one from the effort.  Zero by construction elsewhere.
+        """
+        given = {name: self.supplied[name] + self.exchanged[name] for name in self.names}
+        return {
+            name: given[name] - self.mechanical[name] - self.stored[name] - self.dissipated[name] for name in given
+        }
+
+    def domain(self, domain: str) -> dict:
+        """Supply of the sources of every element in one domain [W].  Raises: ValueError for an unknown domain."""
+        if domain not in DOMAINS:
+            raise ValueError(f"domain must be one of {', '.join(DOMAINS)}, not {domain!r}")
+        return {name: parts[domain] for name, parts in self.domains.items()}
+
+
+def element_powers(system: System, motion: State | Motion) -> ElementPowers:
+    """Powers of every force element at a state or along a motion, mechanical, electric and fluid ones, in balance.
+
+    Args: motion: a State, a Motion, or a State with one leading axis.
+
+    The work of an element in the energy account of a motion is the integral of `supplied + exchanged - dissipated`.
+    Of a law without `bonds` the effort beside that of the potential is supplied where it is a source, and heat
+    otherwise.  Elastic bodies, gravity and drives are not among them.
+
+    Source: S2 (27)-(28), (56)-(76).
+    """
+    check_system(system)
+    states = states_of(system, motion)
+    return ElementPowers(*_all_powers(system, states, states.coordinates.ndim == 2))
+
+
+@jit
+def _all_powers(system, states, batched):
+    one = lambda state: _powers(system, state)  # noqa: E731
+    return jax.vmap(one)(states) if batched else one(states)
+
+
+def _powers(system, state):
+    system = with_internal(system, state.internal)
+    at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
+    found = [_group_powers(system, group, at) for group in system.forces]
+    return tuple({name: value for part in found for name, value in part[k].items()} for k in range(7))
+
+
+def _group_powers(system, group, at):
+    """The fields of `ElementPowers` for the elements of a group."""
+    port = group.port
+    _, displacement, flow = element_flows(system, group, at, at.V, at.u)
+    mechanical = jnp.sum(element_efforts(group, displacement, flow, at.t) * flow, axis=1)
+    stored = jax.vmap(lambda law, x, f: port.storage_power(law, x, f, at.t))(group.law, displacement, flow)
+    if group.internal:
+        stored = stored + state_power(group, displacement, flow, at.t)
+    bonds = group_bonds(group, displacement, flow, at.t) if declares_bonds(group) else {}
+    if bonds:
+        heat, supplied, exchanged, _ = jax.vmap(bond_sums)(bonds)
+        domains = jax.vmap(_supplied_by_domain)(bonds)
+    else:
+        heat, supplied = _split_rest(group, displacement, flow, at.t, mechanical + stored)
+        exchanged = jnp.zeros_like(heat)
+        domains = dict.fromkeys(DOMAINS, jnp.zeros_like(heat)) | {"mechanical": supplied}
+
+    fields = mechanical, stored, heat, supplied, exchanged, domains, bonds
+    return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
+
+
+def _entry(values, i):
+    """Values of element i of a group."""
+    return jax.tree.map(lambda x: x[i], values)
+
+
+def _supplied_by_domain(bonds):
+    """Power that the sources among the bonds of one element supply, by domain."""
+    own = {domain: {} for domain in DOMAINS}
+    for name, bond in bonds.items():
+        own[bond.domain][name] = bond
+    return {domain: -power_into(part, SOURCES) for domain, part in own.items()}
+
+
+def _split_rest(group, displacement, flow, t, rest):
+    """Heat and supply (n,) of laws without bonds, from their power beside what they store."""
+    law = getattr(group.law, "law", group.law)
+    if not law.is_source:
+        return -rest, jnp.zeros_like(rest)
+    heat = jnp.zeros_like(rest)
+    if group.internal:
+
+        def of_one(law, x, f):
+            x, v = group.port.arguments(x, f)
+            found = law.dissipated(*x, *v, t)
+            return jnp.zeros(()) if found is None else found
+
+        heat = jax.vmap(of_one)(group.law, displacement, flow)
+    return heat, rest + heat

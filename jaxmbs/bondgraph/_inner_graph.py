@@ -1,0 +1,118 @@
+"""The graph inside force elements whose laws declare their bonds, as a part of the graph of the mechanism.
+
+Its elements are named by the force element: "I:motor.inductance".  Behind the junction of the element's flow,
+"rate:motor", a law between two points has the direction of its line as a transformer, "n:boom", and the junction of
+the rate of its distance, "1:boom.port".
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from ..forces._base import AbstractLaw
+from ..forces._element_bonds import PORT, Bonds, ends
+from ..forces._ports import FramePort, LinePort, PosePort, SystemPort
+from ..kinematics._element_flows import element_flows
+from ..math._linalg import direction
+from ..model._system import System
+
+
+class InnerBond(NamedTuple):
+    """A bond inside an element as its graph shows it: numbers of components, physical domain."""
+
+    tail: str
+    head: str
+    size: int
+    domain: str
+
+
+def declares_bonds(group) -> bool:
+    """True if the law of a group declares the bonds inside its elements."""
+    law = getattr(group.law, "law", group.law)
+    return type(law).bonds is not AbstractLaw.bonds
+
+
+def group_bonds(group, displacement, flow, t) -> Bonds:
+    """Bonds by name of all elements of a group, each with leading axis (n,); its laws are at their states."""
+
+    def of_one(law, displacement, flow):
+        x, v = group.port.arguments(displacement, flow)
+        return law.bonds(*x, *v, t)
+
+    return jax.vmap(of_one)(group.law, displacement, flow)
+
+
+def inner_bonds(system: System, group, i: int) -> list[InnerBond]:
+    """Bonds inside element i of a group, in an order from its port outwards; none where the law declares none."""
+    if not declares_bonds(group):
+        return []
+    law = jax.tree.map(lambda x: x[i], getattr(group.law, "law", group.law))
+    if group.internal:
+        law = law.at({name: jnp.zeros(shape) for name, shape, _ in group.internal})
+    shapes = jax.eval_shape(lambda: law.bonds(*_zeros(system, group.port), jnp.zeros(())))
+    found = [
+        InnerBond(*ends(name), max(bond.effort.size, bond.flow.size), bond.domain) for name, bond in shapes.items()
+    ]
+    order = {name: k for k, name in enumerate(from_port(found))}
+    return sorted(found, key=lambda bond: sorted((order[bond.tail], order[bond.head]), reverse=True))
+
+
+def _zeros(system, port):
+    """Arguments of a law's effort before the time, as zeros."""
+    if isinstance(port, SystemPort):
+        return jnp.zeros(system.topology.num_coordinates), jnp.zeros(system.topology.num_velocities)
+    if isinstance(port, PosePort | FramePort):
+        return jnp.eye(3), jnp.zeros(3), jnp.zeros(3), jnp.zeros(3)
+    return jnp.zeros(()), jnp.zeros(())
+
+
+def from_port(bonds) -> list[str]:
+    """Elements of the graph inside an element from its port outwards; those without a way to it come last."""
+    found, rest = [PORT], [end for bond in bonds for end in (bond.tail, bond.head)]
+    for name in found:
+        for bond in bonds:
+            found += [end for end in (bond.tail, bond.head) if name in (bond.tail, bond.head) and end not in found]
+    return found + [name for name in dict.fromkeys(rest) if name not in found]
+
+
+def inner_name(group, i: int, element: str) -> str:
+    """Name in the graph of the mechanism of an element inside element i of a group."""
+    name = group.names[i]
+    if element == PORT:
+        return f"1:{name}.port" if isinstance(group.port, LinePort) else f"rate:{name}"
+    kind, _, label = element.partition(":")
+    return f"{kind}:{name}.{label}"
+
+
+class InnerValues(NamedTuple):
+    """Values inside all elements of a system: (effort, flow), each (size,), by bond; flows by junction; moduli by
+    transformer."""
+
+    bonds: dict
+    flow: dict
+    modulus: dict
+
+
+def inner_values(system: System, at) -> InnerValues:
+    """Values inside the elements of a system whose laws are at their states, at a `VelocityKinematics`."""
+    found = InnerValues({}, {}, {})
+    for group in system.forces:
+        if not declares_bonds(group):
+            continue
+        _, displacement, flow = element_flows(system, group, at, at.V, at.u)
+        bonds = group_bonds(group, displacement, flow, at.t)
+        for i, name in enumerate(group.names):
+            for bond, (tail, head) in ((bond, ends(bond)) for bond in bonds):
+                key = f"{inner_name(group, i, tail)} -> {inner_name(group, i, head)}"
+                found.bonds[key] = _vectors(bonds[bond].effort[i], bonds[bond].flow[i])
+            if isinstance(group.port, LinePort):
+                n = direction(displacement[0][i])
+                found.modulus[f"n:{name}"], found.flow[f"1:{name}.port"] = n[None], (n @ flow[i])[None]
+    return found
+
+
+def _vectors(effort: Any, flow: Any):
+    """Effort and flow of equal sizes (n,)."""
+    effort, flow = jnp.broadcast_arrays(effort, flow)
+    return effort.reshape(-1), flow.reshape(-1)
