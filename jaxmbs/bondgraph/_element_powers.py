@@ -8,6 +8,7 @@ from ..dynamics._efforts import element_efforts, state_power
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
+from ..kinematics._signals import with_signals
 from ..kinematics._state import State
 from ..model._entry_points import check_system, states_of
 from ..model._internal_states import with_internal
@@ -89,6 +90,7 @@ def _all_powers(system, states, batched):
 def _powers(system, state):
     system = with_internal(system, state.internal)
     at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
+    system = with_signals(system, at)
     found = [_group_powers(system, group, at) for group in system.forces]
     return tuple({name: value for part in found for name, value in part[k].items()} for k in range(7))
 

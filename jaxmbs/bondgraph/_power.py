@@ -8,6 +8,7 @@ from ..dynamics._newton_euler import accelerations
 from ..kinematics import _constraints as constraints
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate, node_parameters
+from ..kinematics._signals import with_signals
 from ..kinematics._state import State
 from ..model._entry_points import states_of
 from ..model._internal_states import with_internal
@@ -148,7 +149,7 @@ def _values(system, P, state):
     system = with_internal(system, state.internal)
     values = graph_values(system, P, psi, u, t)
     names = name_values(system, values)
-    inner = inner_values(system, values.at)
+    inner = inner_values(with_signals(system, values.at), values.at)
     effort = names.effort | inertial_efforts(system, values)
     return names.flow | inner.flow, names.modulus | inner.modulus, effort, inner.bonds
 

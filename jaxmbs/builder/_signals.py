@@ -19,7 +19,7 @@ from ..blocks._readings import (
     JointReading,
     RelativeReading,
 )
-from ..checks import any_concrete, faults_if, is_concrete, may_be_nonzero, no_such
+from ..checks import any_concrete, faults_if, is_concrete, no_such
 from ..forces._fields import as_function, number
 from ..forces._signals import Constant, Driven, as_signal
 from ..forces._state_laws import internal_layout
