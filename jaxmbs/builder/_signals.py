@@ -14,7 +14,7 @@ from ..blocks._readings import (
     JointReading,
     RelativeReading,
 )
-from ..checks import faults_if, may_be_nonzero, no_such
+from ..checks import any_concrete, faults_if, no_such
 from ..forces._fields import as_function
 from ..forces._signals import Constant, Driven, as_signal
 from ..forces._state_laws import internal_layout
@@ -166,7 +166,7 @@ def _given_value_faults(field, model):
     item = model.forces.get(element)
     value = getattr(item.law if item is not None else model.blocks[element].block, name)
     what = "force" if item is not None else "block"
-    is_zero = isinstance(value, Constant) and not may_be_nonzero(value.value)
+    is_zero = isinstance(value, Constant) and not any_concrete(lambda x: x != 0, value.value)
     return faults_if(
         (not is_zero, f"{what} {element!r}: a block drives its {name}; give 0.0 there in place of a value")
     )
