@@ -131,8 +131,8 @@ for name, ((area0, area1), _) in SIZES.items():
 
 # %% [markdown]
 # ## The first design
-# Pressures are stiff beside the mechanism, so the solver is linearly implicit. Three numbers are to be chosen: forward
-# derivatives are the cheapest.
+# Pressures are stiff beside the mechanism, so the solver is linearly implicit. Three numbers are to be chosen:
+# forward derivatives are the cheapest.
 
 # %%
 FIRST = {"kp": 8.0, "ki": 1.0, "area": 120.0}
