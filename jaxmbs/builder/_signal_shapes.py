@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from ..forces import AbstractSystemLaw, AbstractSystemStateLaw
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
-from ..forces._signals import Held
+from ..forces._signals import DrivenValue
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._instant import Instant
 from ..kinematics._poses import neutral_coordinates, node_parameters
@@ -105,7 +105,7 @@ def _with_zeros(element, shapes, drivers):
     for field in block.inputs:
         source = drivers.get(f"{element.name}.{field}")
         if source is not None:
-            block = replace_field(block, field, Held(_zero_of(source, shapes)))
+            block = replace_field(block, field, DrivenValue(_zero_of(source, shapes)))
     return block
 
 
@@ -122,7 +122,7 @@ def _driven_law_faults(system, forces, shapes):
         law = item.law
         fields = [field for field in law.inputs if f"{item.name}.{field}" in drivers]
         for field in fields:
-            law = replace_field(law, field, Held(_zero_of(drivers[f"{item.name}.{field}"], shapes)))
+            law = replace_field(law, field, DrivenValue(_zero_of(drivers[f"{item.name}.{field}"], shapes)))
         if fields:
             port, place, size = _port(law, item.joint is not None, top)
             found += [f"force {item.name!r}: driven by a block, {f}" for f in law_call_faults(law, port, place, size)]

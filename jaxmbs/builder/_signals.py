@@ -113,12 +113,12 @@ def _state_names(model):
 
 
 def reads_of(item) -> tuple:
-    """What a block reads, one after another."""
+    """Signals that a block reads, one after another."""
     return tuple(item.reads) if isinstance(item.reads, tuple | list) else (item.reads,)
 
 
 def drives_of(item) -> tuple:
-    """The names of what a block drives."""
+    """Names of the fields that a block drives."""
     if item.drives is None:
         return ()
     return tuple(item.drives) if isinstance(item.drives, tuple | list) else (item.drives,)

@@ -123,7 +123,7 @@ class Spline(AbstractSignal):
 
 
 class Driven(AbstractSignal):
-    """Placeholder of a field that a block drives: the engine puts a `Held` value there before laws are called."""
+    """Placeholder of a field that a block drives: a `DrivenValue` takes its place before laws are called."""
 
     def __call__(self, *args: Any) -> Float[Array, "..."]:
         """Raises: RuntimeError, as the value is not there."""
@@ -132,7 +132,7 @@ class Driven(AbstractSignal):
         )
 
 
-class Held(AbstractSignal):
+class DrivenValue(AbstractSignal):
     """`value` whatever the arguments, as a block has found it."""
 
     value: Float[Array, "..."]

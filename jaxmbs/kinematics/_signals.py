@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from ..forces._signals import Held, Input
+from ..forces._signals import DrivenValue, Input
 from ..model._internal_states import replace_field
 from ..model._signals import BlockElement, drivers_of, law_of, with_law_field
 from ..model._system import System
@@ -66,7 +66,7 @@ def _with_driven_fields(element: BlockElement, drivers, values):
         source = drivers.get(f"{element.name}.{field}")
         if source is not None:
             value = _entry(values, source) if source[0] in values else jnp.zeros(())
-            block = replace_field(block, field, Held(value))
+            block = replace_field(block, field, DrivenValue(value))
     return block
 
 
@@ -121,7 +121,7 @@ def _with_driven_law(group, drivers, values):
     for field in law_of(law).inputs:
         sources = [drivers.get(f"{name}.{field}") for name in group.names]
         if all(source is not None for source in sources):
-            law = with_law_field(law, field, Held(jnp.stack([_entry(values, source) for source in sources])))
+            law = with_law_field(law, field, DrivenValue(jnp.stack([_entry(values, source) for source in sources])))
     return group if law is group.law else replace_field(group, "law", law)
 
 

@@ -1,10 +1,12 @@
 """Faults of measures and blocks: one report at build, by name, with the way out."""
 
+import jax
 import jax.numpy as jnp
 import pytest
 
 import jaxmbs as mbs
 from jaxmbs import blocks, forces
+from tests import motor_loop
 
 
 def builder():
@@ -113,3 +115,8 @@ def test_a_state_that_starts_without_a_finite_rate_is_reported_by_name():
     b.block("loop", blocks.PI(1.0, 1.0), reads="bad", drives="motor")
     with pytest.raises(mbs.ModelError, match="loop.integral have rates that are not finite"):
         mbs.State.at(b.build())
+
+
+def test_a_loop_is_built_of_traced_gains():
+    gain = jax.eval_shape(lambda kp: motor_loop.build({"kp": kp}).blocks[0].block.kp, 1.0)
+    assert gain.shape == ()

@@ -169,7 +169,7 @@ def test_measures_and_blocks_come_back(tmp_path):
     b.measure("gap", between=("ground", "arm"), of="distance")
     b.block(
         "sum",
-        blocks.StateSpace(np.zeros((0, 0)), np.zeros((0, 3)), np.zeros((1, 0)), [[1.0, 2.0, 1 / 3]]),
+        blocks.StateSpace([[-1.0]], [[0.0, 0.0, 1.0]], [[2.0]], [[1.0, 2.0, 1 / 3]]),
         reads=("angle", "height", mbs.Harmonic(0.1, 0.2, 3.0)),
     )
     b.block("loop", blocks.PI(2.0, 1 / 3, 0.1), reads="sum", drives="motor")
