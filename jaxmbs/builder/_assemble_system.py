@@ -22,6 +22,7 @@ from ..runtime import KnownFunction, as_array
 from ._arrays import compose, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
 from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
+from ._friction import joint_friction_of
 from ._spanning_tree import SpanningTree
 from ._user_rows import shape_faults
 
@@ -102,6 +103,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         closures=closures,
         rows=rows,
         elastic=elastic_groups(_group_by_structure(elastic_items(model.elastic, index, record))),
+        friction=joint_friction_of(model.friction, joints, record),
     )
 
 

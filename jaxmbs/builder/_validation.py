@@ -20,6 +20,7 @@ from ..forces._signals import as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
 from ._declarations import GROUND, Model, as_pose, resolve_frame
 from ._elastic import entry_faults
+from ._friction import friction_faults
 from ._law_faults import law_call_faults
 
 
@@ -46,6 +47,8 @@ def model_faults(model: Model) -> list[str]:
         found += joint_faults(joint, bodies, frames)
     for force in model.forces.values():
         found += force_faults(force, bodies, frames, joints)
+    for item in model.friction.values():
+        found += friction_faults(item, joints, model.friction)
     for item in model.constraints.values():
         found += constraint_faults(item, bodies, frames, joints)
     return found
@@ -57,7 +60,8 @@ def _name_faults(model):
     found = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
     found += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
     found += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
-    if "drives" in model.forces:
+    found += [f"friction {name!r}: a force element has this name" for name in model.friction if name in model.forces]
+    if "drives" in {**model.forces, **model.friction}:
         found.append("force 'drives': this name is reserved for the work of driven joints; choose another")
     return found
 

@@ -20,6 +20,7 @@ from ..model._entry_points import state_function
 from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
+from ._joint_friction import FrictionSolution, friction_loads, friction_of_motion
 from ._loads import Loads, on_columns
 from ._saddle import saddle_without_matrix
 
@@ -43,6 +44,9 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
         method: of `linear_solver`, by default the one of the system.
         loads: of the force elements on nodes and columns, where they are evaluated already.
     """
+    if system.friction is not None:
+        found = motion_with_friction(system, at, method, loads)
+        return found.accelerations, found.multipliers, found.gaps
     if system.is_rigid_tree:
         need = saddle_sides(system, at, loads)[0]
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
@@ -56,6 +60,44 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
     A = constraints.jacobian(system, at)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))
     return a, -y, A @ a - gamma
+
+
+def motion_with_friction(system: System, at: VelocityKinematics, method=None, loads=None) -> FrictionSolution:
+    """Accelerations as those of `accelerations`, of a system whose joints rub, with the loads of the joints."""
+    at = at if at.directions is not None else closures.with_directions(system, at)
+    loads = efforts(system, at)[:2] if loads is None else loads
+    need, gamma = saddle_sides(system, at, loads)
+    method = linear_solver(system) if method is None else method
+    if system.is_rigid_tree:
+        nodes, none = system.topology.nodes, jnp.zeros(0, need.dtype)
+        solution = friction_of_motion(
+            system, at, loads[0], need, none, lambda b, _: (solve(nodes, at.S, at.J, b), none)
+        )
+        return solution._replace(gaps=none)
+    if method == "dense":
+        A, M, scale = constraints.jacobian(system, at), inertia_matrix(system, at), constraints.row_scale(system)
+        each, rates = lambda b, c: saddle_solve(M, A, b, c, scale), lambda a: A @ a
+    else:
+        rows = constraint_operator(system, at)
+        each = lambda b, c: saddle_without_matrix(method, system, at, rows, b, c)  # noqa: E731
+        rates = lambda a: rows.rates(a) / rows.unit  # noqa: E731
+
+    def one(b, c):
+        a, y = each(b, c)
+        return a, -y
+
+    solution = friction_of_motion(system, at, loads[0], need, gamma, one)
+    return solution._replace(gaps=rates(solution.accelerations) - gamma)
+
+
+def all_efforts(system: System, at: VelocityKinematics):
+    """Loads on nodes (nodes, 6) and columns (nv,) and powers of force elements, elastic bodies and friction."""
+    F, Q, powers = efforts(system, at)
+    if system.friction is None:
+        return F, Q, powers
+    found = motion_with_friction(system, at, loads=(F, Q))
+    loads = Loads(F, Q) + friction_loads(system, found, node_targets(system))
+    return loads.wrench, loads.column, jnp.concatenate([powers, found.powers])
 
 
 def saddle_sides(system: System, at: VelocityKinematics, loads=None):

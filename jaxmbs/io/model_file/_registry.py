@@ -29,6 +29,7 @@ ROWS = {
     "forces": declarations.Force,
     "constraints": declarations.Constraint,
     "elastic": ElasticDeclaration,
+    "friction": declarations.Friction,
 }
 _registered: dict[str, Any] = {}
 

@@ -1,0 +1,204 @@
+"""Friction in joints from the loads that the joints carry: reactions are affine in the friction of all of them.
+
+A surface takes the load N = |R|, summed over its patches, and rubs with mu N against the slip; its friction changes
+the accelerations and the reactions R of all joints, which are affine in the loads, `R = R0 + G N`.  One factor of the
+saddle system serves R0 and a column of G for each surface.  Newton's method solves the few equations |R0 + G N| = N;
+their derivative is that of the implicit function, so derivatives of every order are those of the solution.
+
+Loads have no unique solution where the map from N to |R0 + G N| does not contract: the joint jams.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..kinematics import _closures as closures
+from ..kinematics._configuration import VelocityKinematics, node_accelerations
+from ..kinematics._poses import frame_twists
+from ..kinematics._wrench_targets import node_targets
+from ..math._linalg import skew
+from ..model._friction import JointFriction
+from ..model._system import System
+from ..runtime import gather_static
+from ._bodies import inverse_dynamics_loads
+from ._friction_surfaces import PATCHES, table
+from ._loads import Loads
+from ._normal_loads import NormalLoads, normal_loads
+
+#: The bump of static friction fades over so many transition speeds, as that of `CoulombFriction`.
+_BUMP = 10.0
+
+
+class Rubbing(NamedTuple):
+    """Surfaces at a configuration.
+
+    Attributes:
+        bears: (n, PATCHES, 3, 6) loads of the patches per world wrench of the joint on its child.
+        wrench: (n, 6) world wrench of the friction on the child per unit load.
+        efforts: (n, nv) of it on the columns of the tree.
+        slip: (n, 3) [m/s]; grip: (n,) friction over load, per unit slip [s/m].
+        thread: (n,) friction over load along a screw's thread times the tangent of its angle, zero for all others.
+    """
+
+    bears: Array
+    wrench: Array
+    efforts: Array
+    slip: Array
+    grip: Array
+    thread: Array
+
+
+class FrictionSolution(NamedTuple):
+    """Motion with friction: accelerations (nv,), multipliers (rows,), gaps (rows,) of the rows, loads of the surfaces
+    and their verdict, wrenches (n, 6) on the children, efforts (n, nv) on columns, and powers (n,)."""
+
+    accelerations: Array
+    multipliers: Array
+    gaps: Array
+    loads: NormalLoads
+    total: Array
+    wrench: Array
+    efforts: Array
+    powers: Array
+
+
+def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
+    """The surfaces of all joints at a configuration with velocities."""
+    f, top, dtype = system.friction, system.topology, at.u.dtype
+    ones = lambda field: jnp.asarray(table(f.kinds, field), dtype)  # noqa: E731
+    is_thread = table(f.kinds, "is_thread")
+    wrenches, twists = _local_maps(f, at)
+    lean = jnp.hypot(jnp.where(is_thread, f.radius, 1.0), f.pitch)
+    cosine, sine = jnp.where(is_thread, f.radius, 1.0) / lean, f.pitch / lean
+    along = jnp.asarray(is_thread[:, None, None] * np.eye(3, 6, 5)[None], dtype)  # row 0, velocity along z
+    rows = ones("slip") + (f.radius * cosine)[:, None, None] * ones("slip_by_radius") + sine[:, None, None] * along
+    bears = ones("load") / cosine[:, None, None, None] + ones("load_by_length") / f.length[:, None, None, None]
+    slip_rows = jnp.einsum("nij,njk->nik", rows, twists)
+    frames = frame_twists(system, at.V)
+    slip = jnp.einsum("nik,nk->ni", slip_rows, gather_static(frames, f.children) - gather_static(frames, f.parents))
+    grip = _grip(f, slip)
+    wrench = -jnp.einsum("nik,ni->nk", slip_rows, grip[:, None] * slip)
+    path = jnp.asarray(_paths(top, f.children) - _paths(top, f.parents), dtype)
+    efforts = jnp.einsum("nk,ck->nc", wrench, at.S) * path
+    bears = jnp.einsum("npij,njk->npik", bears, wrenches)
+    return Rubbing(bears, wrench, efforts, slip, grip, -grip * slip[:, 0] * sine / cosine)
+
+
+def _local_maps(f: JointFriction, at):
+    """Maps (n, 6, 6) from world wrenches, and from world twists, to those at the surfaces in their axes."""
+    turned = jnp.swapaxes(gather_static(at.R, f.axes) @ f.basis.astype(at.x.dtype), 1, 2)
+    moved, none = -turned @ jax.vmap(skew)(gather_static(at.x, f.points)), jnp.zeros_like(turned)
+    wrenches = jnp.block([[turned, moved], [none, turned]])
+    return wrenches, jnp.block([[turned, none], [moved, turned]])
+
+
+def _grip(f: JointFriction, slip):
+    """Friction over load and slip (n,): mu tanh(s / v) (1 + bump) / s, smooth at rest."""
+    square = jnp.sum((slip / f.transition_speed[:, None]) ** 2, axis=1)
+    small = square < 1e-4  # four terms are exact to rounding there
+    root = jnp.sqrt(jnp.where(small, 1.0, square))
+    series = 1.0 - square * (1.0 / 3.0 - square * (2.0 / 15.0 - square * (17.0 / 315.0)))
+    along = jnp.where(small, series, jnp.tanh(root) / root) / f.transition_speed
+    return f.mu * along * (1.0 + (f.static_ratio - 1.0) * jnp.exp(-square / _BUMP**2))
+
+
+def _paths(top, frames):
+    """(n, columns): 1 where a column moves the frame."""
+    path = np.vstack([top.nodes.path, np.zeros((1, top.nodes.size), bool)]).astype(float)
+    return path[np.asarray(top.frame_node)[np.asarray(frames)]]
+
+
+class _Carriers(NamedTuple):
+    """Static maps to the wrenches of the rubbing joints: (n, nodes) from what nodes lack, (n, elements) from the
+    wrenches of closures, (n, n) from the friction of each surface; and the mask (n,) of cut joints."""
+
+    lack: np.ndarray
+    closures: np.ndarray
+    friction: np.ndarray
+    is_cut: np.ndarray
+
+
+def carriers(system: System) -> _Carriers:
+    """The maps of a system."""
+    f, top = system.friction, system.topology
+    size, body_joint = top.nodes.size, np.asarray(top.body_joint)
+    is_cut = np.array([top.joints[j].is_cut for j in f.joints], bool)
+    lack = np.zeros((len(f.joints), size))
+    for k, j in enumerate(f.joints):
+        joint = top.joints[j]
+        if not joint.is_cut:
+            outward = 1.0 if joint.child == int(np.flatnonzero(body_joint == j)[0]) else -1.0
+            lack[k] = outward * top.nodes.path[:, joint.first_velocity]
+    names = [name for group in system.closures for name in group.names]
+    ends = [np.array([e for g in system.closures for e in getattr(g, side)], int) for side in ("first", "second")]
+    lacking = np.hstack([lack, np.zeros((len(lack), 1))])  # frames on the ground are in no subtree
+    node = np.asarray(top.frame_node)
+    shares = lacking[:, node[ends[0]]] - lacking[:, node[ends[1]]]
+    friction = lacking[:, node[np.asarray(f.parents)]] - lacking[:, node[np.asarray(f.children)]]
+    for k, j in enumerate(f.joints):
+        same = np.asarray(f.joints) == j
+        friction[k, same] = 1.0 if is_cut[k] else 0.0  # a joint of the tree carries its own friction already
+        if is_cut[k]:
+            shares[k, names.index(top.joints[j].name)] = 1.0
+    return _Carriers(lack, shares, friction, is_cut)
+
+
+def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, multipliers) -> FrictionSolution:
+    """Loads of all surfaces, and the motion with their friction.
+
+    Args:
+        at: `closures.with_directions`; F (nodes, 6): wrenches of the force elements.
+        a (1 + n, nv), multipliers (1 + n, rows): of the motion without friction, and of each surface's friction alone
+            per unit load.
+    """
+    f, to, dtype = system.friction, carriers(system), a.dtype
+    targets, top = node_targets(system), system.topology
+
+    def lack(a):
+        return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, targets).wrench
+
+    still, moving = jax.vmap(lambda da: jax.jvp(lack, (a[0],), (da,)), out_axes=(None, 0))(a[1:])
+    lacks = jnp.concatenate([(still - F)[None], moving])
+    carried = jnp.einsum("nk,ekc->nec", jnp.asarray(to.lack, dtype), lacks)
+    if system.closures:
+        D = closures.directions(system, at)
+        each = jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers)
+        carried = carried + jnp.einsum("nk,ekc->nec", jnp.asarray(to.closures, dtype), each)
+    carried = carried.at[:, 1:].add(jnp.asarray(to.friction, dtype)[:, :, None] * rub.wrench[None])
+    loads = jnp.einsum("npik,nek->npie", rub.bears, carried)
+    own = np.eye(len(f.names))[:, None, None] * (np.arange(PATCHES) < 1)[None, :, None, None] * np.eye(3)[2][:, None]
+    loads = loads.at[..., 1:].add(jnp.asarray(own, dtype) * rub.thread[:, None, None, None])
+    found = normal_loads(loads[..., 0], loads[..., 1:], f.preload)
+    total = found.load + f.preload
+    speed = jnp.sum(rub.slip * rub.slip, axis=1)
+    return FrictionSolution(
+        a[0] + total @ a[1:],
+        multipliers[0] + total @ multipliers[1:],
+        jnp.zeros_like(multipliers[0]),
+        found,
+        total,
+        total[:, None] * rub.wrench,
+        total[:, None] * rub.efforts,
+        -total * rub.grip * speed,
+    )
+
+
+def friction_of_motion(system: System, at: VelocityKinematics, F, need, gamma, solve: Callable) -> FrictionSolution:
+    """Motion with friction, from `solve`: efforts (nv,) and rates of the rows (rows,) to accelerations (nv,) and
+    multipliers (rows,); need, gamma: of the motion without friction; F (nodes, 6): wrenches of force elements."""
+    rub = rubbing(system, at)
+    b = jnp.concatenate([need[None], rub.efforts])
+    c = jnp.concatenate([gamma[None], jnp.zeros((len(rub.efforts), len(gamma)), gamma.dtype)])
+    return solve_friction(system, at, rub, F, *jax.vmap(solve)(b, c))
+
+
+def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:
+    """Friction as loads beside those of force elements: of cut joints on `owners`, of the tree's joints on columns."""
+    f, is_cut = system.friction, carriers(system).is_cut
+    cut = jnp.where(is_cut[:, None], solution.wrench, 0.0)
+    wrench = owners.collect((*f.children, *f.parents), jnp.concatenate([cut, -cut]))
+    return Loads(wrench, jnp.sum(jnp.where(is_cut[:, None], 0.0, solution.efforts), axis=0))
