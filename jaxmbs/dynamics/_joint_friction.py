@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import Array
 
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
@@ -23,7 +23,7 @@ from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import skew
 from ..model._friction import JointFriction
 from ..model._system import System
-from ..runtime import gather_static
+from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
 from ._friction_surfaces import PATCHES, table
 from ._loads import Loads
@@ -59,6 +59,7 @@ class FrictionSolution(NamedTuple):
     accelerations: Array
     multipliers: Array
     gaps: Array
+    surfaces: Rubbing
     loads: NormalLoads
     total: Array
     wrench: Array
@@ -179,6 +180,7 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
         a[0] + total @ a[1:],
         multipliers[0] + total @ multipliers[1:],
         jnp.zeros_like(multipliers[0]),
+        rub,
         found,
         total,
         total[:, None] * rub.wrench,
@@ -202,3 +204,13 @@ def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:
     cut = jnp.where(is_cut[:, None], solution.wrench, 0.0)
     wrench = owners.collect((*f.children, *f.parents), jnp.concatenate([cut, -cut]))
     return Loads(wrench, jnp.sum(jnp.where(is_cut[:, None], 0.0, solution.efforts), axis=0))
+
+
+def cut_friction(system: System, solution: FrictionSolution, names):
+    """Wrenches (len(names), 6) of the friction of cut joints on their children, zero for all other joints."""
+    f, is_cut = system.friction, carriers(system).is_cut
+    place = np.zeros((len(names), len(f.joints)))
+    for k in np.flatnonzero(is_cut):
+        place[names.index(system.topology.joints[f.joints[k]].name), k] = 1.0
+    # a product would spread what is not a number
+    return segment_sum_static(solution.wrench, np.where(is_cut, place.argmax(0), len(names)), len(names))
