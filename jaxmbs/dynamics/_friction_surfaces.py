@@ -9,90 +9,97 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Places where a surface bears, each with a load of three components.
-PATCHES = 4
-_MX, _MY, _MZ, _FX, _FY, _FZ = range(6)
+_MX, _MY, _MZ, _FX, _FY, _FZ = _WX, _WY, _WZ, _VX, _VY, _VZ = range(6)
 
 
 class Surface(NamedTuple):
-    """One geometry: load of the patches (PATCHES, 3, 6) by the wrench, its part to be divided by the length; slip
-    (3, 6) by the twist, its part to be multiplied by the radius; and the wrench's parts along the freedoms (k, 6)."""
+    """One geometry.
 
-    load: np.ndarray
-    load_by_length: np.ndarray
-    slip: np.ndarray
-    slip_by_radius: np.ndarray
-    freedoms: np.ndarray
-    needs_radius: bool
-    takes_length: bool
+    Attributes:
+        patches: of the places where it bears, the components of the load: each of (column of the wrench, factor,
+            factor over the length).
+        slips: components of the slip: columns of the twist; rotations are multiplied by the radius.
+        freedoms: columns of the wrench along the freedoms of the joint.
+    """
+
+    patches: tuple
+    slips: tuple[int, ...]
+    freedoms: tuple[int, ...]
     is_thread: bool = False
 
 
-def _rows(*places):
-    """Matrix (3, 6) with a one in each place (row, column)."""
-    found = np.zeros((3, 6))
-    for row, column in places:
-        found[row, column] = 1.0
-    return found
+def _component(*terms):
+    return terms
 
 
-def _patches(*rows):
-    """Tables (PATCHES, 3, 6) from lists of (row, column, value)."""
-    found = np.zeros((PATCHES, 3, 6))
-    for patch, entries in enumerate(rows):
-        for row, column, value in entries:
-            found[patch, row, column] = value
-    return found
-
-
-_POINT = _patches([(0, _FX, 1.0), (1, _FY, 1.0)])
-_HALVES = [(0, _FX, 0.5), (1, _FY, 0.5)]
-_COUPLE = _patches([(0, _MY, 1.0), (1, _MX, -1.0)], [(0, _MY, -1.0), (1, _MX, 1.0)])
-_ENDS = _patches(_HALVES, _HALVES)
-_ENDS_AND_COLLAR = _patches(_HALVES, _HALVES, [(2, _FZ, 1.0)])
-_NONE = _patches()
-_CORNERS = _patches(*([(2, _FZ, 0.25)],) * 4)
-_TILTS = _patches(*([(2, _MX, a / 2), (2, _MY, b / 2)] for a in (1.0, -1.0) for b in (1.0, -1.0)))
-
-_SPIN, _SLIDE, _STILL = _rows((0, _MZ)), _rows((0, _FZ)), _rows()
-_AXIS = np.eye(6)
-
-
-def _both(kind, with_length, slip, spin, freedoms, needs_radius):
-    """Surfaces of a kind without and with a length: their keys and geometries."""
-    point = Surface(_POINT, _NONE, slip, spin, _AXIS[freedoms], needs_radius, True)
-    return {kind: point, f"{kind} with length": point._replace(load=with_length, load_by_length=_COUPLE)}
-
+_POINT = ((_component((_FX, 1.0, 0.0)), _component((_FY, 1.0, 0.0))),)
+_ENDS = tuple(
+    (
+        _component((_FX, 0.5, 0.0), (_MY, 0.0, sign)),
+        _component((_FY, 0.5, 0.0), (_MX, 0.0, -sign)),
+    )
+    for sign in (1.0, -1.0)
+)
+_ALONG = ((_component((_FZ, 1.0, 0.0)),),)
+_BALL = ((_component((_FX, 1.0, 0.0)), _component((_FY, 1.0, 0.0)), _component((_FZ, 1.0, 0.0))),)
+_CORNERS = tuple(
+    (_component((_FZ, 0.25, 0.0), (_MX, 0.0, a / 2), (_MY, 0.0, b / 2)),) for a in (1.0, -1.0) for b in (1.0, -1.0)
+)
 
 SURFACES = {
-    **_both("Revolute", _ENDS_AND_COLLAR, _STILL, _SPIN, [_MZ], True),
-    **_both("Universal", _ENDS_AND_COLLAR, _STILL, _SPIN, [_MZ], True),
-    **_both("Prismatic", _ENDS, _SLIDE, _STILL, [_FZ], False),
-    **_both("Cylindrical", _ENDS, _SLIDE, _rows((1, _MZ)), [_FZ, _MZ], True),
-    "Spherical": Surface(
-        _patches([(0, _FX, 1.0), (1, _FY, 1.0), (2, _FZ, 1.0)]),
-        _NONE,
-        _STILL,
-        _rows((0, _MX), (1, _MY), (2, _MZ)),
-        _AXIS[[_MX, _MY, _MZ]],
-        True,
-        False,
-    ),
-    "Planar": Surface(
-        _patches([(2, _FZ, 1.0)]),
-        _NONE,
-        _rows((0, _FX), (1, _FY)),
-        _rows((2, _MZ)),
-        _AXIS[[_FX, _FY, _MZ]],
-        False,
-        True,
-    ),
-    # along the thread; the advance enters by the pitch
-    "Screw": Surface(_patches([(2, _FZ, 1.0)]), _NONE, _STILL, _SPIN, _AXIS[[_MZ]], True, False, True),
+    "Revolute": Surface(_POINT, (_WZ,), (_MZ,)),
+    "Revolute with length": Surface(_ENDS + _ALONG, (_WZ,), (_MZ,)),
+    "Universal": Surface(_POINT, (_WZ,), (_MZ,)),
+    "Universal with length": Surface(_ENDS + _ALONG, (_WZ,), (_MZ,)),
+    "Prismatic": Surface(_POINT, (_VZ,), (_FZ,)),
+    "Prismatic with length": Surface(_ENDS, (_VZ,), (_FZ,)),
+    "Cylindrical": Surface(_POINT, (_VZ, _WZ), (_FZ, _MZ)),
+    "Cylindrical with length": Surface(_ENDS, (_VZ, _WZ), (_FZ, _MZ)),
+    "Spherical": Surface(_BALL, (_WX, _WY, _WZ), (_MX, _MY, _MZ)),
+    "Planar": Surface(_ALONG, (_VX, _VY, _WZ), (_FX, _FY, _MZ)),
+    "Planar with length": Surface(_CORNERS, (_VX, _VY, _WZ), (_FX, _FY, _MZ)),
+    "Screw": Surface(_ALONG, (_WZ,), (_MZ,), is_thread=True),  # the advance enters by the pitch
 }
-SURFACES["Planar with length"] = SURFACES["Planar"]._replace(load=_CORNERS, load_by_length=_TILTS)
 
 
-def table(kinds, field):
-    """Tables of a field (n, ...) of all surfaces."""
-    return np.stack([getattr(SURFACES[kind], field) for kind in kinds])
+class SurfaceRows(NamedTuple):
+    """Components of the loads and of the slips of several surfaces, one row each.
+
+    Attributes:
+        load, load_by_length: (loads, 6); surface_of_load, patch_of_load: (loads,); surface_of_patch: (patches,).
+        slip, slip_by_radius: (slips, 6); surface_of_slip: (slips,).
+        is_thread: (surfaces,).
+    """
+
+    load: np.ndarray
+    load_by_length: np.ndarray
+    surface_of_load: np.ndarray
+    patch_of_load: np.ndarray
+    surface_of_patch: np.ndarray
+    slip: np.ndarray
+    slip_by_radius: np.ndarray
+    surface_of_slip: np.ndarray
+    is_thread: np.ndarray
+
+
+def surface_rows(kinds: tuple[str, ...]) -> SurfaceRows:
+    """The rows of surfaces of these kinds."""
+    loads, by_length, of_load, patch_of, of_patch, slips, of_slip = [], [], [], [], [], [], []
+    for k, kind in enumerate(kinds):
+        for patch in SURFACES[kind].patches:
+            for terms in patch:
+                rows = np.zeros((2, 6))
+                for column, factor, factor_by_length in terms:
+                    rows[:, column] = factor, factor_by_length
+                loads.append(rows[0])
+                by_length.append(rows[1])
+                of_load.append(k)
+                patch_of.append(len(of_patch))
+            of_patch.append(k)
+        slips += SURFACES[kind].slips
+        of_slip += [k] * len(SURFACES[kind].slips)
+    unit = np.eye(6)[slips]
+    is_turn = (np.array(slips) < 3)[:, None]
+    rows = (np.array(loads), np.array(by_length), np.array(of_load), np.array(patch_of), np.array(of_patch))
+    is_thread = np.array([SURFACES[kind].is_thread for kind in kinds])
+    return SurfaceRows(*rows, unit * ~is_turn, unit * is_turn, np.array(of_slip), is_thread)

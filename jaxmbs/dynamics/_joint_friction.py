@@ -20,14 +20,14 @@ from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._poses import frame_twists
 from ..kinematics._wrench_targets import node_targets
-from ..math._linalg import skew
+from ..math._spatial import cross
 from ..model._friction import JointFriction
 from ..model._system import System
-from ..runtime import gather_static, segment_sum_static
+from ..runtime import constant_product, gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
-from ._friction_surfaces import PATCHES, table
+from ._friction_surfaces import surface_rows
 from ._loads import Loads
-from ._normal_loads import NormalLoads, normal_loads
+from ._normal_loads import LoadMap, NormalLoads, normal_loads
 
 #: The bump of static friction fades over so many transition speeds, as that of `CoulombFriction`.
 _BUMP = 10.0
@@ -37,10 +37,11 @@ class Rubbing(NamedTuple):
     """Surfaces at a configuration.
 
     Attributes:
-        bears: (n, PATCHES, 3, 6) loads of the patches per world wrench of the joint on its child.
+        bears: (loads, 6) components of the loads per world wrench of the joint on its child.
         wrench: (n, 6) world wrench of the friction on the child per unit load.
         efforts: (n, nv) of it on the columns of the tree.
-        slip: (n, 3) [m/s]; grip: (n,) friction over load, per unit slip [s/m].
+        slip: (slips,) components of the slip [m/s]; speed: (n,) their magnitudes squared; grip: (n,) friction over
+            load, per unit slip [s/m].
         thread: (n,) friction over load along a screw's thread times the tangent of its angle, zero for all others.
     """
 
@@ -48,6 +49,7 @@ class Rubbing(NamedTuple):
     wrench: Array
     efforts: Array
     slip: Array
+    speed: Array
     grip: Array
     thread: Array
 
@@ -69,37 +71,51 @@ class FrictionSolution(NamedTuple):
 
 def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     """The surfaces of all joints at a configuration with velocities."""
-    f, top, dtype = system.friction, system.topology, at.u.dtype
-    ones = lambda field: jnp.asarray(table(f.kinds, field), dtype)  # noqa: E731
-    is_thread = table(f.kinds, "is_thread")
-    wrenches, twists = _local_maps(f, at)
-    lean = jnp.hypot(jnp.where(is_thread, f.radius, 1.0), f.pitch)
-    cosine, sine = jnp.where(is_thread, f.radius, 1.0) / lean, f.pitch / lean
-    along = jnp.asarray(is_thread[:, None, None] * np.eye(3, 6, 5)[None], dtype)  # row 0, velocity along z
-    rows = ones("slip") + (f.radius * cosine)[:, None, None] * ones("slip_by_radius") + sine[:, None, None] * along
-    bears = ones("load") / cosine[:, None, None, None] + ones("load_by_length") / f.length[:, None, None, None]
-    slip_rows = jnp.einsum("nij,njk->nik", rows, twists)
+    f, rows, dtype = system.friction, surface_rows(system.friction.kinds), at.u.dtype
+    arm = jnp.where(rows.is_thread, f.radius, 1.0)
+    lean = jnp.hypot(arm, f.pitch)
+    cosine, sine = arm / lean, f.pitch / lean  # of the angle of a thread; one and zero for all others
+    of, on = rows.surface_of_load, rows.surface_of_slip
+    bears = rows.load / gather_static(cosine, of)[:, None]
+    bears = bears + rows.load_by_length / gather_static(f.length, of)[:, None]
+    slips = rows.slip + gather_static(f.radius * cosine, on)[:, None] * rows.slip_by_radius
+    slips = slips + gather_static(sine, on)[:, None] * np.eye(1, 6, 5) * rows.is_thread[on][:, None]
+    first, second = _in_world(f, at, np.concatenate([of, on]), jnp.concatenate([bears, slips]).astype(dtype))
+    m = len(of)
+    bears = jnp.concatenate([first[:m], second[:m] + cross(gather_static(at.x, _of(f.points, of)), first[:m])], 1)
+    turns, slides = first[m:], second[m:]
+    slips = jnp.concatenate([turns + cross(gather_static(at.x, _of(f.points, on)), slides), slides], axis=1)
     frames = frame_twists(system, at.V)
-    slip = jnp.einsum("nik,nk->ni", slip_rows, gather_static(frames, f.children) - gather_static(frames, f.parents))
-    grip = _grip(f, slip)
-    wrench = -jnp.einsum("nik,ni->nk", slip_rows, grip[:, None] * slip)
-    path = jnp.asarray(_paths(top, f.children) - _paths(top, f.parents), dtype)
-    efforts = jnp.einsum("nk,ck->nc", wrench, at.S) * path
-    bears = jnp.einsum("npij,njk->npik", bears, wrenches)
-    return Rubbing(bears, wrench, efforts, slip, grip, -grip * slip[:, 0] * sine / cosine)
+    twist = gather_static(frames, _of(f.children, on)) - gather_static(frames, _of(f.parents, on))
+    slip = jnp.sum(slips * twist, axis=1)
+    speed = segment_sum_static(slip * slip, on, len(f.joints))
+    grip = _grip(f, speed)
+    friction = -gather_static(grip, on) * slip
+    wrench = segment_sum_static(friction[:, None] * slips, on, len(f.joints))
+    path = jnp.asarray(_paths(system.topology, f.children) - _paths(system.topology, f.parents), dtype)
+    efforts = jnp.sum(wrench[:, None, :] * at.S[None], axis=2) * path
+    thread = segment_sum_static(friction, on, len(f.joints)) * sine / cosine
+    return Rubbing(bears, wrench, efforts, slip, speed, grip, thread)
 
 
-def _local_maps(f: JointFriction, at):
-    """Maps (n, 6, 6) from world wrenches, and from world twists, to those at the surfaces in their axes."""
-    turned = jnp.swapaxes(gather_static(at.R, f.axes) @ f.basis.astype(at.x.dtype), 1, 2)
-    moved, none = -turned @ jax.vmap(skew)(gather_static(at.x, f.points)), jnp.zeros_like(turned)
-    wrenches = jnp.block([[turned, moved], [none, turned]])
-    return wrenches, jnp.block([[turned, none], [moved, turned]])
+def _of(frames, surfaces):
+    """Frames of the surfaces."""
+    return np.asarray(frames)[surfaces]
 
 
-def _grip(f: JointFriction, slip):
-    """Friction over load and slip (n,): mu tanh(s / v) (1 + bump) / s, smooth at rest."""
-    square = jnp.sum((slip / f.transition_speed[:, None]) ** 2, axis=1)
+def _in_world(f: JointFriction, at, surfaces, rows):
+    """World components of the two vectors (k, 3) of rows (k, 6) in the axes of their surfaces."""
+    basis = gather_static(f.basis.astype(rows.dtype), surfaces)
+    R = gather_static(at.R, _of(f.axes, surfaces))
+    both = rows.reshape(-1, 2, 1, 3)
+    inner = jnp.sum(basis[:, None] * both, axis=3)
+    both = jnp.sum(R[:, None] * inner[:, :, None, :], axis=3)
+    return both[:, 0], both[:, 1]
+
+
+def _grip(f: JointFriction, speed):
+    """Friction over load and slip (n,) from squared speeds (n,): mu tanh(s / v) (1 + bump) / s, smooth at rest."""
+    square = speed / f.transition_speed**2
     small = square < 1e-4  # four terms are exact to rounding there
     root = jnp.sqrt(jnp.where(small, 1.0, square))
     series = 1.0 - square * (1.0 / 3.0 - square * (2.0 / 15.0 - square * (17.0 / 315.0)))
@@ -159,23 +175,34 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     f, to, dtype = system.friction, carriers(system), a.dtype
     targets, top = node_targets(system), system.topology
 
+    rows, none = surface_rows(f.kinds), jnp.zeros_like(a[0])
+
     def lack(a):
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, targets).wrench
 
-    still, moving = jax.vmap(lambda da: jax.jvp(lack, (a[0],), (da,)), out_axes=(None, 0))(a[1:])
-    lacks = jnp.concatenate([(still - F)[None], moving])
-    carried = jnp.einsum("nk,ekc->nec", jnp.asarray(to.lack, dtype), lacks)
+    still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
+    first = np.eye(1, len(a), dtype=dtype)[0]
+    parts = [moving + first[:, None, None] * (still - F)[None]]
     if system.closures:
         D = closures.directions(system, at)
-        each = jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers)
-        carried = carried + jnp.einsum("nk,ekc->nec", jnp.asarray(to.closures, dtype), each)
-    carried = carried.at[:, 1:].add(jnp.asarray(to.friction, dtype)[:, :, None] * rub.wrench[None])
-    loads = jnp.einsum("npik,nek->npie", rub.bears, carried)
-    own = np.eye(len(f.names))[:, None, None] * (np.arange(PATCHES) < 1)[None, :, None, None] * np.eye(3)[2][:, None]
-    loads = loads.at[..., 1:].add(jnp.asarray(own, dtype) * rub.thread[:, None, None, None])
-    found = normal_loads(loads[..., 0], loads[..., 1:], f.preload)
+        parts.append(jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers))
+    # wrenches (loads, 1 + n, 6) of the joint of each component
+    of = rows.surface_of_load
+    maps = np.concatenate([to.lack, to.closures], axis=1)[of]
+    carried = constant_product(maps[:, : sum(part.shape[1] for part in parts)], jnp.swapaxes(jnp.concatenate(parts, 1), 0, 1))
+    loads = jnp.sum(rub.bears[:, None] * carried, axis=2)
+    own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of]
+    thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
+    found = normal_loads(
+        LoadMap.of(
+            loads[:, 0],
+            loads[:, 1:] + own + thread,
+            f.preload,
+            np.arange(rows.patch_of_load.max() + 1)[:, None] == rows.patch_of_load[None],
+            np.arange(len(f.joints))[:, None] == rows.surface_of_patch[None],
+        )
+    )
     total = found.load + f.preload
-    speed = jnp.sum(rub.slip * rub.slip, axis=1)
     return FrictionSolution(
         a[0] + total @ a[1:],
         multipliers[0] + total @ multipliers[1:],
@@ -185,17 +212,18 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
         total,
         total[:, None] * rub.wrench,
         total[:, None] * rub.efforts,
-        -total * rub.grip * speed,
+        -total * rub.grip * rub.speed,
     )
 
 
 def friction_of_motion(system: System, at: VelocityKinematics, F, need, gamma, solve: Callable) -> FrictionSolution:
-    """Motion with friction, from `solve`: efforts (nv,) and rates of the rows (rows,) to accelerations (nv,) and
-    multipliers (rows,); need, gamma: of the motion without friction; F (nodes, 6): wrenches of force elements."""
+    """Motion with friction, from `solve`: efforts (1 + n, nv) and rates of the rows (1 + n, rows) to accelerations
+    and multipliers of the same shapes; need, gamma: of the motion without friction; F (nodes, 6): wrenches of force
+    elements."""
     rub = rubbing(system, at)
     b = jnp.concatenate([need[None], rub.efforts])
     c = jnp.concatenate([gamma[None], jnp.zeros((len(rub.efforts), len(gamma)), gamma.dtype)])
-    return solve_friction(system, at, rub, F, *jax.vmap(solve)(b, c))
+    return solve_friction(system, at, rub, F, *solve(b, c))
 
 
 def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:

@@ -3,6 +3,7 @@
 Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -70,23 +71,27 @@ def motion_with_friction(system: System, at: VelocityKinematics, method=None, lo
     method = linear_solver(system) if method is None else method
     if system.is_rigid_tree:
         nodes, none = system.topology.nodes, jnp.zeros(0, need.dtype)
-        solution = friction_of_motion(
-            system, at, loads[0], need, none, lambda b, _: (solve(nodes, at.S, at.J, b), none)
-        )
-        return solution._replace(gaps=none)
+
+        def along(b, c):
+            return jax.vmap(lambda b: solve(nodes, at.S, at.J, b))(b), c
+
+        return friction_of_motion(system, at, loads[0], need, none, along)._replace(gaps=none)
     if method == "dense":
         A, M, scale = constraints.jacobian(system, at), inertia_matrix(system, at), constraints.row_scale(system)
-        each, rates = lambda b, c: saddle_solve(M, A, b, c, scale), lambda a: A @ a
+        rates = lambda a: A @ a  # noqa: E731
+
+        def along(b, c):
+            a, y = saddle_solve(M, A, b.T, c.T, scale)
+            return a.T, -y.T
     else:
         rows = constraint_operator(system, at)
-        each = lambda b, c: saddle_without_matrix(method, system, at, rows, b, c)  # noqa: E731
         rates = lambda a: rows.rates(a) / rows.unit  # noqa: E731
 
-    def one(b, c):
-        a, y = each(b, c)
-        return a, -y
+        def along(b, c):
+            a, y = jax.vmap(lambda b, c: saddle_without_matrix(method, system, at, rows, b, c))(b, c)
+            return a, -y
 
-    solution = friction_of_motion(system, at, loads[0], need, gamma, one)
+    solution = friction_of_motion(system, at, loads[0], need, gamma, along)
     return solution._replace(gaps=rates(solution.accelerations) - gamma)
 
 
