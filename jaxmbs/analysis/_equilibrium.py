@@ -16,6 +16,7 @@ from ..kinematics._mobility import is_determined, with_mobility_at
 from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._entry_points import check_single_state
+from ..model._friction import refuse_friction
 from ..model._system import System
 from ..runtime import jit, lapack
 from ._balance import search_balance, still_columns
@@ -72,6 +73,8 @@ def equilibrium(
         SimulationError: no equilibrium was found.
     """
     check_single_state(system, state)
+    refuse_friction(system, "equilibrium", "joints at rest hold within a band; simulate, or ask inverse_dynamics for both"
+                    " directions")
     moving, held = tuple(moving), tuple(held)
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):

@@ -34,6 +34,7 @@ from ..math._linalg import full_rank_lstsq
 from ..model._entry_points import check_single_state
 from ..model._internal_states import InternalStates, with_internal
 from ..model._rows import Drive
+from ..model._friction import refuse_friction
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
@@ -143,6 +144,7 @@ def linearise(
     Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
     """
     check_single_state(system, state)
+    refuse_friction(system, "linearise", "at stick it has no slope of use; build the system without it")
     for name in (*inputs, *(() if callable(outputs) else outputs)):
         place_of("joint", name, system.topology.joint_names)
     system = with_mobility_at(system, state)

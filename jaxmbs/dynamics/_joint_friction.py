@@ -20,10 +20,11 @@ from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._poses import frame_twists
 from ..kinematics._wrench_targets import node_targets
+from ..math._linalg import few_columns
 from ..math._spatial import cross
 from ..model._friction import JointFriction
 from ..model._system import System
-from ..runtime import constant_product, gather_static, segment_sum_static
+from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
 from ._friction_surfaces import surface_rows
 from ._loads import Loads
@@ -113,6 +114,13 @@ def _in_world(f: JointFriction, at, surfaces, rows):
     return both[:, 0], both[:, 1]
 
 
+def joint_axes(f: JointFriction, at, wrench):
+    """Moments about the surfaces' points and forces (n, 3), in their axes, from world wrenches (n, 6)."""
+    R = gather_static(at.R, f.axes) @ f.basis.astype(wrench.dtype)
+    moment = wrench[:, :3] - cross(gather_static(at.x, f.points), wrench[:, 3:])
+    return jnp.einsum("nji,nj->ni", R, moment), jnp.einsum("nji,nj->ni", R, wrench[:, 3:])
+
+
 def _grip(f: JointFriction, speed):
     """Friction over load and slip (n,) from squared speeds (n,): mu tanh(s / v) (1 + bump) / s, smooth at rest."""
     square = speed / f.transition_speed**2
@@ -188,8 +196,9 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
         parts.append(jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers))
     # wrenches (loads, 1 + n, 6) of the joint of each component
     of = rows.surface_of_load
-    maps = np.concatenate([to.lack, to.closures], axis=1)[of]
-    carried = constant_product(maps[:, : sum(part.shape[1] for part in parts)], jnp.swapaxes(jnp.concatenate(parts, 1), 0, 1))
+    parts = jnp.swapaxes(jnp.concatenate(parts, axis=1), 0, 1)
+    maps = jnp.asarray(np.concatenate([to.lack, to.closures], axis=1)[of, : len(parts)], dtype)
+    carried = few_columns(maps, parts.reshape(len(parts), -1)).reshape(len(of), -1, 6)
     loads = jnp.sum(rub.bears[:, None] * carried, axis=2)
     own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of]
     thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]

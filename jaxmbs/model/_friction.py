@@ -3,6 +3,8 @@
 import equinox as eqx
 from jaxtyping import Array, Float
 
+from ..errors import ModelError
+
 
 class JointFriction(eqx.Module):
     """Rubbing surfaces of a system, their parameters stacked: one of each joint, two of a universal joint.
@@ -33,3 +35,10 @@ class JointFriction(eqx.Module):
     preload: Float[Array, " n"]
     transition_speed: Float[Array, " n"]
     pitch: Float[Array, " n"]
+
+
+def refuse_friction(system, what: str, instead: str) -> None:
+    """Raises: ModelError for a system whose joints rub."""
+    if system.friction is not None:
+        names = ", ".join(map(repr, system.friction.names))
+        raise ModelError([f"{what}: no answer with friction in joints ({names}); {instead}"], what="the question")
