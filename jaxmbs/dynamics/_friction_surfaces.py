@@ -82,8 +82,8 @@ class SurfaceRows(NamedTuple):
     is_thread: np.ndarray
 
 
-def surface_rows(kinds: tuple[str, ...]) -> SurfaceRows:
-    """The rows of surfaces of these kinds."""
+def surface_rows(kinds: tuple[str, ...], dtype) -> SurfaceRows:
+    """The rows of surfaces of these kinds, in numbers of a type."""
     loads, by_length, of_load, patch_of, of_patch, slips, of_slip = [], [], [], [], [], [], []
     for k, kind in enumerate(kinds):
         for patch in SURFACES[kind].patches:
@@ -98,8 +98,8 @@ def surface_rows(kinds: tuple[str, ...]) -> SurfaceRows:
             of_patch.append(k)
         slips += SURFACES[kind].slips
         of_slip += [k] * len(SURFACES[kind].slips)
-    unit = np.eye(6)[slips]
+    unit = np.eye(6, dtype=dtype)[slips]
     is_turn = (np.array(slips) < 3)[:, None]
-    rows = (np.array(loads), np.array(by_length), np.array(of_load), np.array(patch_of), np.array(of_patch))
+    rows = (np.array(loads, dtype), np.array(by_length, dtype), np.array(of_load), np.array(patch_of), np.array(of_patch))
     is_thread = np.array([SURFACES[kind].is_thread for kind in kinds])
     return SurfaceRows(*rows, unit * ~is_turn, unit * is_turn, np.array(of_slip), is_thread)

@@ -127,7 +127,7 @@ def _open_loads(system: System, at: VelocityKinematics, found: FrictionSolution)
     stress = rows.unit * tried - saddle_solver(system, at)[0](efforts, jnp.zeros_like(tried))[1]
     D = closures.directions(system, at)
     each = jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(lax.stop_gradient(stress))
-    table = surface_rows(f.kinds)
+    table = surface_rows(f.kinds, dtype)
     maps = jnp.asarray(carriers(system).closures[table.surface_of_load], dtype)
     loads = jnp.einsum("lk,lp,tpk->tl", found.surfaces.bears, maps, each)
     length = jnp.asarray(system.length, dtype)

@@ -43,7 +43,7 @@ class Rubbing(NamedTuple):
         efforts: (n, nv) of it on the columns of the tree.
         slip: (slips,) components of the slip [m/s]; speed: (n,) their magnitudes squared; grip: (n,) friction over
             load, per unit slip [s/m].
-        thread: (n,) friction over load along a screw's thread times the tangent of its angle, zero for all others.
+        thread: (n,) what friction adds to the normal load of a screw's thread, per unit load; zero for all others.
     """
 
     bears: Array
@@ -72,7 +72,8 @@ class FrictionSolution(NamedTuple):
 
 def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     """The surfaces of all joints at a configuration with velocities."""
-    f, rows, dtype = system.friction, surface_rows(system.friction.kinds), at.u.dtype
+    f, dtype = system.friction, at.u.dtype
+    rows = surface_rows(f.kinds, dtype)
     arm = jnp.where(rows.is_thread, f.radius, 1.0)
     lean = jnp.hypot(arm, f.pitch)
     cosine, sine = arm / lean, f.pitch / lean  # of the angle of a thread; one and zero for all others
@@ -80,7 +81,7 @@ def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     bears = rows.load / gather_static(cosine, of)[:, None]
     bears = bears + rows.load_by_length / gather_static(f.length, of)[:, None]
     slips = rows.slip + gather_static(f.radius * cosine, on)[:, None] * rows.slip_by_radius
-    slips = slips + gather_static(sine, on)[:, None] * np.eye(1, 6, 5) * rows.is_thread[on][:, None]
+    slips = slips + gather_static(sine, on)[:, None] * (np.eye(1, 6, 5) * rows.is_thread[on][:, None]).astype(dtype)
     first, second = _in_world(f, at, np.concatenate([of, on]), jnp.concatenate([bears, slips]).astype(dtype))
     m = len(of)
     bears = jnp.concatenate([first[:m], second[:m] + cross(gather_static(at.x, _of(f.points, of)), first[:m])], 1)
@@ -95,7 +96,8 @@ def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     wrench = segment_sum_static(friction[:, None] * slips, on, len(f.joints))
     path = jnp.asarray(_paths(system.topology, f.children) - _paths(system.topology, f.parents), dtype)
     efforts = jnp.sum(wrench[:, None, :] * at.S[None], axis=2) * path
-    thread = segment_sum_static(friction, on, len(f.joints)) * sine / cosine
+    # the axial force is that of the thread's normal and of its friction: n = F / cos - f tan
+    thread = -segment_sum_static(friction, on, len(f.joints)) * sine / cosine
     return Rubbing(bears, wrench, efforts, slip, speed, grip, thread)
 
 
@@ -183,7 +185,7 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     f, to, dtype = system.friction, carriers(system), a.dtype
     targets, top = node_targets(system), system.topology
 
-    rows, none = surface_rows(f.kinds), jnp.zeros_like(a[0])
+    rows, none = surface_rows(f.kinds, dtype), jnp.zeros_like(a[0])
 
     def lack(a):
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, targets).wrench
@@ -200,7 +202,7 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     maps = jnp.asarray(np.concatenate([to.lack, to.closures], axis=1)[of, : len(parts)], dtype)
     carried = few_columns(maps, parts.reshape(len(parts), -1)).reshape(len(of), -1, 6)
     loads = jnp.sum(rub.bears[:, None] * carried, axis=2)
-    own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of]
+    own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of].astype(dtype)
     thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
     found = normal_loads(
         LoadMap.of(
