@@ -73,8 +73,11 @@ def equilibrium(
         SimulationError: no equilibrium was found.
     """
     check_single_state(system, state)
-    refuse_friction(system, "equilibrium", "joints at rest hold within a band; simulate, or ask inverse_dynamics for both"
-                    " directions")
+    refuse_friction(
+        system,
+        "equilibrium",
+        "joints at rest hold within a band; simulate, or ask inverse_dynamics for both directions",
+    )
     moving, held = tuple(moving), tuple(held)
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):

@@ -32,9 +32,9 @@ from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._entry_points import check_single_state
+from ..model._friction import refuse_friction
 from ..model._internal_states import InternalStates, with_internal
 from ..model._rows import Drive
-from ..model._friction import refuse_friction
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike

@@ -100,6 +100,12 @@ def surface_rows(kinds: tuple[str, ...], dtype) -> SurfaceRows:
         of_slip += [k] * len(SURFACES[kind].slips)
     unit = np.eye(6, dtype=dtype)[slips]
     is_turn = (np.array(slips) < 3)[:, None]
-    rows = (np.array(loads, dtype), np.array(by_length, dtype), np.array(of_load), np.array(patch_of), np.array(of_patch))
+    rows = (
+        np.array(loads, dtype),
+        np.array(by_length, dtype),
+        np.array(of_load),
+        np.array(patch_of),
+        np.array(of_patch),
+    )
     is_thread = np.array([SURFACES[kind].is_thread for kind in kinds])
     return SurfaceRows(*rows, unit * ~is_turn, unit * is_turn, np.array(of_slip), is_thread)

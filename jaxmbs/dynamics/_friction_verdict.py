@@ -87,7 +87,9 @@ def joint_friction(system: System, state: State) -> FrictionLoads:
     Raises: ModelError for a system without friction in its joints, and for the state of another system.
     """
     if getattr(system, "friction", None) is None and hasattr(system, "topology"):
-        raise ModelError(["no joint rubs: declare friction by SystemBuilder.friction(name, joint, mu)"], "the question")
+        raise ModelError(
+            ["no joint rubs: declare friction by SystemBuilder.friction(name, joint, mu)"], "the question"
+        )
     return _joint_friction(system, state)
 
 
@@ -131,8 +133,9 @@ def _open_loads(system: System, at: VelocityKinematics, found: FrictionSolution)
     maps = jnp.asarray(carriers(system).closures[table.surface_of_load], dtype)
     loads = jnp.einsum("lk,lp,tpk->tl", found.surfaces.bears, maps, each)
     length = jnp.asarray(system.length, dtype)
-    size = jnp.maximum(jnp.max(jnp.abs(each[..., 3:]), initial=0.0), jnp.max(jnp.abs(each[..., :3]) / length, initial=0.0))
+    size = jnp.maximum(
+        jnp.max(jnp.abs(each[..., 3:]), initial=0.0), jnp.max(jnp.abs(each[..., :3]) / length, initial=0.0)
+    )
     size = jnp.maximum(size, _ROUNDING / length)
     of_surface = segment_sum_static(jnp.max(jnp.abs(loads), axis=0), table.surface_of_load, len(f.joints))
     return lax.stop_gradient(of_surface > _TOLERANCE[dtype.itemsize] * size) | touched
-

@@ -77,8 +77,11 @@ def inverse_dynamics(
             raise TypeError("give `acceleration` (nv,), or `actuators`: the joints that drive the motion")
         if system.friction is not None and system.closures:
             raise ModelError(
-                [f"friction {', '.join(map(repr, system.friction.names))}: the loads of joints in loops need all "
-                 "multipliers; name the joints that drive the motion, actuators=[...]"], what="inverse_dynamics"
+                [
+                    f"friction {', '.join(map(repr, system.friction.names))}: the loads of joints in loops need all "
+                    "multipliers; name the joints that drive the motion, actuators=[...]"
+                ],
+                what="inverse_dynamics",
             )
         return _all_tree_efforts(system, states, acceleration)
     columns = actuated_columns(system, actuators)

@@ -37,7 +37,9 @@ def loads(mu, system, angle):
     state = mbs.State.at(system, t=angle / SPEED, guess=guess)
     found = mbs.reactions(system, state)
     rub = mbs.dynamics.joint_friction(system, state)
-    forces = jnp.stack([jnp.linalg.norm(found["A"].force), jnp.linalg.norm(found["C"].force), found["guide"].force[1]])
+    forces = jnp.stack(
+        [jnp.linalg.norm(found["A"].force), jnp.linalg.norm(found["C"].force), found["guide"].force[1]]
+    )
     unique = jnp.all(jnp.stack([*rub.unique.values(), found.ok]))
     return found["A"].effort[0], (forces, rub.efforts["guide"][0], unique)
 
