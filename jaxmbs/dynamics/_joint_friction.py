@@ -238,7 +238,7 @@ def friction_of_motion(system: System, at: VelocityKinematics, F, need, gamma, s
 
 
 def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:
-    """Friction as loads beside those of force elements: of cut joints on `owners`, of the tree's joints on columns."""
+    """Friction as loads beside those of force elements: of cut joints on `owners`, of the tree's on columns."""
     f, is_cut = system.friction, carriers(system).is_cut
     cut = jnp.where(is_cut[:, None], solution.wrench, 0.0)
     wrench = owners.collect((*f.children, *f.parents), jnp.concatenate([cut, -cut]))

@@ -75,8 +75,8 @@ def simulate(
             3e-4 and 3e-6).
         gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
         formulation: "canonical" (default), "independent", "velocity", "prescribed" (the default of systems without
-            freedom, whose coordinates then follow their branch), or a custom `Formulation`; "velocity" is also that of
-            systems whose joints rub.
+            freedom, whose coordinates then follow their branch), or a custom `Formulation`; "velocity" is the default
+            where joints rub.
         event: function of a State to one number whose zero crossing ends the motion, as does one that is not a number
             where smaller steps do not help; the state there is saved too, right after the
             times before it, so the motion has one entry more (unused entries: times inf, states nan).  Or a

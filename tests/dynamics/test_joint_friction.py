@@ -66,7 +66,7 @@ def test_drawer_of_two_bearings():
     assert found.contraction == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_drawer_pushed_by_a_hand_jams_at_half_its_length_over_the_arm():
     jams = JAM
     assert jams == pytest.approx(LENGTH / (2 * ARM))
