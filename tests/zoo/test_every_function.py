@@ -178,7 +178,7 @@ CHECKS = {
     "total_effort": lambda w: [(w.v["e"]["total"], sum(w.v["e"][k] for k in EFFORTS[:-1]))],
 }
 #: What depends on none of these traits, or has its own tests of all of them: `test_balances`, `test_reactions`.
-ELSEWHERE = {"left_product", "plane_mix", "quadratic", "right_product", "reactions", "branch"}
+ELSEWHERE = {"left_product", "plane_mix", "quadratic", "right_product", "reactions", "branch", "joint_friction"}
 
 
 def _at_fixed_time(w):
