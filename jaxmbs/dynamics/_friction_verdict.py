@@ -126,7 +126,8 @@ def _open_loads(system: System, at: VelocityKinematics, found: FrictionSolution)
     rows, dtype = constraint_operator(system, at), at.u.dtype
     tried = jnp.asarray(np.random.default_rng(_SEED).normal(size=(_PROBES, top.num_rows)), dtype)
     efforts = jax.vmap(rows.efforts)(tried)
-    stress = rows.unit[None] * tried - saddle_solver(system, at)[0](efforts, jnp.zeros_like(tried))[1]
+    # multipliers of accelerations have the sign of A^T y = -b
+    stress = rows.unit[None] * tried + saddle_solver(system, at)[0](efforts, jnp.zeros_like(tried))[1]
     D = closures.directions(system, at)
     each = jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(lax.stop_gradient(stress))
     table = surface_rows(f.kinds, dtype)

@@ -21,8 +21,6 @@ _NOISE = {8: 1e-16, 4: 1e-9}
 #: (masses over twelve decades: 1e-3 -> 4e-15).  Rows that contradict each other come no nearer, and their multipliers
 #: must not grow.
 ROUNDS, _MOST_ROUNDS = {8: 3, 4: 6}, 100
-#: Multiplications of a product of matrices up to which it is a sum in one loop.
-_SMALL_PRODUCT = 10_000
 
 
 class RowScale(NamedTuple):
@@ -140,7 +138,7 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
 def few_columns(A, x):
     """A @ x for x (n,), or for few columns (n, k): small products are sums in one loop, which on the CPU is several
     times faster than a call of the matrix product."""
-    if x.ndim == 1 or A.size * x.shape[1] > _SMALL_PRODUCT:
+    if x.ndim == 1 or A.size * x.shape[1] > tuning.FEW_COLUMNS:
         return A @ x
     return jnp.sum(A[:, :, None] * x[None], axis=1)
 
