@@ -206,7 +206,8 @@ def test_loads_are_those_of_any_cut_and_any_solver(cut, solver):
     found, again = mbs.dynamics.joint_friction(first, state), mbs.dynamics.joint_friction(other, same)
     for name in found.loads:
         assert again.loads[name] == pytest.approx(float(found.loads[name]), rel=1e-7)
-        assert bool(found.unique[name]) and bool(again.unique[name])
+        # statics of the plane loop leaves the force of the guide across the plane open, and only that
+        assert bool(found.unique[name]) == bool(again.unique[name]) == (name != "guide")
         np.testing.assert_allclose(again.efforts[name], found.efforts[name], rtol=1e-7)
     assert again.contraction == pytest.approx(float(found.contraction), rel=1e-6)
     forces, others = mbs.reactions(first, state), mbs.reactions(other, same)
