@@ -23,7 +23,7 @@ def slider_crank(mu=MU, like=None):
     b.joint("A", mbs.Revolute("z"), "ground", "crank", drive=mbs.Ramp(0.0, SPEED))
     b.joint("B", mbs.Revolute("z"), "crank", "rod", parent_frame=(CRANK, 0, 0))
     b.joint("guide", mbs.Prismatic("x"), "ground", "slider")
-    # a ball keeps the plane loop free of redundant rows, which would leave the load of the guide across the plane open
+    # with a pin the plane loop has redundant rows, which leave the force of the guide across the plane open
     b.joint("C", mbs.Spherical(), "rod", "slider", parent_frame=(ROD, 0, 0))
     b.force("load", mbs.Force((-400.0, 0, 0)), on="slider")
     for name, radius in (("A", 0.02), ("B", 0.015), ("C", 0.012), ("guide", None)):
