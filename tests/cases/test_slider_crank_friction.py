@@ -32,7 +32,7 @@ def slider_crank(mu=MU, like=None):
 
 
 def loads(mu, system, angle):
-    """Torque of the drive, loads of the pins and the guide, its friction, and True where only the guide's load is open."""
+    """Torque of the drive, loads of pins and guide, its friction, and True where only the guide's load is open."""
     system, lean = slider_crank(mu, system), -jnp.arcsin(CRANK * jnp.sin(angle) / ROD)
     guess = {"A": angle, "B": lean - angle, "guide": CRANK * jnp.cos(angle) + ROD * jnp.cos(lean)}
     state = mbs.State.at(system, t=angle / SPEED, guess=guess)
