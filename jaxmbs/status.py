@@ -37,6 +37,10 @@ class Status(enum.IntEnum):
         10,
         "more events acted than `max_events` (they may accumulate, as the bounces of a ball that comes to rest do)",
     )
+    JAMMED = (
+        11,
+        "the friction of joints has no unique loads (they jam: reduce mu, or give the bearing more length)",
+    )
 
     text: str
 

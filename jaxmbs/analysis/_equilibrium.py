@@ -17,6 +17,7 @@ from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._entry_points import check_single_state
+from ..model._friction import refuse_friction
 from ..model._system import System
 from ..runtime import jit, lapack
 from ._balance import search_balance, still_columns
@@ -74,6 +75,11 @@ def equilibrium(
     """
     check_single_state(system, state)
     refuse_sampled(system, "equilibrium")
+    refuse_friction(
+        system,
+        "equilibrium",
+        "joints at rest hold within a band; simulate, or ask inverse_dynamics for both directions",
+    )
     moving, held = tuple(moving), tuple(held)
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):

@@ -33,6 +33,7 @@ from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._entry_points import check_single_state
+from ..model._friction import refuse_friction
 from ..model._internal_states import InternalStates, with_internal
 from ..model._rows import Drive
 from ..model._system import System
@@ -140,6 +141,7 @@ def linearise(
     refuse_sampled(system, "linearise")
     inputs = tuple(inputs)
     fields = check_names(system, inputs, () if callable(outputs) else tuple(outputs))
+    refuse_friction(system, "linearise", "at stick it has no slope of use; build the system without it")
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     accelerations = forward_dynamics(system, state)[0]

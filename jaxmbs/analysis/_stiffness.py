@@ -18,6 +18,7 @@ from ..kinematics._kic_second import along_independent
 from ..kinematics._mobility import independent_state_function
 from ..kinematics._signals import with_signals
 from ..kinematics._state import State
+from ..model._friction import refuse_friction
 from ..model._system import System
 
 
@@ -53,6 +54,7 @@ def stiffness(system: System, state: State) -> Stiffness:
 
     Source: S2 (68)-(71).
     """
+    refuse_friction(system, "stiffness", "at stick it has no slope of use; build the system without it")
     at = at_state(system, state, inertias=False)
     pull = conservative_efforts(system, at)
 

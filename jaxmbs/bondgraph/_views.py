@@ -14,6 +14,7 @@ from ..errors import ModelError
 from ..forces._element_bonds import PORT
 from ..forces._ports import JointPort, LinePort, SystemPort
 from ..kinematics._kic import dependent_columns
+from ..model._friction import refuse_friction
 from ..model._system import System
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
 from ._elements import Element, PowerBond
@@ -42,6 +43,7 @@ def build_view(system: System, view: str) -> BondGraph:
     Raises: ValueError for an unknown view, ModelError when nothing moves.
     Source: S2 (28)-(44), (56)-(76), Figs 2-4.
     """
+    refuse_friction(system, "bond graph", "build the system without it, or with CoulombFriction of a fixed limit")
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
     sketch = _GraphBuilder(system)

@@ -22,6 +22,7 @@ from ..runtime import KnownFunction, as_array
 from ._arrays import compose, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
 from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
+from ._friction import joint_friction_of
 from ._signals import make_blocks, make_measures
 from ._spanning_tree import SpanningTree
 from ._user_rows import shape_faults
@@ -107,6 +108,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         measures=measures,
         blocks=blocks,
         elastic=elastic_groups(_group_by_structure(elastic_items(model.elastic, index, record))),
+        friction=joint_friction_of(model.friction, joints, record),
     )
 
 

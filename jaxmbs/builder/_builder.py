@@ -44,7 +44,8 @@ class SystemBuilder:
         return self._model
 
     def __repr__(self) -> str:
-        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "measures", "blocks", "hydraulics")
+        kinds = ("bodies", "joints", "forces", "constraints", "elastic", "frames", "friction")
+        kinds += ("hydraulics", "measures", "blocks")
         counts = [f"{len(getattr(self._model, kind))} {kind}" for kind in kinds if getattr(self._model, kind)]
         return f"SystemBuilder({', '.join(counts)})"
 
@@ -255,6 +256,40 @@ class SystemBuilder:
         """
         ports = dict(ports) if isinstance(ports, Mapping) else ports
         self._add("hydraulic", self._model.hydraulics, declared.Hydraulic(name, element, ports, signal))
+
+    def friction(
+        self,
+        name: str,
+        joint: str,
+        mu: ArrayLike,
+        static_ratio: ArrayLike = 1.0,
+        radius: ArrayLike | None = None,
+        preload: ArrayLike = 0.0,
+        transition_speed: ArrayLike = 0.01,
+        length: ArrayLike | None = None,
+    ) -> None:
+        """Friction of a joint, from the load N that the joint itself carries.
+
+        `mu (N + preload) tanh(s / transition_speed) (1 + (static_ratio - 1) exp(-(s / (10 transition_speed))^2))`
+        acts against the slip s [m/s] of its surface: along the slide, or at the radius about the axis.
+
+        Args:
+            joint: a Revolute, Prismatic, Cylindrical, Spherical, Universal, Planar or Screw, of the tree or closing a
+                loop, driven or not.
+            mu: sliding coefficient of friction.
+            static_ratio: breakaway over sliding friction, at least 1.
+            radius: of the pin, ball or thread, at which a rotation rubs [m]; of a Planar about its normal, which does
+                not rub by default.
+            preload: load that is there without any other [N].
+            transition_speed: slip near which friction reaches its limit, below it the surface creeps [m/s].
+            length: between the two ends of the bearing, centred at the joint's frame on the child [m]; moments across
+                the axis then load both ends, and an axial force loads the collar of a pin.  Of a Planar, the side of
+                its square pad.  By default moments and, on a pin, axial forces do not rub.
+
+        `jaxmbs.dynamics.joint_friction` gives the loads and whether they are unique.
+        """
+        item = declared.Friction(name, joint, mu, static_ratio, radius, preload, transition_speed, length)
+        self._add("friction", self._model.friction, item)
 
     def constraint(
         self,

@@ -77,6 +77,20 @@ class Force:
 
 
 @dataclass
+class Friction:
+    """Friction of a joint as declared."""
+
+    name: str
+    joint: str
+    mu: Annotated[Any, ArrayLike]
+    static_ratio: Annotated[Any, ArrayLike] = 1.0
+    radius: Annotated[Any, ArrayLike | None] = None
+    preload: Annotated[Any, ArrayLike] = 0.0
+    transition_speed: Annotated[Any, ArrayLike] = 0.01
+    length: Annotated[Any, ArrayLike | None] = None
+
+
+@dataclass
 class Constraint:
     """Rows between two frames, joint coordinates, or given by the user."""
 
@@ -133,6 +147,7 @@ class Model:
     hydraulics: dict[str, Hydraulic] = field(default_factory=dict)
     measures: dict[str, Measure] = field(default_factory=dict)
     blocks: dict[str, Block] = field(default_factory=dict)
+    friction: dict[str, Friction] = field(default_factory=dict)
 
 
 def as_pose(value) -> Pose:

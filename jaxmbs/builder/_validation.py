@@ -21,6 +21,7 @@ from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, Velo
 from ._circuits import circuit_faults, with_circuits
 from ._declarations import GROUND, Model, as_pose, resolve_frame
 from ._elastic import entry_faults
+from ._friction import friction_faults
 from ._law_faults import law_call_faults
 from ._signals import block_faults, measure_faults
 
@@ -48,6 +49,8 @@ def model_faults(model: Model) -> list[str]:
         found += joint_faults(joint, bodies, frames)
     for force in model.forces.values():
         found += force_faults(force, bodies, frames, joints)
+    for item in model.friction.values():
+        found += friction_faults(item, joints, model.friction)
     for item in model.constraints.values():
         found += constraint_faults(item, bodies, frames, joints)
     for measure in model.measures.values():
@@ -61,7 +64,8 @@ def _name_faults(model):
     found = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
     found += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
     found += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
-    if "drives" in model.forces:
+    found += [f"friction {name!r}: a force element has this name" for name in model.friction if name in model.forces]
+    if "drives" in {**model.forces, **model.friction}:
         found.append("force 'drives': this name is reserved for the work of driven joints; choose another")
     return found
 

@@ -1,6 +1,7 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
 from ._energy import kinetic_energy, potential_energy
+from ._friction_verdict import FrictionLoads, joint_friction
 from ._newton_euler import forward_dynamics, mass_matrix
 from ._points import acceleration, angular_acceleration
 from .paper import (
@@ -25,6 +26,7 @@ from .paper import (
 )
 
 __all__ = [
+    "FrictionLoads",
     "acceleration",
     "angular_acceleration",
     "compliance_effort",
@@ -37,6 +39,7 @@ __all__ = [
     "hamiltonian_slopes",
     "independent_rates",
     "inertia_field",
+    "joint_friction",
     "kinetic_energy",
     "mass_matrix",
     "potential_energy",

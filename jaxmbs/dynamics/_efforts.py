@@ -68,9 +68,11 @@ def state_power(group, displacement, flow, t):
 
 
 def element_names(system: System) -> tuple[str, ...]:
-    """Names of the force elements in the order of their powers, then of the elastic bodies (their dampers)."""
+    """Names of the force elements in the order of their powers, then of the elastic bodies (their
+    dampers), then of the surfaces that rub."""
     forces = tuple(name for group in system.forces for name in group.names)
-    return forces + tuple(name for group in system.elastic for name in group.names)
+    elastic = tuple(name for group in system.elastic for name in group.names)
+    return forces + elastic + (() if system.friction is None else system.friction.names)
 
 
 def stored_energy(system: System, at: Configuration):

@@ -30,8 +30,8 @@ from ..math._spd import spd_solve
 from ..model._system import System
 from ..model._topology import Topology
 from ._bodies import body_momenta, inertial_loads
-from ._efforts import efforts
 from ._loads import Loads, on_columns
+from ._newton_euler import all_efforts
 from ._saddle import saddle_without_matrix
 
 
@@ -52,7 +52,7 @@ def tree_momentum_rate(system: System, at: VelocityKinematics, sigma=None):
 
     The wrenches that sigma puts on the tree join the momenta, their rates join the loads: one subtree sum for all.
     """
-    F, Q, powers = efforts(system, at)
+    F, Q, powers = all_efforts(system, at)
     h, loads = body_momenta(system, at).wrench, Loads(F, Q) + inertial_loads(system, at)
     if sigma is not None:
         wrenches, rates, part = constraints.constraint_momentum_rate(system, at, sigma)

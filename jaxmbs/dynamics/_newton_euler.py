@@ -3,9 +3,13 @@
 Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
 """
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import is_concrete
+from ..errors import ModelError
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
@@ -20,6 +24,7 @@ from ..model._entry_points import state_function
 from ..model._system import System
 from ._bodies import inverse_dynamics_loads
 from ._efforts import efforts
+from ._joint_friction import FrictionSolution, friction_loads, friction_of_motion
 from ._loads import Loads, on_columns
 from ._saddle import saddle_without_matrix
 
@@ -43,6 +48,9 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
         method: of `linear_solver`, by default the one of the system.
         loads: of the force elements on nodes and columns, where they are evaluated already.
     """
+    if system.friction is not None:
+        found = motion_with_friction(system, at, method, loads)
+        return found.accelerations, found.multipliers, found.gaps
     if system.is_rigid_tree:
         need = saddle_sides(system, at, loads)[0]
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
@@ -56,6 +64,54 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
     A = constraints.jacobian(system, at)
     a, y = saddle_solve(inertia_matrix(system, at), A, need, gamma, constraints.row_scale(system))
     return a, -y, A @ a - gamma
+
+
+def motion_with_friction(system: System, at: VelocityKinematics, method=None, loads=None) -> FrictionSolution:
+    """Accelerations as those of `accelerations`, of a system whose joints rub, with the loads of the joints."""
+    at = at if at.directions is not None else closures.with_directions(system, at)
+    loads = efforts(system, at)[:2] if loads is None else loads
+    need, gamma = saddle_sides(system, at, loads)
+    if system.is_rigid_tree:
+        nodes, none = system.topology.nodes, jnp.zeros(0, need.dtype)
+
+        def along(b, c):
+            return jax.vmap(lambda b: solve(nodes, at.S, at.J, b))(b), c
+
+        return friction_of_motion(system, at, loads[0], need, none, along)._replace(gaps=none)
+    along, rates = saddle_solver(system, at, method)
+    solution = friction_of_motion(system, at, loads[0], need, gamma, along)
+    return solution._replace(gaps=rates(solution.accelerations) - gamma)
+
+
+def saddle_solver(system: System, at: VelocityKinematics, method=None):
+    """A function from efforts (k, nv) and rates of the rows (k, rows) to accelerations and multipliers of the same
+    shapes, by one factor; and the rates of the rows of accelerations (nv,)."""
+    method = linear_solver(system) if method is None else method
+    if method == "dense":
+        A, M, scale = constraints.jacobian(system, at), inertia_matrix(system, at), constraints.row_scale(system)
+
+        def of_matrices(b, c):
+            a, y = saddle_solve(M, A, b.T, c.T, scale)
+            return a.T, -y.T
+
+        return of_matrices, lambda a: A @ a
+    rows = constraint_operator(system, at)
+
+    def without_matrix(b, c):
+        a, y = jax.vmap(lambda b, c: saddle_without_matrix(method, system, at, rows, b, c))(b, c)
+        return a, -y
+
+    return without_matrix, lambda a: rows.rates(a) / rows.unit
+
+
+def all_efforts(system: System, at: VelocityKinematics):
+    """Loads on nodes (nodes, 6) and columns (nv,) and powers of force elements, elastic bodies and friction."""
+    F, Q, powers = efforts(system, at)
+    if system.friction is None:
+        return F, Q, powers
+    found = motion_with_friction(system, at, loads=(F, Q))
+    loads = Loads(F, Q) + friction_loads(system, found, node_targets(system))
+    return loads.wrench, loads.column, jnp.concatenate([powers, found.powers])
 
 
 def saddle_sides(system: System, at: VelocityKinematics, loads=None):
@@ -73,14 +129,36 @@ def _velocity_kinematics(system, state):
 
 
 @state_function
+def _forward_dynamics(system, state):
+    at = _velocity_kinematics(system, state)
+    if system.friction is None:
+        return *accelerations(system, at)[:2], None
+    found = motion_with_friction(system, at)
+    return found.accelerations, found.multipliers, found.loads.unique
+
+
 def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"], Float[Array, " rows"]]:
     """Accelerations and constraint multipliers of a state.
 
     Returns: u_dot (nv,) [m/s^2 or rad/s^2] and lambda (rows,), the efforts along the constraint rows: `A^T lambda`
     acts on the velocities.  Redundant rows share their load (see `reactions` for the least-norm choice).
-    Source: S2 (28)-(29), (40) solved for accelerations.
+    Where the friction of joints jams they are NaN in traced code.
+
+    Raises: ModelError where a joint jams, with its name.  Source: S2 (28)-(29), (40) solved for accelerations.
     """
-    return accelerations(system, _velocity_kinematics(system, state))[:2]
+    a, multipliers, unique = _forward_dynamics(system, state)
+    if unique is not None and is_concrete(unique) and not np.all(np.asarray(unique)):
+        raise ModelError([jam_of(system)], "the state")
+    return a, multipliers
+
+
+def jam_of(system: System) -> str:
+    """A sentence about joints that jam."""
+    names = ", ".join(repr(system.topology.joints[j].name) for j in dict.fromkeys(system.friction.joints))
+    return (
+        f"the friction of the joints {names} has no unique loads here: the mechanism jams; "
+        "dynamics.joint_friction says at which of them, reduce mu, or give the bearing more length"
+    )
 
 
 @state_function

@@ -12,8 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..dynamics._efforts import efforts
-from ..dynamics._newton_euler import accelerations
+from ..dynamics._newton_euler import accelerations, all_efforts
 from ..dynamics._saddle import saddle_without_matrix
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
@@ -161,7 +160,7 @@ class Formulation(eqx.Module):
         here, second, internal = self.split(p)
         system = here.system
         psi_dot, rate, powers, u, multipliers = here.rates_of(at, second)
-        powers = efforts(system, with_velocities(system, at, u))[2] if powers is None else powers
+        powers = all_efforts(system, with_velocities(system, at, u))[2] if powers is None else powers
         if is_rheonomic(system):
             if multipliers is None:
                 multipliers = accelerations(system, with_velocities(system, at, u))[1]
@@ -181,7 +180,7 @@ class Formulation(eqx.Module):
 
     def powers(self, system: System, at: VelocityKinematics) -> Array:
         """Powers of the work account (n,) of a system whose laws are at their internal states."""
-        powers = efforts(system, at)[2]
+        powers = all_efforts(system, at)[2]
         if not is_rheonomic(system):
             return powers
         return jnp.concatenate([powers, _drive_power(system, at, accelerations(system, at)[1])])
@@ -282,6 +281,7 @@ def is_rheonomic(system: System) -> bool:
 
 
 def num_powers(system: System) -> int:
-    """Number of entries of the work account: one per force element, one for all drives."""
+    """Number of entries of the work account: one per force element and rubbing surface, one for all drives."""
     groups: tuple[Any, ...] = (*system.forces, *system.elastic)
-    return sum(len(group.names) for group in groups) + int(is_rheonomic(system))
+    rubbing = 0 if system.friction is None else len(system.friction.names)
+    return sum(len(group.names) for group in groups) + rubbing + int(is_rheonomic(system))

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from ..dynamics import _hamilton as hamilton
 from ..dynamics._efforts import efforts
 from ..dynamics._modal_condensation import column_inertia, condense_modes, lumped_inertia
-from ..dynamics._newton_euler import accelerations
+from ..dynamics._newton_euler import accelerations, motion_with_friction
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import with_velocities
 from ..kinematics._elastic import mass_matrix
@@ -118,6 +118,10 @@ def _of_accelerations(system, at, u):
     """Rates with the accelerations for those of the second half."""
     here = with_velocities(system, at, u)
     F, Q, powers = efforts(system, here)
+    if system.friction is not None:
+        found = motion_with_friction(system, here, loads=(F, Q))
+        powers = jnp.concatenate([powers, found.powers])
+        return Rates(coordinate_rate(system.topology, at.psi, u), found.accelerations, powers, u, found.multipliers)
     a, multipliers, _ = accelerations(system, here, loads=(F, Q))
     return Rates(coordinate_rate(system.topology, at.psi, u), a, powers, u, multipliers)
 

@@ -12,7 +12,7 @@ from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, statu
 from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded
-from ._accounts import diagnose, mask_failed, observe, result_code
+from ._accounts import diagnose, jam_code, mask_failed, observe, result_code
 from ._event_record import event_record
 from ._hybrid import HybridEquations
 from ._motion import Motion
@@ -78,6 +78,8 @@ def motion_of(
     code, lost = result_code(code, states, diagnostics, observed, ended, open_at_start, ts)
     if equations.follows_rows:
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
+    if equations.system.friction is not None:
+        code = jam_code(equations.system, code, end)
     kept = succeeded(code) | (code == Status.ENERGY)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
     record = None

@@ -76,7 +76,8 @@ def simulate(
             3e-4 and 3e-6).
         gradient: derivative mode of the motion, "reverse" or "forward"; second derivatives by `jax.jacfwd` of either.
         formulation: "canonical" (default), "independent", "velocity", "prescribed" (the default of systems without
-            freedom, whose coordinates then follow their branch), or a custom `Formulation`.
+            freedom, whose coordinates then follow their branch), or a custom `Formulation`; "velocity" is the default
+            where joints rub.
         event: function of a State to one number whose zero crossing ends the motion, as does one that is not a number
             where smaller steps do not help; the state there is saved too, right after the
             times before it, so the motion has one entry more (unused entries: times inf, states nan).  Or a
@@ -105,6 +106,8 @@ def simulate(
     check_single_state(system, state)
     if formulation is None and _is_prescribed(system, state):
         formulation = Prescribed
+    if formulation is None and system.friction is not None:
+        formulation = Velocity  # friction needs the accelerations, and they are all that this one needs
     if formulation in ("independent", Independent):
         system = with_mobility_at(system, state)
     events = as_events(event, system, state, max_events)

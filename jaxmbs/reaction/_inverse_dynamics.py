@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import place_of
 from ..dynamics._efforts import efforts
+from ..dynamics._joint_friction import FrictionSolution, rubbing, solve_friction
 from ..dynamics._newton_euler import accelerations, required_efforts
 from ..errors import ModelError
 from ..kinematics import _closures as closures
@@ -74,6 +75,14 @@ def inverse_dynamics(
     if actuators is None:
         if acceleration is None:
             raise TypeError("give `acceleration` (nv,), or `actuators`: the joints that drive the motion")
+        if system.friction is not None and system.closures:
+            raise ModelError(
+                [
+                    f"friction {', '.join(map(repr, system.friction.names))}: the loads of joints in loops need all "
+                    "multipliers; name the joints that drive the motion, actuators=[...]"
+                ],
+                what="inverse_dynamics",
+            )
         return _all_tree_efforts(system, states, acceleration)
     columns = actuated_columns(system, actuators)
     found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
@@ -107,7 +116,13 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 def _all_tree_efforts(system, states, acceleration):
     def one(state, acceleration):
         at = with_velocities(system, at_state(system, state), state.velocities)
-        return tree_efforts(with_internal(system, state.internal), at, acceleration)
+        here = with_internal(system, state.internal)
+        loads = efforts(here, at)[:2]
+        need = tree_efforts(here, at, acceleration, loads)
+        if here.friction is None:
+            return need
+        multipliers = jnp.zeros((1 + len(here.friction.names), here.topology.num_rows), need.dtype)
+        return need - jnp.sum(_friction_along(here, at, acceleration, loads, multipliers).efforts, axis=0)
 
     return map_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
@@ -125,8 +140,10 @@ def _actuator_efforts(system, states, acceleration, columns, batched):
         here = with_internal(system, state.internal)
         at = with_velocities(here, at_state(here, state), state.velocities)
         a = accelerations(here, at)[0] if a is None else a
-        released, need = without_drives(here), tree_efforts(here, at, a)
-        found, row_gap = balance_efforts(released, at, need, columns), _row_residual(released, at, a, need)
+        released, loads = without_drives(here), efforts(here, at)[:2]
+        need = tree_efforts(here, at, a, loads)
+        found = balance_with_friction(released, at, a, need, loads, columns)[0]
+        row_gap = _row_residual(released, at, a, need)
         least = ROUNDING_TOLERANCE[row_gap.dtype.itemsize]
         return found.efforts, found.gap, row_gap, state.ok & (found.gap <= least) & (row_gap <= least)
 
@@ -148,6 +165,26 @@ class Balance(NamedTuple):
     columns: Array
     multipliers: Array
     gap: Array
+
+
+def balance_with_friction(
+    system: System, at: VelocityKinematics, a, need, loads, columns
+) -> tuple[Balance, FrictionSolution | None]:
+    """`balance_efforts` of the efforts needed (nv,) and of the friction of the joints at accelerations a (nv,), which
+    is None where none rubs; loads: of the force elements on nodes and columns."""
+    if system.friction is None:
+        return balance_efforts(system, at, need, columns), None
+    every = jnp.concatenate([need[None], -rubbing(system, at).efforts])
+    multipliers = jax.vmap(lambda b: balance_efforts(system, at, b, columns).multipliers)(every)
+    found = _friction_along(system, at, a, loads, multipliers)
+    return balance_efforts(system, at, need - jnp.sum(found.efforts, axis=0), columns), found
+
+
+def _friction_along(system, at, a, loads, multipliers):
+    """Friction at given accelerations (nv,), from the multipliers (1 + n, rows) without friction and of each
+    surface's unit load."""
+    a = jnp.concatenate([a[None], jnp.zeros((len(multipliers) - 1, len(a)), a.dtype)])
+    return solve_friction(system, at, rubbing(system, at), loads[0], a, multipliers)
 
 
 def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Balance:

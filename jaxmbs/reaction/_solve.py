@@ -14,8 +14,9 @@ from jax import Array, lax
 from ..checks import is_concrete, no_such
 from ..dynamics._bodies import inverse_dynamics_loads
 from ..dynamics._efforts import efforts
+from ..dynamics._joint_friction import FrictionSolution, cut_friction, friction_loads
 from ..dynamics._loads import Loads
-from ..dynamics._newton_euler import accelerations
+from ..dynamics._newton_euler import accelerations, motion_with_friction
 from ..errors import UnknownNameError
 from ..kinematics import _closures as closures
 from ..kinematics import _coordinate_rows as coordinate_rows
@@ -33,7 +34,7 @@ from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_sta
 from ..typing import ArrayLike
 from ._determinacy import joint_determinacy
 from ._distribution import least_compliance_reactions
-from ._inverse_dynamics import actuated_columns, balance_efforts, tree_efforts
+from ._inverse_dynamics import actuated_columns, balance_with_friction, tree_efforts
 from ._named_loads import drive_loads, law_forces, row_loads
 from ._result import JointReactions, Reactions
 from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
@@ -46,14 +47,17 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     at = with_velocities(system, configuration(system, P, state.coordinates, state.t), state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
     solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
-    (system, at, (a, multipliers, gaps, stresses), given), driven = solved, system
+    (system, at, (a, multipliers, gaps, stresses), given, friction), driven = solved, system
     top = system.topology
     V_dot = node_accelerations(top, at, a)
+    if friction is not None:
+        rub = friction_loads(system, friction, owners)
+        F, Q = F + rub.wrench, Q + rub.column
     lack = inverse_dynamics_loads(system, at, V_dot, a, owners) - Loads(F)
-    wrench, effort = joint_wrenches(system, at, lack.wrench, multipliers)
+    wrench, effort = _joint_wrenches(system, at, lack.wrench, multipliers, friction)
     if _needs_distribution(system, options.compliance):
         multipliers = least_compliance_reactions(system, at, wrench, multipliers, options.compliance, options.method)
-        wrench, effort = joint_wrenches(system, at, lack.wrench, multipliers)
+        wrench, effort = _joint_wrenches(system, at, lack.wrench, multipliers, friction)
     gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(
         system, at.psi, at.t, multipliers
     )
@@ -103,27 +107,43 @@ class _Balance(NamedTuple):
     at: VelocityKinematics
     saddle: SaddleSolution
     given: Array
+    friction: FrictionSolution | None
 
 
 def _balance(system, at, a, loads, options):
     """Multipliers and efforts that balance the accelerations a (nv,), of drives or actuators; None: those of the
     system itself."""
-    at = closures.with_directions(system, at)
+    at, friction = closures.with_directions(system, at), None
     if a is None:
         if options.columns is None and options.method != "dense" and system.has_constraints:
             saddle = sparse_saddle_with_stresses(system, at, loads, options.method)
-            return _Balance(system, at, saddle, jnp.zeros_like(at.u))
-        a, multipliers, gaps = accelerations(system, at, options.method, loads)
+            if system.friction is not None:
+                friction = motion_with_friction(system, at, options.method, loads)
+                saddle = SaddleSolution(*friction[:3], saddle.stresses)
+            return _Balance(system, at, saddle, jnp.zeros_like(at.u), friction)
+        if system.friction is not None:
+            friction = motion_with_friction(system, at, options.method, loads)
+        a, multipliers, gaps = accelerations(system, at, options.method, loads) if friction is None else friction[:3]
         if options.columns is None:
             saddle = SaddleSolution(a, multipliers, gaps, self_stresses(system, at))
-            return _Balance(system, at, saddle, jnp.zeros_like(at.u))
+            return _Balance(system, at, saddle, jnp.zeros_like(at.u), friction)
     released = without_drives(system)
     if released is not system:
         at = closures.with_directions(released, at)
-    found = balance_efforts(released, at, tree_efforts(released, at, a, loads), options.columns)
+    need = tree_efforts(released, at, a, loads)
+    found, friction = balance_with_friction(released, at, a, need, loads, options.columns)
     stresses = self_stresses(released, at, options.columns)
     saddle = SaddleSolution(a, found.multipliers, row_residuals(released, at, a), stresses)
-    return _Balance(released, at, saddle, found.columns)
+    return _Balance(released, at, saddle, found.columns, friction)
+
+
+def _joint_wrenches(system, at, lack, multipliers, friction):
+    """`joint_wrenches`, with the friction of the cut joints."""
+    found = joint_wrenches(system, at, lack, multipliers)
+    if friction is None:
+        return found
+    names = [name for name, *_ in reaction_map.carriers(system)]
+    return found._replace(wrench=found.wrench + cut_friction(system, friction, names))
 
 
 def _needs_distribution(system, compliance):

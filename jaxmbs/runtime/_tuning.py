@@ -39,6 +39,9 @@ LIBRARY_PRODUCT = 4096
 SPD_COLUMNS, SPD_BLOCK = 48, 16
 #: Unknowns of a general matrix that is inverted by Gauss-Jordan elimination, not by LAPACK (`substructures.py`).
 ELIMINATED_UNKNOWNS = 32
+#: Multiplications of a product of a matrix and few columns that is a sum in one loop: a call takes twice as long
+#: (`closed_loop.py`).
+FEW_COLUMNS = 10_000
 #: Unknowns and rows of a saddle system whose inverse is formed: six products of a round are two (`closed_loop.py`).
 WHOLE_SADDLE = 16
 #: Velocities of a mechanism with loops from which on its saddle systems are solved node by node with a front, or by

@@ -69,6 +69,7 @@ CASES = {
     },
     "dynamics.independent_rates": of_state("system nan inside: rates are part of the state"),
     "dynamics.gyristor_field_direct": of_state(),
+    "dynamics.joint_friction": case(lambda z: call(z.rubbing, z.near_rest)),
     **{
         f"dynamics.{n}": case(lambda z: call(z.bars, z.state, np.ones(1)))
         for n in ("hamiltonian", "hamiltonian_slopes")

@@ -32,7 +32,7 @@ EXEMPT = {
         jaxmbs.Status experiment.SuspensionCheck vibration.ResonanceGains
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
-        studies.Designs io.Deck io.Imported io.JointLimits io.Mesh
+        studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.FrictionLoads
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
@@ -86,7 +86,7 @@ LONG = """
     coupling.regularised_inverse kinematics.internal_kic_second_printed coupling.couple_transfer design.Limit
     reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation
     forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
-    linear.equilibrium experiment.decouple
+    linear.equilibrium experiment.decouple dynamics.joint_friction
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself

@@ -56,6 +56,25 @@ def constraint(law, **ends):
     return lambda b: b.constraint("tie", law, **ends)
 
 
+def friction(joint="wrist", mu=0.1, **options):
+    return lambda b: b.friction("rub", joint, mu, **({"radius": 0.01} | options))
+
+
+def rub_twice(b):
+    b.friction("rub", "wrist", 0.1, radius=0.01)
+    b.friction("more", "wrist", 0.1, radius=0.01)
+
+
+def rub_on_weld(b):
+    spare(b).joint("hang", mbs.Weld(), "ground", "spare")
+    b.friction("rub", "hang", 0.1)
+
+
+def rub_on_slide(b):
+    spare(b).joint("hang", SLIDE, "ground", "spare")
+    b.friction("rub", "hang", 0.1, radius=0.1)
+
+
 def twice(b):
     b.force("pull", SPRING, joint="wrist")
     b.force("pull", SPRING, joint="shoulder")
@@ -131,6 +150,16 @@ MODELS = [
         "joint 'tie' .*Free.* cannot close a loop",
     ),
     case("force twice", twice, "force 'pull': the name is taken"),
+    case("rubs nowhere", friction("elbow"), "friction 'rub': there is no joint 'elbow'"),
+    case("no radius", friction(radius=None), "friction 'rub': joint 'wrist' is a Revolute; give radius="),
+    case("rubs twice", rub_twice, "friction 'more': joint 'wrist' has the friction 'rub' already"),
+    case("rubbing weld", rub_on_weld, "friction 'rub': joint 'hang' is a Weld; friction is for"),
+    case("slide with radius", rub_on_slide, "friction 'rub': joint 'hang' is a Prismatic, which does not turn"),
+    case("negative mu", friction(mu=-0.1), "friction 'rub': mu must not be negative"),
+    case("many mus", friction(mu=np.ones(2)), "friction 'rub': mu must be one finite number"),
+    case("weak start", friction(static_ratio=0.9), "friction 'rub': static_ratio must be at least 1"),
+    case("no transition", friction(transition_speed=0.0), "friction 'rub': transition_speed must be positive"),
+    case("endless bearing", friction(length=np.inf), "friction 'rub': length must be one finite number"),
     case("not a law", force("spring", joint="wrist"), "force 'pull': 'spring' is not a force law"),
     case("no port", force(), "force 'pull': SpringDamper takes between=... or joint=..., got none"),
     case("two ports", force(joint="wrist", on="hand"), "force 'pull': SpringDamper takes .*, got joint, on"),

@@ -32,6 +32,14 @@ class Zoo:
         return b.build()
 
     @cached_property
+    def rubbing(self):
+        b = mbs.SystemBuilder(gravity=(0.0, -9.81, 0.0))
+        b.body("bob", 1.0, (0.5, 0.0, 0.0), (0.01, 0.1, 0.1))
+        b.joint("pin", mbs.Revolute("z"), "ground", "bob")
+        b.friction("rub", "pin", 0.1, radius=0.02)
+        return b.build()
+
+    @cached_property
     def near_rest(self):
         return mbs.State.at(self.hanging, pin=-1.25)
 

@@ -10,6 +10,7 @@ from ...kinematics._configuration import Configuration, VelocityKinematics, at_r
 from ...kinematics._kic import velocity_map
 from ...kinematics._mobility import independent_state_function
 from ...kinematics._state import State
+from ...model._friction import refuse_friction
 from ...model._system import System
 from .._bodies import bodies_of, total
 from .._conservative_efforts import conservative_efforts, source_efforts
@@ -25,6 +26,7 @@ def _configuration_and_map(system, state):
 
 def _element_efforts(system, at):
     """Efforts (nv,) of all force elements, without gravity."""
+    refuse_friction(system, "the efforts of the paper", "it has no friction fed by reactions; see forward_dynamics")
     F, Q, _ = efforts(system, at)
     return on_columns(system, at, Loads(F, Q))
 

@@ -32,6 +32,7 @@ ROWS = {
     "hydraulics": declarations.Hydraulic,
     "measures": declarations.Measure,
     "blocks": declarations.Block,
+    "friction": declarations.Friction,
 }
 _registered: dict[str, Any] = {}
 

@@ -1,0 +1,140 @@
+"""Loads of rubbing surfaces: the solution N of `N = sum over patches |R0 + G (N + preload)|`, and its verdict."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..math import _square as square
+from ..math._linalg import few_columns
+
+#: Loads are smooth within this part of the largest of them, and within this many newtons.
+_SMOOTH, _LEAST = 1e-6, 1e-9
+#: Newton steps at most: patches whose load changes its sign may take a few, all others converge in three.
+_MOST_STEPS = 20
+#: Residual of the loads, of the largest, that counts as solved (double, single precision).
+_SOLVED = {8: 1e-9, 4: 1e-4}
+#: Squarings of the matrix whose spectral radius is asked: its 256th power gives that to a quarter per cent.
+_SQUARINGS = 8
+#: Unknowns that are eliminated without a loop.
+_FEW = 4
+
+
+class LoadMap(NamedTuple):
+    """The map from loads to loads: R0 (rows,), G (rows, n), preload (n,), and the smooth length (); static matrices
+    from rows to patches (patches, rows) and from patches to surfaces (n, patches)."""
+
+    R: Array
+    G: Array
+    preload: Array
+    smooth: Array
+    patches: np.ndarray
+    surfaces: np.ndarray
+
+    @classmethod
+    def of(cls, R, G, preload, patches, surfaces) -> "LoadMap":
+        """The map with its smooth length."""
+        smooth = _SMOOTH * jnp.max(jnp.abs(lax.stop_gradient(R)), initial=0.0) + _LEAST
+        return cls(R, G, preload, smooth, patches.astype(R.dtype), surfaces.astype(R.dtype))
+
+    def fixed(self) -> "LoadMap":
+        """The map without derivatives."""
+        return LoadMap(*lax.stop_gradient(tuple(self)[:4]), self.patches, self.surfaces)
+
+    def components(self, N):
+        """Components (rows,) of the loads of the patches at loads N (n,)."""
+        return self.R + jnp.sum(self.G * (N + self.preload)[None], axis=1)
+
+    def value(self, N):
+        """Loads (n,) of loads N (n,)."""
+        R = self.components(N)
+        q = jnp.sum(self.patches * (R * R)[None], axis=1)
+        return jnp.sum(self.surfaces * (q * lax.rsqrt(q + self.smooth**2))[None], axis=1)
+
+    def value_and_slope(self, N):
+        """`value`, and its derivative (n, n)."""
+        R = self.components(N)
+        q = jnp.sum(self.patches * (R * R)[None], axis=1)
+        s = q + self.smooth**2
+        root = lax.rsqrt(s)
+        factor = (s + self.smooth**2) * root / s
+        along = (self.surfaces[:, :, None] * factor[None, :, None] * self.patches[None]).sum(1) * R[None]
+        return jnp.sum(self.surfaces * (q * root)[None], axis=1), jnp.sum(along[:, :, None] * self.G[None], axis=1)
+
+
+class NormalLoads(NamedTuple):
+    """Loads (n,) without the preload, NaN where they are not unique; the derivative (n, n) of their map there; and
+    True () where they have one solution."""
+
+    load: Array
+    slope: Array
+    unique: Array
+
+
+def normal_loads(loads: LoadMap) -> NormalLoads:
+    """The loads that the map takes to themselves.
+
+    Newton's method starts at the loads without friction; derivatives are those of the implicit function.
+    """
+    fixed, dtype = loads.fixed(), loads.R.dtype
+    eye = np.eye(len(loads.preload), dtype=dtype)
+    least = 4.0 * jnp.finfo(dtype).eps
+
+    def step(carry):
+        k, N, value, slope, _ = carry
+        N = N + solve_small(eye - slope, value - N)
+        value, slope = fixed.value_and_slope(N)
+        return k + 1, N, value, slope, jnp.max(jnp.abs(value - N)) <= least * jnp.max(value)
+
+    def newton(_, N):
+        start = (0, N, *fixed.value_and_slope(N), jnp.zeros((), bool))
+        return lax.while_loop(lambda carry: ~carry[4] & (carry[0] < _MOST_STEPS), step, start)[1]
+
+    def tangent(linear, y):
+        return solve_small(jax.jacobian(linear)(jnp.zeros_like(y)), y)
+
+    N = lax.custom_root(lambda N: loads.value(N) - N, fixed.value(-loads.preload), newton, tangent)
+    solved = lax.stop_gradient(N)
+    value, slope = fixed.value_and_slope(solved)
+    missed = jnp.max(jnp.abs(value - solved))
+    unique = (_power_norm(slope)[0] < 1.0) & (missed <= _SOLVED[dtype.itemsize] * jnp.max(solved + fixed.smooth))
+    # the value, which no rounding makes negative
+    return NormalLoads(jnp.where(unique, loads.value(N), jnp.nan), slope, unique)
+
+
+def solve_small(A, b):
+    """Solution (n,) of A x = b: without pivots for a few unknowns, as A is near the unit matrix there."""
+    n = len(b)
+    if n > _FEW:
+        return square.solve(A, b)
+    A, b = [[A[i, j] for j in range(n)] for i in range(n)], [b[i] for i in range(n)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = A[i][k] / A[k][k]
+            A[i] = [x - factor * y for x, y in zip(A[i], A[k], strict=True)]
+            b[i] = b[i] - factor * b[k]
+    x: list = [None] * n
+    for k in reversed(range(n)):
+        x[k] = (b[k] - sum(A[k][j] * x[j] for j in range(k + 1, n))) / A[k][k]
+    return jnp.stack(x)
+
+
+def _power_norm(C):
+    """Norm () of the 256th power of C (n, n), and that of C over its largest entry, with the entry."""
+    if len(C) == 1:
+        return jnp.abs(C[0, 0]), jnp.ones((), C.dtype), jnp.abs(C[0, 0])
+    largest = jnp.maximum(jnp.max(jnp.abs(C)), jnp.finfo(C.dtype).tiny)
+    power = C / largest
+    for _ in range(_SQUARINGS):
+        power = few_columns(power, power)
+    size = jnp.sqrt(jnp.sum(power * power))
+    return largest ** (2**_SQUARINGS) * size, size, largest
+
+
+def spectral_radius(C):
+    """Spectral radius () of C (n, n), from above; zero where it is far below the largest entry."""
+    _, size, largest = _power_norm(C)
+    root = jnp.exp(jnp.log(jnp.maximum(size, jnp.finfo(C.dtype).tiny)) / 2**_SQUARINGS)
+    return jnp.where(size > 0.0, largest * root, 0.0)
