@@ -4,6 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math._exponential import expm
+from ..typing import ArrayLike
 
 
 def zero_order_hold(A: Array, B: Array, period: Array) -> tuple[Array, Array]:
@@ -21,6 +22,6 @@ def canonical_matrices(denominator: Float[Array, " n"]) -> tuple[Array, Array]:
     return jnp.eye(n, k=1, dtype=dtype).at[-1].add(-denominator), jnp.zeros((n, 1), dtype).at[-1].set(1.0)
 
 
-def lag_share(span: Array) -> Array:
+def lag_share(span: ArrayLike) -> Array:
     """Part of its way that a lag goes in a time of so many time constants, `1 - exp(-span)`."""
-    return -jnp.expm1(-span)
+    return -jnp.expm1(-jnp.asarray(span))

@@ -185,4 +185,5 @@ def bond_powers(system: System, motion: State | Motion, view: str = "detailed") 
     values = _all_values(system, states, batched)
     if view == "hamiltonian":
         values = *values[:3], {}
-    return BondPowers(*_propagate_all(system, graph, values, batched), graph)
+    effort, flow = _propagate_all(system, graph, values, batched)
+    return BondPowers(effort, flow, graph)

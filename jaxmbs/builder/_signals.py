@@ -311,7 +311,8 @@ def make_blocks(model: Model) -> tuple[BlockElement, ...]:
             reads.append(read if isinstance(read, str) else len(functions))
             functions += [] if isinstance(read, str) else [as_signal(read)]
         drives = tuple(_field_of(one, model)[0] for one in drives_of(item))
-        layout, sampling = block_layout(item.block), {}
+        layout = block_layout(item.block)
+        sampling: dict[str, Any] = {}
         if item.every is not None:
             layout += (("output", (), ""),)
             sampling = {"period": number(item.every), "rhythm": rhythms[name]}

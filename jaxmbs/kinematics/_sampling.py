@@ -21,7 +21,7 @@ from ._signals import block_inputs, block_output, measured_at, no_inputs, with_d
 
 def sample_periods(system: System) -> Array | None:
     """Different periods (m,) [s] of the sampled blocks; None without such."""
-    first = {element.rhythm: element.period for element in reversed(system.blocks) if element.period is not None}
+    first = {e.rhythm: e.period for e in reversed(system.blocks) if e.rhythm is not None and e.period is not None}
     return jnp.stack([jnp.asarray(first[k]) for k in sorted(first)]) if first else None
 
 

@@ -94,6 +94,7 @@ def block_inputs(element: BlockElement, values, at):
 
 
 def no_inputs(element, at):
+    """Zeros in place of the inputs of a block."""
     return jnp.zeros(() if element.size is None else element.size, at.psi.dtype)
 
 

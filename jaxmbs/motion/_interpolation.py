@@ -52,7 +52,7 @@ def held_between(system: System, pair: State) -> State:
     """Two saved states (2,), the first with what sampled blocks hold from there to the second one."""
     if all(element.period is None for element in system.blocks):
         return pair
-    values = pair.internal.values
+    values = pair.internal.values  # type: ignore[union-attr]
     held = jnp.where(is_held(system), values[1], values[0])
     return eqx.tree_at(lambda s: s.internal.values, pair, values.at[0].set(held))
 

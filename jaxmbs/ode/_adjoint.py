@@ -75,7 +75,7 @@ def _log_entry(problem: OdeProblem, state: LoopState, after: LoopState, dense):
     acted = None
     if state.bracket is not None and after.bracket is not None and problem.jump is not None:
         acted = jnp.where(after.bracket.actions > state.bracket.actions, after.bracket.fired, -1)
-    due = None if state.sampled is None else after.sampled > state.sampled
+    due = None if state.sampled is None else after.sampled > state.sampled  # type: ignore[operator]
     return before, dense if has_explicit_stages(problem.solver) else None, acted, due
 
 

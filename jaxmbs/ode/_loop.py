@@ -102,7 +102,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
     due = due_samples(problem, state, keep & ~ends)
     y1, bracket = _take_samples(problem, state, acting, due, y1, args, bracket)
-    sampled = None if due is None else state.sampled + due.astype(jnp.int32)
+    sampled = None if due is None else state.sampled + due.astype(jnp.int32)  # type: ignore[operator]
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)
     t_next = _limit_by_events(problem, acting, start, t_next, aim)
     t_next = _clip_step(problem, start, t_next, keep, saved, sampled)

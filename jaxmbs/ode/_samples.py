@@ -62,7 +62,7 @@ def limit_length(problem: "OdeProblem", t: Array, t_next: Array) -> Array:
     """The end of the next step; one of fixed steps is counted from the last sample, not from the start."""
     if problem.clock is None or not isinstance(problem.controller, diffrax.ConstantStepSize):
         return t_next
-    return jnp.minimum(t_next, t + problem.restart)
+    return jnp.minimum(t_next, t + problem.restart)  # type: ignore[operator]
 
 
 def land_on_sample(problem: "OdeProblem", t_next: Array, keep: Array, numbers: Any, save_time: Any) -> Array:
@@ -84,7 +84,7 @@ def due_samples(problem: "OdeProblem", state: "LoopState", goes_on: Array) -> Bo
     if problem.clock is None:
         return None
     t = state.t_next
-    is_here = problem.clock.instants(state.sampled) <= t + problem.clock.tolerance(t)
+    is_here = problem.clock.instants(state.sampled) <= t + problem.clock.tolerance(t)  # type: ignore[arg-type]
     return is_here & goes_on & _is_before_end(problem, t)
 
 
