@@ -9,7 +9,7 @@ Loads have no unique solution where the map from N to |R0 + G N| does not contra
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -162,7 +162,7 @@ def carriers(system: System) -> _Carriers:
             lack[k] = outward * top.nodes.path[:, joint.first_velocity]
     names = [name for group in system.closures for name in group.names]
     ends = [np.array([e for g in system.closures for e in getattr(g, side)], int) for side in ("first", "second")]
-    lacking = np.hstack([lack, np.zeros((len(lack), 1))])  # frames on the ground are in no subtree
+    lacking: Any = np.hstack([lack, np.zeros((len(lack), 1))])  # frames on the ground are in no subtree
     node = np.asarray(top.frame_node)
     shares = lacking[:, node[ends[0]]] - lacking[:, node[ends[1]]]
     friction = lacking[:, node[np.asarray(f.parents)]] - lacking[:, node[np.asarray(f.children)]]

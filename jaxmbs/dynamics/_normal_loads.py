@@ -41,7 +41,8 @@ class LoadMap(NamedTuple):
 
     def fixed(self) -> "LoadMap":
         """The map without derivatives."""
-        return LoadMap(*lax.stop_gradient(tuple(self)[:4]), self.patches, self.surfaces)
+        R, G, preload, smooth = lax.stop_gradient((self.R, self.G, self.preload, self.smooth))
+        return LoadMap(R, G, preload, smooth, self.patches, self.surfaces)
 
     def components(self, N):
         """Components (rows,) of the loads of the patches at loads N (n,)."""

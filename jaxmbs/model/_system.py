@@ -13,7 +13,6 @@ from ..typing import ArrayLike
 from ._describe import describe, describe_html, summary
 from ._elastic import ElasticGroup
 from ._entry_points import check_state
-from ._friction import JointFriction
 from ._pose import Pose
 from ._rows import CoordinateRows
 from ._signals import BlockElement, Measure
@@ -70,7 +69,7 @@ class System(eqx.Module):
     measures: tuple[Measure, ...] = ()
     blocks: tuple[BlockElement, ...] = ()
     length: Float[Array, ""] = eqx.field(default_factory=lambda: as_array(1.0))
-    friction: JointFriction | None = None
+    friction: Any = None
 
     @property
     def has_constraints(self) -> bool:
