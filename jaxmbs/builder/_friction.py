@@ -8,13 +8,10 @@ from ._arrays import stack, to_numpy
 from ._declarations import Friction, Joint
 
 #: Joints that rub, and the numbers each takes beside those that all do.
-_NEEDS: dict[str, str | None] = {
-    "Revolute": "radius",
-    "Universal": "radius",
-    "Cylindrical": "radius",
-    "Spherical": "radius",
-}
-_NEEDS |= {"Screw": "radius", "Prismatic": None, "Planar": None}
+_NEEDS: dict[str, str | None] = dict.fromkeys(
+    ("Revolute", "Universal", "Cylindrical", "Spherical", "Screw"), "radius"
+)
+_NEEDS |= {"Prismatic": None, "Planar": None}
 _HAVE_LENGTH = ("Revolute", "Universal", "Prismatic", "Cylindrical", "Planar")
 _CYCLES = (np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),)  # takes z to x
 _CYCLES += (_CYCLES[0] @ _CYCLES[0],)  # takes z to y
