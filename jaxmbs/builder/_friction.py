@@ -8,9 +8,8 @@ from ._arrays import stack, to_numpy
 from ._declarations import Friction, Joint
 
 #: Joints that rub, and the numbers each takes beside those that all do.
-_NEEDS: dict[str, str | None] = dict.fromkeys(
-    ("Revolute", "Universal", "Cylindrical", "Spherical", "Screw"), "radius"
-)
+_WITH_RADIUS = ("Revolute", "Universal", "Cylindrical", "Spherical", "Screw")
+_NEEDS: dict[str, str | None] = dict.fromkeys(_WITH_RADIUS, "radius")
 _NEEDS |= {"Prismatic": None, "Planar": None}
 _HAVE_LENGTH = ("Revolute", "Universal", "Prismatic", "Cylindrical", "Planar")
 _CYCLES = (np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),)  # takes z to x

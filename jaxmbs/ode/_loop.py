@@ -100,7 +100,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
 
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
     y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
-    due = due_samples(problem, state, keep & ~ends)
+    due = due_samples(problem, state, keep, ends)
     y1, bracket = _take_samples(problem, state, acting, due, y1, args, bracket)
     sampled = None if due is None else state.sampled + due.astype(jnp.int32)  # type: ignore[operator]
     start = jnp.where(keep, jnp.minimum(start, problem.t1), t)

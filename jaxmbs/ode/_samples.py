@@ -79,13 +79,13 @@ def land_on_sample(problem: "OdeProblem", t_next: Array, keep: Array, numbers: A
     return jnp.where(keep & (t_next > sample - near), sample, jnp.minimum(t_next, sample))
 
 
-def due_samples(problem: "OdeProblem", state: "LoopState", goes_on: Array) -> Bool[Array, " m"] | None:
+def due_samples(problem: "OdeProblem", state: "LoopState", keep: Array, ends: Array) -> Bool[Array, " m"] | None:
     """True for the periods with a sample at the end of a step, where the motion goes on; None without samples."""
     if problem.clock is None:
         return None
     t = state.t_next
     is_here = problem.clock.instants(state.sampled) <= t + problem.clock.tolerance(t)  # type: ignore[arg-type]
-    return is_here & goes_on & _is_before_end(problem, t)
+    return is_here & keep & ~ends & _is_before_end(problem, t)
 
 
 def _is_before_end(problem, t):
