@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ..checks import no_such
+from ..contact import AbstractPair, Contact, DryFriction, HuntCrossley
 from ..errors import ModelError
 from ..forces._base import AbstractLaw
 from ..joints import Coupler
@@ -209,6 +210,32 @@ class SystemBuilder:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
         self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
+
+    def contact(
+        self,
+        name: str,
+        pair: WordedError[AbstractPair],
+        body: WordedError[FrameLike],
+        surface: WordedError[FrameLike],
+        force: WordedError[HuntCrossley],
+        friction: WordedError[DryFriction | None] = None,
+        max_depth: ArrayLike | None = None,
+        wear: ArrayLike = 0.0,
+    ) -> None:
+        """A contact, which is a force element: `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force)`.
+
+        Args:
+            pair: the surfaces, such as `SphereOnPlane(radius)`.
+            body, surface: frames of the round part and of the plane, tube, curve or road.  Frames: body or frame
+                names, (body, point), (body, Pose).
+            force, friction, max_depth, wear: as of `contact.Contact`.
+        """
+        try:
+            law = Contact(pair, force, friction, max_depth, wear)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"contact {name!r}: {error}")
+            return
+        self.force(name, law, between=(surface, body))
 
     def constraint(
         self,

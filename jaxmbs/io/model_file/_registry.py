@@ -8,7 +8,7 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from ... import design, elements, fem, flexible, forces, joints, linear, model, reductions
+from ... import contact, design, elements, fem, flexible, forces, joints, linear, model, reductions
 from ...builder import _declarations as declarations
 from ...builder._elastic import ElasticDeclaration
 from ...model._elastic import ElasticBody
@@ -16,7 +16,7 @@ from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
 from ..robots._springs import ServoEffort
 
-_ROOMS = (joints, forces, elements, reductions)
+_ROOMS = (joints, forces, contact, elements, reductions)
 _OTHER_CLASSES = (
     *(model.Pose, ElasticBody, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
     *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),
