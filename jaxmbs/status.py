@@ -38,6 +38,11 @@ class Status(enum.IntEnum):
         "more events acted than `max_events` (they may accumulate, as the bounces of a ball that comes to rest do)",
     )
 
+    DEPTH = (
+        11,
+        "a contact is pressed deeper than its `max_depth` at a saved time (raise its stiffness, or the bound)",
+    )
+
     text: str
 
     def __new__(cls, code, text=""):

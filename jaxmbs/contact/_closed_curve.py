@@ -19,8 +19,8 @@ class ClosedCurve(eqx.Module):
     """Closed curve in the plane x y through points, twice differentiable: a periodic cubic spline.
 
     Counter-clockwise points enclose the solid, as of a cam; clockwise ones a hole, as of a ring.  Give the points at
-    about equal distances; a hundred of them follow an ellipse to about 1e-8 of its size.  The slopes are worked out at
-    construction and follow traced points; to change a built curve make a new one.
+    about equal distances; a hundred of them follow an ellipse to about 1e-7 of its size.  The slopes are worked out
+    at construction and follow traced points; to change a built curve make a new one.
 
     Attributes:
         points: (n, 2) in turn, the first not repeated, n >= 8 [m].
@@ -41,7 +41,7 @@ class ClosedCurve(eqx.Module):
         self.slopes = jnp.asarray(3.0 * inverse, self.points.dtype) @ chords
 
     def at(self, s) -> tuple[Array, Array, Array]:
-        """Point, first and second derivative (2,) at a parameter s (), the number of a point and a part of the way."""
+        """Point, first and second derivative (2,) at a parameter s (): a point's number, and part of the way on."""
         k = jnp.floor(s)
         u = s - k
         first = k.astype(int) % len(self.points)
@@ -54,7 +54,7 @@ class ClosedCurve(eqx.Module):
     def distance(self, place: Float[Array, " 2"]) -> tuple[Float[Array, ""], Float[Array, " 2"]]:
         """Distance () of a place (2,) from the curve [m], negative in the solid, and the normal (2,) out of it."""
         point, tangent, _ = self.at(self._foot(place))
-        normal = direction(tangent)[::-1] * np.array((1.0, -1.0))
+        normal = direction(tangent)[::-1] * np.array((1.0, -1.0), place.dtype)
         return jnp.dot(place - point, normal), normal
 
     def curvatures(self) -> Float[Array, " 2n"]:
@@ -80,7 +80,7 @@ class ClosedCurve(eqx.Module):
         """Parameter of the nearest point.  The search has no derivative; two last steps of Newton's method give that
         of the first and second order."""
         fixed, target = lax.stop_gradient((self, place))
-        nearest = jnp.argmin(jnp.sum((fixed._samples()[0] - target) ** 2, axis=1))
+        nearest = jnp.argmin(jnp.sum((fixed._samples()[0] - target[None]) ** 2, axis=1))
         s = lax.fori_loop(0, _ROUNDS, lambda _, s: fixed._step(s, target), 0.5 * nearest.astype(target.dtype))
         return self._step(self._step(lax.stop_gradient(s), place), place)
 

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from ..checks import may_be_nonzero, negative, not_positive
 from ..forces._base import AbstractPoseLaw
 from ..forces._fields import number, optional_number
-from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
+from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._dry_friction import DryFriction
 from ._hunt_crossley import HuntCrossley
 from ._pair import AbstractPair, Touch
@@ -42,9 +42,9 @@ class Contact(AbstractPoseLaw):
         wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
     """
 
-    pair: AbstractPair
-    force: HuntCrossley
-    friction: DryFriction | None = None
+    pair: WordedError[AbstractPair]
+    force: WordedError[HuntCrossley]
+    friction: WordedError[DryFriction | None] = None
     max_depth: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     wear: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = False
@@ -63,7 +63,7 @@ class Contact(AbstractPoseLaw):
         """Forces of all points of contact on B, and their moment about its origin."""
         found = self.point_forces(rotation, displacement, angular_velocity, velocity)
         each = found.normal[:, None] * found.touch.normal + found.friction
-        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement, each), axis=0)
+        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
 
     def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
         """Stored energy of the overlap [J]."""
@@ -75,7 +75,7 @@ class Contact(AbstractPoseLaw):
     ) -> PointForces:
         """Forces at the points of contact; arguments as of `wrench`."""
         at = self.pair.touch(rotation, displacement)
-        moving = velocity + jnp.cross(angular_velocity, at.point - displacement)
+        moving = velocity[None] + jnp.cross(angular_velocity[None], at.point - displacement[None])
         parting = jnp.sum(at.normal * moving, axis=1)
         sliding = moving - parting[:, None] * at.normal
         normal = at.share * jax.vmap(self.force.force)(at.depth, -parting)

@@ -15,8 +15,8 @@ from ._pair import AbstractPair, Touch
 class CylinderOnPlane(AbstractPair):
     """A cylinder about the axis z of B, in the middle of its length, on the plane z = 0 of A, solid below.
 
-    It touches by the lowest points of its two rims, half of the stiffness each, so that it tilts.  It must not stand on
-    an end: there the lowest point of a rim is not determined.
+    It touches by the lowest points of its two rims, half of the stiffness each, so that it tilts.  It must not stand
+    on an end: there the lowest point of a rim is not determined.
 
     Attributes:
         radius: > 0 [m].
@@ -29,11 +29,12 @@ class CylinderOnPlane(AbstractPair):
     def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
         axis, up = rotation[:, 2], np.array((0.0, 0.0, 1.0), displacement.dtype)
         in_rim = up - axis * axis[2]
-        centres = displacement + np.array((-0.5, 0.5))[:, None] * self.length * axis
+        ends = np.array((-0.5, 0.5), displacement.dtype)
+        centres = displacement[None] + ends[:, None] * (self.length * axis)[None]
         depth = self.radius * safe_norm(in_rim) - centres[:, 2]
-        lowest = centres - self.radius * direction(in_rim)
+        lowest = centres - self.radius * direction(in_rim)[None]
         half = jnp.full(2, 0.5, displacement.dtype)
-        return Touch(depth, jnp.stack([up, up]), lowest + depth[:, None] / 2 * up, half)
+        return Touch(depth, jnp.stack([up, up]), lowest + depth[:, None] / 2 * up[None], half)
 
     def area(self, depth):
         """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""
@@ -67,8 +68,9 @@ class JournalInBush(AbstractPair):
 
     def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
         places, shares = self._sections()
-        centres = displacement + places[:, None] * self.length * rotation[:, 2]
-        across = centres * np.array((1.0, 1.0, 0.0))
+        places = jnp.asarray(places, displacement.dtype)
+        centres = displacement[None] + places[:, None] * (self.length * rotation[:, 2])[None]
+        across = centres * np.array([(1.0, 1.0, 0.0)], displacement.dtype)
         outwards = jax.vmap(direction)(across)
         depth = jax.vmap(safe_norm)(across) - self.clearance
         point = centres + (self.radius - depth / 2)[:, None] * outwards
@@ -76,7 +78,7 @@ class JournalInBush(AbstractPair):
 
     def area(self, depth):
         """The projected area of each section, `2 r L` times its share."""
-        return 2.0 * self.radius * self.length * self._sections()[1] * jnp.ones_like(depth)
+        return 2.0 * self.radius * self.length * jnp.asarray(self._sections()[1], depth.dtype)
 
     def faults(self) -> list[str]:
         if not isinstance(self.sections, int) or self.sections < 1:

@@ -1,7 +1,5 @@
 """Dry friction in the tangent plane of a contact."""
 
-from typing import Literal
-
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -38,7 +36,7 @@ class DryFriction(eqx.Module):
         mu: ArrayLike,
         static_ratio: ArrayLike = 1.0,
         transition_speed: ArrayLike = 1e-3,
-        model: Literal["coulomb", "brown-mcphee"] = "coulomb",
+        model: str = "coulomb",
     ) -> None:
         if model not in ("coulomb", "brown-mcphee"):
             raise ValueError(f"model must be 'coulomb' or 'brown-mcphee', not {model!r}")
@@ -46,7 +44,7 @@ class DryFriction(eqx.Module):
         self.transition_speed = number(transition_speed)
 
     def resistance(self, velocity: Float[Array, " 3"]) -> Scalar:
-        """Friction over normal force and speed [s/m] at a sliding velocity (3,) [m/s]: force = -N times it times v."""
+        """Friction over normal force and speed [s/m], at a sliding velocity (3,) [m/s]."""
         s, rise = self.transition_speed, self.static_ratio - 1.0
         square = jnp.sum(velocity * velocity) / s**2
         if self.model == "coulomb":

@@ -3,18 +3,20 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import faults_if, not_increasing
 from ..forces._fields import number, value_faults
-from ..math._interpolation import hermite, spline_slopes
+from ..math._interpolation import interval, spline_slopes
 from ..typing import ArrayLike, ScalarLike
 
 
 class HeightField(eqx.Module):
     """Height z over x, or over x and y: cubic splines through values on a grid, twice differentiable.
 
-    Beyond the grid the surface goes on straight.  The slopes are worked out at construction and follow traced heights.
+    Beyond the grid the surface goes on straight.  The slopes are worked out at construction and follow traced
+    heights.
 
     Attributes:
         x: (n,) increasing [m].
@@ -42,11 +44,22 @@ class HeightField(eqx.Module):
 
     def __call__(self, x: ScalarLike, y: ScalarLike) -> Float[Array, ""]:
         """Height () at a place [m]."""
+        return self.derivatives(jnp.stack([number(x), number(y)]))[0]
+
+    def derivatives(self, place: Float[Array, " 2"]) -> tuple[Array, Array, Array]:
+        """Height (), its slopes (2,) and second derivatives (2, 2) [1/m] at a place (2,)."""
+        i, along = _basis(self.x, place[0])
         if self.y is None:
-            return hermite(self.x, self.heights, self.slopes, x)
-        along, across, twist = self.slopes
-        row, row_slopes = hermite(self.x, self.heights, along, x), hermite(self.x, across, twist, x)
-        return hermite(self.y, row, row_slopes, y)
+            corners = jnp.concatenate([_two(self.heights, i), _two(self.slopes, i)])
+            height, slope, second = along @ corners
+            none = jnp.zeros_like(slope)
+            return height, jnp.stack([slope, none]), jnp.stack([jnp.stack([second, none]), jnp.stack([none, none])])
+        j, across = _basis(self.y, place[1])
+        patches = [lax.dynamic_slice(table, (i, j), (2, 2)) for table in (self.heights, *self.slopes)]
+        values, by_x, by_y, by_both = patches
+        found = along @ jnp.block([[values, by_y], [by_x, by_both]]) @ across.T
+        second = jnp.stack([jnp.stack([found[2, 0], found[1, 1]]), jnp.stack([found[1, 1], found[0, 2]])])
+        return found[0, 0], jnp.stack([found[1, 0], found[0, 1]]), second
 
     def sharpest_hollow(self) -> float:
         """Largest curvature [1/m] of the sections along x and y at the points, of concrete heights."""
@@ -62,6 +75,26 @@ class HeightField(eqx.Module):
             (not_increasing(self.x), "x must increase strictly"),
             (self.y is not None and not_increasing(self.y), "y must increase strictly"),
         )
+
+
+def _basis(points, x):
+    """Interval i; values, first and second derivatives (3, 4) of the Hermite functions there, of the heights at its two
+    ends, then of the slopes.  Beyond the points they go on straight."""
+    inside = jnp.where(x > points[-1], points[-1], jnp.where(x < points[0], points[0], x))
+    beyond, i = x - inside, interval(points, inside)
+    start, end = _two(points, i)
+    w = end - start
+    u = (inside - start) / w
+    values = jnp.stack([1 - u * u * (3 - 2 * u), u * u * (3 - 2 * u), w * u * (1 - u) ** 2, w * u * u * (u - 1)])
+    first = jnp.stack([6 * u * (u - 1) / w, 6 * u * (1 - u) / w, 1 - u * (4 - 3 * u), u * (3 * u - 2)])
+    second = jnp.stack([(12 * u - 6) / w**2, (6 - 12 * u) / w**2, (6 * u - 4) / w, (6 * u - 2) / w])
+    second = jnp.where(beyond == 0, second, 0.0)
+    return i, jnp.stack([values + beyond * first, first, second])
+
+
+def _two(rows, i):
+    """Rows i and i + 1."""
+    return lax.dynamic_slice_in_dim(rows, i, 2, allow_negative_indices=False)
 
 
 def _curvature(points, values, slopes):

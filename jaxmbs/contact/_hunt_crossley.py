@@ -1,5 +1,7 @@
 """Normal force of a contact: a power of the depth (Hertz) with the damping of Hunt and Crossley."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -36,12 +38,12 @@ class HuntCrossley(eqx.Module):
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     transition: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
 
-    def energy(self, depth: Scalar) -> Scalar:
+    def energy(self, depth: ScalarLike) -> Scalar:
         """Stored energy [J] at a depth [m]."""
         n = self.exponent + 1.0
         return self.stiffness / n * _power(self._smooth_depth(depth)[0], n)
 
-    def force(self, depth: Scalar, rate: Scalar) -> Scalar:
+    def force(self, depth: ScalarLike, rate: ScalarLike) -> Scalar:
         """Force [N] that presses the bodies apart, at a depth [m] and its rate [m/s]."""
         smooth, slope = self._smooth_depth(depth)
         return self.stiffness * _power(smooth, self.exponent) * slope * _not_negative(1.0 + self.damping * rate)
@@ -85,9 +87,9 @@ class HuntCrossley(eqx.Module):
 
 
 def hertz_stiffness(
-    radii: tuple[ScalarLike, ScalarLike],
-    moduli: tuple[ScalarLike, ScalarLike],
-    poisson: tuple[ScalarLike, ScalarLike],
+    radii: Sequence[ScalarLike],
+    moduli: Sequence[ScalarLike],
+    poisson: Sequence[ScalarLike],
 ) -> Scalar:
     """Stiffness [N/m^1.5] of two elastic bodies with spherical surfaces, `4/3 E sqrt(r)`.
 

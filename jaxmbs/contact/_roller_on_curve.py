@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..forces._fields import number
-from ..typing import Convertible, Matrix3, Scalar, Vector3
+from ..typing import Convertible, Matrix3, Scalar, Vector3, WordedError
 from ._closed_curve import ClosedCurve
 from ._pair import AbstractPair, Touch, round_touch
 
@@ -21,7 +21,7 @@ class RollerOnCurve(AbstractPair):
         width: of the line of contact, for pressures, > 0 [m].
     """
 
-    curve: ClosedCurve
+    curve: WordedError[ClosedCurve]
     radius: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     width: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
 

@@ -1,14 +1,13 @@
 """A wheel or a point on a height field."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
 from ..checks import any_concrete, faults_if, is_concrete
 from ..forces._fields import number
-from ..typing import Convertible, Matrix3, Scalar, Vector3
+from ..typing import Convertible, Matrix3, Scalar, Vector3, WordedError
 from ._height_field import HeightField
 from ._pair import AbstractPair, Touch, round_touch
 
@@ -25,7 +24,7 @@ class WheelOnRoad(AbstractPair):
         radius: >= 0 [m].
     """
 
-    road: HeightField
+    road: WordedError[HeightField]
     radius: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
 
     def __check_init__(self):
@@ -34,7 +33,7 @@ class WheelOnRoad(AbstractPair):
 
     def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
         foot = self._foot(displacement)
-        height, slope = jax.value_and_grad(lambda p: self.road(p[0], p[1]))(foot)
+        height, slope, _ = self.road.derivatives(foot)
         steep = jnp.concatenate([-slope, jnp.ones_like(slope[:1])])
         normal = steep / jnp.sqrt(jnp.sum(steep * steep))
         distance = jnp.dot(displacement - jnp.concatenate([foot, height[None]]), normal)
@@ -69,16 +68,14 @@ class WheelOnRoad(AbstractPair):
     def _step(self, foot, centre):
         """A step of Newton's method on half of the squared distance; without the curvature of the road where that
         leaves no minimum."""
-        surface = lambda p: self.road(p[0], p[1])  # noqa: E731
-        slope_of = jax.grad(surface)
-        slope = slope_of(foot)
-        above = surface(foot) - centre[2]
+        height, slope, second = self.road.derivatives(foot)
+        above = height - centre[2]
         left = foot - centre[:2] + above * slope
-        plain = jnp.eye(2, dtype=foot.dtype) + jnp.outer(slope, slope)
-        full = plain + above * jax.jacfwd(slope_of)(foot)
+        plain = jnp.asarray(np.eye(2), foot.dtype) + jnp.outer(slope, slope)
+        full = plain + above * second
         is_minimum = (_determinant(full) > 0.05 * _determinant(plain)) & (full[0, 0] + full[1, 1] > 0)
         H = jnp.where(is_minimum, full, plain)
-        solved = jnp.array([H[1, 1] * left[0] - H[0, 1] * left[1], H[0, 0] * left[1] - H[1, 0] * left[0]])
+        solved = jnp.stack([H[1, 1] * left[0] - H[0, 1] * left[1], H[0, 0] * left[1] - H[1, 0] * left[0]])
         return foot - solved / _determinant(H)
 
 
