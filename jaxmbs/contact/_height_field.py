@@ -78,8 +78,8 @@ class HeightField(eqx.Module):
 
 
 def _basis(points, x):
-    """Interval i; values, first and second derivatives (3, 4) of the Hermite functions there, of the heights at its two
-    ends, then of the slopes.  Beyond the points they go on straight."""
+    """Interval i; values, first and second derivatives (3, 4) of the Hermite functions there, of the heights at its
+    two ends, then of the slopes.  Beyond the points they go on straight."""
     inside = jnp.where(x > points[-1], points[-1], jnp.where(x < points[0], points[0], x))
     beyond, i = x - inside, interval(points, inside)
     start, end = _two(points, i)

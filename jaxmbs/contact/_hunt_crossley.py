@@ -12,7 +12,7 @@ from ..forces._fields import number, value_faults
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 
 _SOFT = 0.05  # damping factor below which it bends smoothly to zero, where bodies would be drawn together
-_ROUNDS = 12  # of Newton's method for the restitution, which converges from above at every speed of approach
+_ROUNDS = 8  # of Newton's method for the restitution, which converges from above at every speed of approach
 
 
 class HuntCrossley(eqx.Module):
@@ -57,7 +57,7 @@ class HuntCrossley(eqx.Module):
         small = x < 1e-4
         x_safe = jnp.where(small, 1.0, x)
         wanted = x_safe - jnp.log1p(x_safe)
-        y = -jnp.expm1(-1.0 - wanted)
+        y = jnp.minimum(x_safe, -jnp.expm1(-1.0 - wanted))  # both are above the root
         for _ in range(_ROUNDS):
             y = y - (-y - jnp.log1p(-y) - wanted) * (1.0 - y) / y
         return jnp.where(small, 1.0 - x * (2.0 / 3.0 - x * (4.0 / 9.0)), y / x_safe)
