@@ -66,7 +66,7 @@ def contact_load(system: System, state: State | HasStates, name: str) -> Contact
     return ContactLoad(
         found.touch.depth,
         found.rate,
-        at.origin + a.x + found.touch.point @ a.R.T,
+        (at.origin + a.x)[None] + found.touch.point @ a.R.T,
         found.touch.normal @ a.R.T,
         found.normal,
         found.friction @ a.R.T,

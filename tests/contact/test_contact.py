@@ -146,7 +146,7 @@ def test_a_ball_rolls_below_the_critical_slope_and_slides_beyond():
     """`2/7 tan(slope)` is the coefficient that rolling needs."""
     for mu in (0.2, 0.05):
         system, depth = slope_with_ball(jnp.asarray(mu))
-        start = mbs.State.at(system, {"ball": (0.0, 0.0, 0.05 - depth)})
+        start = mbs.State.at(system, {"ball": (0.0, 0.0, 0.05 - depth, 1.0, 0.0, 0.0, 0.0)})
         motion = mbs.simulate(system, start, ts=[0.2, 0.3], rtol=1e-9, atol=1e-10)
         velocity = np.asarray(mbs.velocity(system, motion, "ball"))[:, 0]
         spin = np.asarray(mbs.kinematics.angular_velocity(system, motion, "ball"))[:, 1]

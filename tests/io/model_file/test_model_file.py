@@ -69,7 +69,7 @@ MORE = {
     "tube": mbs.contact.SphereInCylinder(0.1, 0.3),
     "cylinder": mbs.contact.CylinderOnPlane(0.1, 0.3),
     "journal": mbs.contact.JournalInBush(0.1, 0.3, 0.7, 3),
-    "cam": mbs.contact.RollerOnCurve(mbs.contact.ClosedCurve(np.random.default_rng(1).normal(size=(9, 2))), 0.3),
+    "roller": mbs.contact.RollerOnCurve(mbs.contact.ClosedCurve(np.random.default_rng(1).normal(size=(9, 2))), 0.3),
     "road": mbs.contact.WheelOnRoad(mbs.contact.HeightField([0.0, 0.3], [[0.1, 0.2], [0.3, 0.7]], [0.1, 0.7]), 0.3),
 }
 THINGS = {
