@@ -40,8 +40,8 @@ FACES = {
     """,
     "jaxmbs.dynamics": """
         ContactLoad acceleration angular_acceleration compliance_effort contact_load forward_dynamics
-        generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes independent_rates
-        inertia_field kinetic_energy mass_matrix potential_energy resistance_effort resistance_field
+        generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes
+        independent_rates inertia_field kinetic_energy mass_matrix potential_energy resistance_effort resistance_field
         source_effort spring_displacement spring_kic spring_kic_second spring_vector state_equations
         total_effort
     """,

@@ -172,7 +172,9 @@ CASES = {
     "contact.JournalInBush": pair(lambda z: call(0.5, 0.25, 2.0, 3), positive="radius clearance length"),
     "contact.RollerOnCurve": pair(lambda z: call(ClosedCurve(OUTLINE), 0.5, 2.0), positive="radius width"),
     "contact.WheelOnRoad": pair(lambda z: call(HeightField(POINTS, np.zeros(3)), 0.5), positive="radius"),
-    "contact.ClosedCurve": case(lambda z: call(OUTLINE), MANY, through=_through(_contact_by(RollerOnCurve))),
+    "contact.ClosedCurve": case(
+        lambda z: call(OUTLINE), f"points shape: {MANY}", through=_through(_contact_by(RollerOnCurve))
+    ),
     "contact.HeightField": case(
         lambda z: call(POINTS, 0.1 * EFFORTS),
         "y none: the same for every y",
