@@ -11,7 +11,6 @@ from ..forces._fields import number, value_faults
 from ..math._linalg import direction
 from ..typing import ArrayLike
 
-_FEWEST = 8  # points of a closed curve
 _ROUNDS = 6  # of Newton's method for the foot, from the nearest of two samples to every point
 
 
@@ -32,8 +31,8 @@ class ClosedCurve(eqx.Module):
 
     def __init__(self, points: ArrayLike) -> None:
         self.points = number(points)
-        if self.points.ndim != 2 or self.points.shape[1] != 2 or len(self.points) < _FEWEST:
-            raise ValueError(f"a closed curve needs {_FEWEST} or more points (n, 2), got shape {self.points.shape}")
+        if self.points.ndim != 2 or self.points.shape[1] != 2 or len(self.points) < 8:
+            raise ValueError(f"a closed curve needs 8 or more points (n, 2), got shape {self.points.shape}")
         n = len(self.points)
         column = np.fft.ifft(1.0 / (4.0 + 2.0 * np.cos(2.0 * np.pi * np.arange(n) / n))).real
         inverse = column[(np.arange(n)[:, None] - np.arange(n)[None, :]) % n]
