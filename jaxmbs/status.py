@@ -41,6 +41,10 @@ class Status(enum.IntEnum):
         11,
         "the friction of joints has no unique loads (they jam: reduce mu, or give the bearing more length)",
     )
+    DEPTH = (
+        12,
+        "a contact is pressed deeper than its `max_depth` at a saved time (raise its stiffness, or the bound)",
+    )
 
     text: str
 

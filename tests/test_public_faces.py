@@ -39,9 +39,10 @@ FACES = {
         without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
-        FrictionLoads acceleration angular_acceleration compliance_effort forward_dynamics generalised_momentum
-        gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes independent_rates
-        inertia_field joint_friction kinetic_energy mass_matrix potential_energy resistance_effort resistance_field
+        ContactLoad FrictionLoads acceleration angular_acceleration compliance_effort contact_load
+        forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian
+        hamiltonian_slopes independent_rates inertia_field joint_friction kinetic_energy mass_matrix
+        potential_energy resistance_effort resistance_field
         source_effort spring_displacement spring_kic spring_kic_second spring_vector state_equations
         total_effort
     """,
@@ -67,8 +68,9 @@ FACES = {
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
         Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
-        coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
-        frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise load_model
+        contact coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
+        frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
+        load_model
         mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
         runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
@@ -85,6 +87,10 @@ FACES = {
     """,
     "jaxmbs.builder": """
         SystemBuilder
+    """,
+    "jaxmbs.contact": """
+        AbstractPair ClosedCurve Contact CylinderOnPlane DryFriction HeightField HuntCrossley JournalInBush
+        RollerOnCurve SphereInCylinder SphereOnPlane SphereOnSphere Touch WheelOnRoad hertz_stiffness
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

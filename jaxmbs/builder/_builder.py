@@ -6,6 +6,7 @@ from typing import Any
 
 from ..blocks import AbstractBlock
 from ..checks import no_such
+from ..contact import AbstractPair, Contact, DryFriction, HuntCrossley
 from ..errors import ModelError
 from ..forces._base import AbstractLaw
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
@@ -290,6 +291,32 @@ class SystemBuilder:
         """
         item = declared.Friction(name, joint, mu, static_ratio, radius, preload, transition_speed, length)
         self._add("friction", self._model.friction, item)
+
+    def contact(
+        self,
+        name: str,
+        pair: WordedError[AbstractPair],
+        body: WordedError[FrameLike],
+        surface: WordedError[FrameLike],
+        force: WordedError[HuntCrossley],
+        friction: WordedError[DryFriction | None] = None,
+        max_depth: ArrayLike | None = None,
+        wear: ArrayLike = 0.0,
+    ) -> None:
+        """A contact, which is a force element: `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force)`.
+
+        Args:
+            pair: the surfaces, such as `SphereOnPlane(radius)`.
+            body, surface: frames of the round part and of the plane, tube, curve or road.  Frames: body or frame
+                names, (body, point), (body, Pose).
+            force, friction, max_depth, wear: as of `contact.Contact`.
+        """
+        try:
+            law = Contact(pair, force, friction, max_depth, wear)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"contact {name!r}: {error}")
+            return
+        self.force(name, law, between=(surface, body))
 
     def constraint(
         self,

@@ -1,5 +1,6 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
+from ._contact_load import ContactLoad, contact_load
 from ._energy import kinetic_energy, potential_energy
 from ._friction_verdict import FrictionLoads, joint_friction
 from ._newton_euler import forward_dynamics, mass_matrix
@@ -26,10 +27,12 @@ from .paper import (
 )
 
 __all__ = [
+    "ContactLoad",
     "FrictionLoads",
     "acceleration",
     "angular_acceleration",
     "compliance_effort",
+    "contact_load",
     "forward_dynamics",
     "generalised_momentum",
     "gravity_effort",

@@ -50,7 +50,7 @@ class System(eqx.Module):
     Leaves: gravity (3,) [m/s^2]; per body mass [kg], com [m] and inertia [kg m^2] about it in body axes, and the
     body's pose in its node; per node (simple joint) its placement in the parent node and its lead [m/rad]; per frame
     its pose in its node; the parameters of forces, constraints, friction, elastic bodies, measures and blocks
-    (these in the order of their evaluation); the length [m], found by a concrete build, that makes distances and angles comparable.
+    (these in the order of their evaluation); the length [m] that a concrete build finds for distances and angles.
     """
 
     topology: Topology = eqx.field(static=True)

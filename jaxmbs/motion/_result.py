@@ -13,6 +13,7 @@ from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded
 from ._accounts import diagnose, jam_code, mask_failed, observe, result_code
+from ._contact_depth import bounded_contacts, is_too_deep
 from ._event_record import event_record
 from ._hybrid import HybridEquations
 from ._motion import Motion
@@ -80,7 +81,9 @@ def motion_of(
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     if equations.system.friction is not None:
         code = jam_code(equations.system, code, end)
-    kept = succeeded(code) | (code == Status.ENERGY)
+    if bounded_contacts(system := equations.system):
+        code = jnp.where(succeeded(code) & is_too_deep(system, (states, end)), Status.DEPTH, code)
+    kept = succeeded(code) | (code == Status.ENERGY) | (code == Status.DEPTH)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
     record = None
     if events is not None:

@@ -67,6 +67,7 @@ CASES = {
             *("resistance_effort", "resistance_field", "source_effort", "state_equations", "total_effort"),
         )
     },
+    "dynamics.contact_load": case(lambda z: call(z.touching, z.touching_state, "touch")),
     "dynamics.independent_rates": of_state("system nan inside: rates are part of the state"),
     "dynamics.gyristor_field_direct": of_state(),
     "dynamics.joint_friction": case(lambda z: call(z.rubbing, z.near_rest)),

@@ -7,6 +7,15 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import fem, hydraulics
+from jaxmbs.contact import (
+    ClosedCurve,
+    DryFriction,
+    HeightField,
+    HuntCrossley,
+    RollerOnCurve,
+    SphereOnPlane,
+    WheelOnRoad,
+)
 
 from .attempts import call
 from .cases import case
@@ -57,6 +66,17 @@ def _block(block):
     b.measure("angle", joint="wrist")
     b.block("block", block, reads="angle", drives="push")
     return b.build()
+
+
+def _contact(pair, force=HuntCrossley(2.0), friction=None):  # noqa: B008
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
+    b.contact("touch", pair, "hand", "ground", force, friction)
+    return b.build()
+
+
+def _contact_by(kind):
+    return lambda surface: _contact(kind(surface))
 
 
 def _constraint(kind):
@@ -122,6 +142,10 @@ def on_joint(arguments, *fine, positive=""):
     return case(arguments, *fine, positive=positive, through=_through(_law(joint="wrist")))
 
 
+def pair(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(_contact))
+
+
 def on_body(arguments, *fine, positive=""):
     return case(arguments, *fine, positive=positive, through=_through(_law(on="hand")))
 
@@ -145,6 +169,7 @@ def element(arguments, *fine, positive=""):
 AXIS = np.array([0.0, 1.0, 1.0])
 POINTS, EFFORTS = np.array([-1.0, 0.0, 2.0]), np.array([-3.0, 0.0, 4.0])
 MANY = "any number of points"
+OUTLINE = np.array([(np.cos(x), np.sin(x)) for x in np.arange(12) * np.pi / 6])
 
 CASES = {
     **{f"joints.{name}": joint(lambda z: call(AXIS)) for name in ("Revolute", "Prismatic", "Cylindrical", "Planar")},
@@ -174,6 +199,39 @@ CASES = {
         through=_through(_law(between=("ground", "hand"))),
         positive="damping",
     ),
+    "contact.SphereOnPlane": pair(lambda z: call(0.5), positive="radius"),
+    "contact.SphereOnSphere": pair(lambda z: call(0.5, 2.0), positive="radius other_radius"),
+    "contact.SphereInCylinder": pair(lambda z: call(0.5, 0.25), positive="radius clearance"),
+    "contact.CylinderOnPlane": pair(lambda z: call(0.5, 2.0), positive="radius length"),
+    "contact.JournalInBush": pair(lambda z: call(0.5, 0.25, 2.0, 3), positive="radius clearance length"),
+    "contact.RollerOnCurve": pair(lambda z: call(ClosedCurve(OUTLINE), 0.5, 2.0), positive="radius width"),
+    "contact.WheelOnRoad": pair(lambda z: call(HeightField(POINTS, np.zeros(3)), 0.5), positive="radius"),
+    "contact.ClosedCurve": case(
+        lambda z: call(OUTLINE), f"points shape: {MANY}", through=_through(_contact_by(RollerOnCurve))
+    ),
+    "contact.HeightField": case(
+        lambda z: call(POINTS, 0.1 * EFFORTS),
+        "y none: the same for every y",
+        through=_through(_contact_by(WheelOnRoad)),
+    ),
+    "contact.HuntCrossley": case(
+        lambda z: call(2.0, 1.5, 0.5, 0.25),
+        positive="stiffness exponent damping transition",
+        through=_through(lambda force: _contact(SphereOnPlane(0.5), force)),
+    ),
+    "contact.DryFriction": case(
+        lambda z: call(0.5, 1.5, 0.25, "coulomb"),
+        positive="mu static_ratio transition_speed",
+        through=_through(lambda friction: _contact(SphereOnPlane(0.5), friction=friction)),
+    ),
+    "contact.Contact": case(
+        lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), DryFriction(0.5), 0.25, 0.5),
+        "friction none: smooth surfaces",
+        "max_depth none: no bound",
+        positive="max_depth wear",
+        through=_through(_law(between=("ground", "hand"))),
+    ),
+    "contact.hertz_stiffness": case(lambda z: call((0.5, 2.0), (3.0, 4.0), (0.25, 0.125))),
     "forces.BumpStop": on_joint(
         lambda z: call(2.0, -1.0, 1.0, 2.0, 0.25),
         "lower inf: no stop",

@@ -32,7 +32,7 @@ EXEMPT = {
         jaxmbs.Status experiment.SuspensionCheck vibration.ResonanceGains
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
-        studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.FrictionLoads
+        studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
@@ -41,6 +41,7 @@ EXEMPT = {
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
         forces.InternalState model.InternalStates
+        contact.AbstractPair contact.Touch
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
     """,

@@ -40,6 +40,18 @@ class Zoo:
         return b.build()
 
     @cached_property
+    def touching(self):
+        b = mbs.SystemBuilder()
+        b.body("ball", 1.0)
+        b.joint("fall", mbs.Prismatic("z"), "ground", "ball")
+        b.contact("touch", mbs.contact.SphereOnPlane(0.5), "ball", "ground", mbs.contact.HuntCrossley(1e4))
+        return b.build()
+
+    @cached_property
+    def touching_state(self):
+        return mbs.State.at(self.touching, fall=0.49)
+
+    @cached_property
     def near_rest(self):
         return mbs.State.at(self.hanging, pin=-1.25)
 

@@ -8,7 +8,20 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from ... import blocks, design, elements, fem, flexible, forces, hydraulics, joints, linear, model, reductions
+from ... import (
+    blocks,
+    contact,
+    design,
+    elements,
+    fem,
+    flexible,
+    forces,
+    hydraulics,
+    joints,
+    linear,
+    model,
+    reductions,
+)
 from ...builder import _declarations as declarations
 from ...builder._elastic import ElasticDeclaration
 from ...model._elastic import ElasticBody
@@ -16,7 +29,7 @@ from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
 from ..robots._springs import ServoEffort
 
-_ROOMS = (joints, forces, blocks, hydraulics, elements, reductions)
+_ROOMS = (joints, forces, contact, blocks, hydraulics, elements, reductions)
 _OTHER_CLASSES = (
     *(model.Pose, ElasticBody, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
     *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),

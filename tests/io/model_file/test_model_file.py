@@ -81,6 +81,15 @@ MORE = {
     "accumulator": mbs.hydraulics.Accumulator(2e-3, 5e6, 1.2),
     "tank": mbs.hydraulics.Tank(1e5),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
+    "touch": mbs.contact.Contact(
+        mbs.contact.SphereOnPlane(0.1 + 0.2), mbs.contact.HuntCrossley(2e8), mbs.contact.DryFriction(0.3), wear=1e-14
+    ),
+    "spheres": mbs.contact.SphereOnSphere(0.1, 0.3),
+    "tube": mbs.contact.SphereInCylinder(0.1, 0.3),
+    "cylinder": mbs.contact.CylinderOnPlane(0.1, 0.3),
+    "journal": mbs.contact.JournalInBush(0.1, 0.3, 0.7, 3),
+    "roller": mbs.contact.RollerOnCurve(mbs.contact.ClosedCurve(np.random.default_rng(1).normal(size=(9, 2))), 0.3),
+    "road": mbs.contact.WheelOnRoad(mbs.contact.HeightField([0.0, 0.3], [[0.1, 0.2], [0.3, 0.7]], [0.1, 0.7]), 0.3),
 }
 THINGS = {
     **{f"joint {name}": kind for name, kind in EXAMPLES.items()},

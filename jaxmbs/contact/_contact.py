@@ -1,0 +1,100 @@
+"""Contact of a pair of surfaces as a law between two frames."""
+
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..checks import may_be_nonzero, negative, not_positive
+from ..forces._base import AbstractPoseLaw
+from ..forces._fields import number, optional_number
+from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
+from ._dry_friction import DryFriction
+from ._hunt_crossley import HuntCrossley
+from ._pair import AbstractPair, Touch
+
+
+class PointForces(NamedTuple):
+    """Forces at the points of contact (k,), on B in the axes of A: the normal force (k,) [N] and friction (k, 3) [N];
+    rate of the depth (k,) and sliding velocity (k, 3) [m/s]."""
+
+    touch: Touch
+    rate: Float[Array, " k"]
+    sliding: Float[Array, "k 3"]
+    normal: Float[Array, " k"]
+    friction: Float[Array, "k 3"]
+
+
+class Contact(AbstractPoseLaw):
+    """Two surfaces that touch: a normal force by their overlap, and dry friction between them.
+
+    `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force=HuntCrossley(...))` declares it; the same is
+    `b.force("tappet", Contact(...), between=("cam", "follower"))`.  The spring part of the normal force is stored
+    energy, damping and friction dissipate.  Apart, all of it is exactly zero, with all derivatives.
+
+    Attributes:
+        pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
+        force: normal force by the depth.
+        friction: None for smooth surfaces.
+        max_depth: depth beyond which a motion has the status `DEPTH` [m], > 0; None for no bound.
+        wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
+    """
+
+    pair: WordedError[AbstractPair]
+    force: WordedError[HuntCrossley]
+    friction: WordedError[DryFriction | None] = None
+    max_depth: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
+    wear: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    is_source: ClassVar[bool] = False
+
+    def __check_init__(self):
+        kinds = {"pair": AbstractPair, "force": HuntCrossley}
+        for name, kind in kinds.items():
+            if not isinstance(getattr(self, name), kind):
+                raise TypeError(f"{name} must be of {kind.__name__}, got {type(getattr(self, name)).__name__}")
+        if not isinstance(self.friction, DryFriction | None):
+            raise TypeError(f"friction must be DryFriction or None, got {type(self.friction).__name__}")
+
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
+        """Forces of all points of contact on B, and their moment about its origin."""
+        found = self.point_forces(rotation, displacement, angular_velocity, velocity)
+        each = found.normal[:, None] * found.touch.normal + found.friction
+        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
+
+    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
+        """Stored energy of the overlap [J]."""
+        found = self.pair.touch(rotation, displacement)
+        return jnp.sum(found.share * jax.vmap(self.force.energy)(found.depth))
+
+    def point_forces(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3
+    ) -> PointForces:
+        """Forces at the points of contact; arguments as of `wrench`."""
+        at = self.pair.touch(rotation, displacement)
+        moving = velocity[None] + jnp.cross(angular_velocity[None], at.point - displacement[None])
+        parting = jnp.sum(at.normal * moving, axis=1)
+        sliding = moving - parting[:, None] * at.normal
+        normal = at.share * jax.vmap(self.force.force)(at.depth, -parting)
+        if self.friction is None:
+            return PointForces(at, -parting, sliding, normal, jnp.zeros_like(sliding))
+        friction = -(normal * jax.vmap(self.friction.resistance)(sliding))[:, None] * sliding
+        return PointForces(at, -parting, sliding, normal, friction)
+
+    @property
+    def stores(self) -> bool:
+        return may_be_nonzero(self.force.stiffness)
+
+    @property
+    def dissipates(self) -> bool:
+        return self.friction is not None or may_be_nonzero(self.force.damping)
+
+    def faults(self) -> list[str]:
+        """Those of its parts too."""
+        found = super().faults()
+        if self.max_depth is not None and not_positive(self.max_depth):
+            found.append("max_depth must be positive")
+        return found + (["wear must not be negative"] if negative(self.wear) else [])

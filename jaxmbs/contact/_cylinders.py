@@ -1,0 +1,95 @@
+"""Cylinders on planes, and journals in their bushes."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import faults_if, not_positive
+from ..forces._fields import number
+from ..math._linalg import direction, safe_norm
+from ..typing import Convertible, Matrix3, Scalar, Vector3
+from ._pair import AbstractPair, Touch
+
+
+class CylinderOnPlane(AbstractPair):
+    """A cylinder about the axis z of B, in the middle of its length, on the plane z = 0 of A, solid below.
+
+    It touches by the lowest points of its two rims, half of the stiffness each, so that it tilts.  It must not stand
+    on an end: there the lowest point of a rim is not determined.
+
+    Attributes:
+        radius: > 0 [m].
+        length: > 0 [m].
+    """
+
+    radius: Convertible[Scalar] = eqx.field(converter=number)
+    length: Convertible[Scalar] = eqx.field(converter=number)
+
+    def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
+        axis, up = rotation[:, 2], np.array((0.0, 0.0, 1.0), displacement.dtype)
+        in_rim = up - axis * axis[2]
+        ends = np.array((-0.5, 0.5), displacement.dtype)
+        centres = displacement[None] + ends[:, None] * (self.length * axis)[None]
+        depth = self.radius * safe_norm(in_rim) - centres[:, 2]
+        lowest = centres - self.radius * direction(in_rim)[None]
+        half = jnp.full(2, 0.5, displacement.dtype)
+        return Touch(depth, jnp.stack([up, up]), lowest + depth[:, None] / 2 * up[None], half)
+
+    def area(self, depth):
+        """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""
+        return self.length * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) / 2 * (depth > 0)
+
+    def faults(self) -> list[str]:
+        return super().faults() + faults_if(
+            (not_positive(self.radius), "radius must be positive"),
+            (not_positive(self.length), "length must be positive"),
+        )
+
+
+class JournalInBush(AbstractPair):
+    """A journal about the axis z of B, in the middle of its length, in a bush along the axis z of A, with clearance.
+
+    The depth is followed at `sections` Gauss points along the journal, so that a tilted journal bears at its edges
+    and a moment rights it.  The stiffness is that of the whole length.  The bush is as long as the journal and does
+    not hold it axially.
+
+    Attributes:
+        radius: of the journal, > 0 [m].
+        clearance: radius of the bush less that of the journal, > 0 [m].
+        length: > 0 [m].
+        sections: number of points along the length, >= 1 (static); 1 leaves the tilt free.
+    """
+
+    radius: Convertible[Scalar] = eqx.field(converter=number)
+    clearance: Convertible[Scalar] = eqx.field(converter=number)
+    length: Convertible[Scalar] = eqx.field(converter=number)
+    sections: int = eqx.field(static=True, default=4)
+
+    def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
+        places, shares = self._sections()
+        places = jnp.asarray(places, displacement.dtype)
+        centres = displacement[None] + places[:, None] * (self.length * rotation[:, 2])[None]
+        across = centres * np.array([(1.0, 1.0, 0.0)], displacement.dtype)
+        outwards = jax.vmap(direction)(across)
+        depth = jax.vmap(safe_norm)(across) - self.clearance
+        point = centres + (self.radius - depth / 2)[:, None] * outwards
+        return Touch(depth, -outwards, point, jnp.asarray(shares, displacement.dtype))
+
+    def area(self, depth):
+        """The projected area of each section, `2 r L` times its share."""
+        return 2.0 * self.radius * self.length * jnp.asarray(self._sections()[1], depth.dtype)
+
+    def faults(self) -> list[str]:
+        if not isinstance(self.sections, int) or self.sections < 1:
+            return [f"sections must be a whole number from 1 on, got {self.sections!r}"]
+        return super().faults() + faults_if(
+            (not_positive(self.radius), "radius must be positive"),
+            (not_positive(self.clearance), "clearance must be positive"),
+            (not_positive(self.length), "length must be positive"),
+        )
+
+    def _sections(self):
+        """Places along the length, from -1/2 to 1/2, and shares that add up to one."""
+        nodes, weights = np.polynomial.legendre.leggauss(self.sections)
+        return nodes / 2, weights / 2

@@ -1,0 +1,50 @@
+"""A roller on a closed curve: cams."""
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..checks import any_concrete, faults_if, not_positive
+from ..forces._fields import number
+from ..typing import Convertible, Matrix3, Scalar, Vector3, WordedError
+from ._closed_curve import ClosedCurve
+from ._pair import AbstractPair, Touch, round_touch
+
+
+class RollerOnCurve(AbstractPair):
+    """A roller about the axis z of B on a closed curve in the plane x y of A, the cam; radius 0 is a knife edge.
+
+    Both axes are parallel.  The roller must fit into every hollow of the cam: it touches in one point only.
+
+    Attributes:
+        curve: the outline of the cam in its frame.
+        radius: of the roller, >= 0 [m].
+        width: of the line of contact, for pressures, > 0 [m].
+    """
+
+    curve: WordedError[ClosedCurve]
+    radius: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    width: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
+
+    def __check_init__(self):
+        if not isinstance(self.curve, ClosedCurve):
+            raise TypeError(f"curve must be a ClosedCurve, got {type(self.curve).__name__}")
+
+    def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
+        distance, normal = self.curve.distance(displacement[:2])
+        upright = jnp.concatenate([normal, jnp.zeros_like(normal[:1])])
+        return round_touch(displacement, upright, self.radius - distance, self.radius)
+
+    def area(self, depth):
+        """The chord of the roller times the width, `2 b sqrt(2 r d)`."""
+        return 2.0 * self.width * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) * (depth > 0)
+
+    def faults(self) -> list[str]:
+        """The roller fits into every hollow."""
+        found = super().faults() + faults_if(
+            (any_concrete(lambda r: r < 0, self.radius), "radius must not be negative"),
+            (not_positive(self.width), "width must be positive"),
+        )
+        if found or not any_concrete(lambda k, r: k * r <= -1.0, self.curve.curvatures(), self.radius):
+            return found
+        hollow = -1.0 / float(jnp.min(self.curve.curvatures()))
+        return [f"radius must be less than {hollow:.4g} m, that of the curve's sharpest hollow"]

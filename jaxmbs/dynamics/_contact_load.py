@@ -1,0 +1,95 @@
+"""Loads of a contact: depth, forces, sliding, pressure times speed and wear at each of its points."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float
+
+from ..contact import Contact
+from ..contact._contact import PointForces
+from ..errors import ModelError
+from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
+from ..kinematics._element_flows import element_flows
+from ..kinematics._state import HasStates, State
+from ..model._entry_points import state_function
+from ..model._system import System
+
+
+class ContactLoad(eqx.Module):
+    """Loads at the points of one contact (..., k), in world axes.
+
+    Attributes:
+        depth: of the overlap, negative is the gap [m].
+        rate: of the depth [m/s].
+        point: (..., k, 3) in the middle of the overlap [m].
+        normal: (..., k, 3) unit vectors towards the round part.
+        normal_force: on the round part along the normal, never negative [N].
+        friction: (..., k, 3) on the round part [N].
+        sliding: (..., k, 3) velocity of the round part over the surface [m/s].
+        pressure: normal force over the pair's `area` [Pa], zero apart.
+        pressure_speed: pressure times sliding speed, the load limit of plain bearings [W/m^2].
+        wear_rate: worn volume by time, by Archard: `wear` times normal force times sliding speed [m^3/s].
+    """
+
+    depth: Float[Array, "... k"]
+    rate: Float[Array, "... k"]
+    point: Float[Array, "... k 3"]
+    normal: Float[Array, "... k 3"]
+    normal_force: Float[Array, "... k"]
+    friction: Float[Array, "... k 3"]
+    sliding: Float[Array, "... k 3"]
+    pressure: Float[Array, "... k"]
+    pressure_speed: Float[Array, "... k"]
+    wear_rate: Float[Array, "... k"]
+
+
+@state_function
+def contact_load(system: System, state: State | HasStates, name: str) -> ContactLoad:
+    """Loads of the contact of that name.
+
+    Args:
+        state: a State, a Motion, or states with leading axes, which the answer has too.
+
+    Raises: ModelError where no contact has the name.
+    """
+    contacts = {one: (group, k) for group in contact_groups(system) for k, one in enumerate(group.names)}
+    if name not in contacts:
+        raise ModelError([f"there is no contact {name!r}; there are: {', '.join(contacts) or 'none'}"])
+    group, k = contacts[name]
+    at = with_velocities(system, at_state(system, state), state.velocities)
+    law, found, a = _forces(system, at, group, k)
+    speed = jnp.sqrt(jnp.sum(found.sliding**2, axis=-1))
+    area = law.pair.area(jnp.maximum(found.touch.depth, 0.0))
+    bears = (found.normal > 0) & (area > 0)
+    pressure = jnp.where(bears, found.normal / jnp.where(bears, area, 1.0), 0.0)
+    return ContactLoad(
+        found.touch.depth,
+        found.rate,
+        (at.origin + a.x)[None] + found.touch.point @ a.R.T,
+        found.touch.normal @ a.R.T,
+        found.normal,
+        found.friction @ a.R.T,
+        found.sliding @ a.R.T,
+        pressure,
+        pressure * speed,
+        law.wear * found.normal * speed,
+    )
+
+
+def contact_groups(system: System) -> list:
+    """Groups of force elements that are contacts."""
+    return [group for group in system.forces if isinstance(group.law, Contact)]
+
+
+def deepest(system: System, at: VelocityKinematics, group) -> Array:
+    """Largest depth (n,) of each contact of a group."""
+    displacement = element_flows(system, group, at, at.V, at.u)[1]
+    return jax.vmap(lambda law, x: jnp.max(law.pair.touch(*x).depth))(group.law, displacement)
+
+
+def _forces(system, at, group, k) -> tuple[Contact, PointForces, object]:
+    """The k-th contact of a group, the forces at its points, and the motion of its frame A."""
+    parts = element_flows(system, group, at, at.V, at.u)
+    law, (a, _), displacement, flow = jax.tree.map(lambda x: x[k], (group.law, *parts))
+    return law, law.point_forces(*displacement, flow[:3], flow[3:]), a
