@@ -17,6 +17,7 @@ from ..runtime import as_array, follow_precision
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._build import build_system
+from ._cables import cable_parts
 from ._elastic import ElasticDeclaration, elastic_faults
 from ._links import link_parts
 from ._references import resolve_references
@@ -209,6 +210,56 @@ class SystemBuilder:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
         self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
+
+    def cable(
+        self,
+        name: str,
+        path: WordedError[Iterable],
+        stiffness: ArrayLike | None = None,
+        axial_stiffness: ArrayLike | None = None,
+        damping: ArrayLike = 0.0,
+        free_length: ArrayLike | Callable = 1.0,
+        pretension: ArrayLike = 0.0,
+        slack: bool = True,
+        friction: ArrayLike | None = None,
+        closed: bool = False,
+        slip_speed: ArrayLike = 1e-3,
+        transition: ArrayLike = 1e-4,
+    ) -> None:
+        """An elastic cable over points, sheaves, cylinders and spheres, or a belt around them.
+
+        `b.cable("hoist", [Attachment("boom.tip"), Sheave("hook", 0.3, side="+"), Attachment("boom.end")],
+        stiffness=2e6, free_length=21.0)`.  It is a force element of the law `forces.Cable`, which says more.
+
+        Args:
+            path: elements in order: `Attachment` at the ends, `Eyelet`, `Sheave`, `WrapCylinder`, `WrapSphere`
+                between them; of a closed belt all but the first.
+            stiffness: tension per stretch [N/m]; or axial_stiffness: modulus times cross section [N].
+            damping: tension per rate of stretch [N s/m].
+            free_length: length without tension [m], or a function of time for a winch at the first element.
+            pretension: tension at the free length [N].
+            slack: True if the cable takes no compression.
+            friction: coefficient at all elements that give none of their own (default: none).
+            closed: True for a belt.
+            slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
+            transition: half of the stretch over which the cable becomes slack [m].
+        """
+        values = {
+            "stiffness": stiffness,
+            "axial_stiffness": axial_stiffness,
+            "damping": damping,
+            "free_length": free_length,
+            "pretension": pretension,
+            "slack": bool(slack),
+            "slip_speed": slip_speed,
+            "transition": transition,
+        }
+        try:
+            law, frames = cable_parts(path, bool(closed), friction, values)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"cable {name!r}: {error}")
+            return
+        self.force(name, law, between=frames)
 
     def constraint(
         self,

@@ -1,5 +1,6 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
+from ._cable_states import CableResult, cable_states
 from ._energy import kinetic_energy, potential_energy
 from ._newton_euler import forward_dynamics, mass_matrix
 from ._points import acceleration, angular_acceleration
@@ -25,8 +26,10 @@ from .paper import (
 )
 
 __all__ = [
+    "CableResult",
     "acceleration",
     "angular_acceleration",
+    "cable_states",
     "compliance_effort",
     "forward_dynamics",
     "generalised_momentum",

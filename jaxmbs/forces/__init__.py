@@ -3,9 +3,18 @@
 from ._actuator import PD, Actuator
 from ._air_spring import AirSpring
 from ._applied import Force, Torque, Wrench
-from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ._base import (
+    AbstractBodyLaw,
+    AbstractLaw,
+    AbstractPathLaw,
+    AbstractPoseLaw,
+    AbstractScalarLaw,
+    AbstractSystemLaw,
+)
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
+from ._cable import Cable
+from ._cable_elements import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
 from ._elasto_plastic import ElastoPlastic
 from ._friction import CoulombFriction
 from ._generalised import GeneralisedEffort
@@ -31,6 +40,7 @@ __all__ = [
     "AbstractBodyLaw",
     "AbstractBodyStateLaw",
     "AbstractLaw",
+    "AbstractPathLaw",
     "AbstractPoseLaw",
     "AbstractPoseStateLaw",
     "AbstractScalarLaw",
@@ -41,11 +51,14 @@ __all__ = [
     "AbstractSystemStateLaw",
     "Actuator",
     "AirSpring",
+    "Attachment",
     "BumpStop",
     "Bushing",
+    "Cable",
     "Constant",
     "CoulombFriction",
     "ElastoPlastic",
+    "Eyelet",
     "Force",
     "GeneralisedEffort",
     "Harmonic",
@@ -59,11 +72,14 @@ __all__ = [
     "Prony",
     "PronyBushing",
     "Ramp",
+    "Sheave",
     "Spline",
     "SpringDamper",
     "Step",
     "Table",
     "Torque",
+    "WrapCylinder",
+    "WrapSphere",
     "Wrench",
     "Zener",
 ]
