@@ -1,11 +1,13 @@
 """`SystemBuilder`: declare bodies, joints, forces and constraints by name, then build the system."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ..checks import no_such
 from ..errors import ModelError
+from ..forces import GearPair
 from ..forces._base import AbstractLaw
 from ..joints import Coupler
 from ..joints._base import AbstractJoint
@@ -260,6 +262,58 @@ class SystemBuilder:
             self._faults.append(f"cable {name!r}: {error}")
             return
         self.force(name, law, between=frames)
+
+    def gear_pair(
+        self,
+        name: str,
+        first: WordedError[FrameLike],
+        second: WordedError[FrameLike],
+        teeth: tuple[int, int],
+        module: ArrayLike,
+        pressure_angle: ArrayLike = math.pi / 9,
+        helix_angle: ArrayLike = 0.0,
+        internal: bool = False,
+        stiffness: ArrayLike = 1e8,
+        damping: ArrayLike = 0.0,
+        backlash: ArrayLike = 0.0,
+        phase: ArrayLike = 0.0,
+        transition: ArrayLike = 1e-6,
+    ) -> None:
+        """Two gears in mesh, whose teeth press along the line of action: `Coupler` is the ideal ratio without loads.
+
+        `b.gear_pair("stage", "wheel", "pinion", teeth=(60, 20), module=2e-3)`: a force element of the law
+        `forces.GearPair`, which says more.
+
+        Args:
+            first, second: frames of the wheels A and B at their centres, z along their axes: body or frame names,
+                (body, point), (body, Pose).
+            teeth: numbers of teeth of A and B; their ratio is that of the gear.
+            module: normal module [m]; the pitch radii are teeth times module over 2 cos(helix angle).
+            pressure_angle, helix_angle: normal pressure angle, and helix angle of A, positive if right-handed [rad].
+            internal: True if B is a ring gear around A.
+            stiffness, damping: of the teeth along their normal [N/m, N s/m].
+            backlash: play along the normal of the teeth [m].
+            phase: of the mesh [rad]: with 0 the teeth are in the middle of their play where the x axes of both frames
+                point from A to B.
+            transition: half of the approach over which the teeth come into touch [m].
+        """
+        try:
+            law = GearPair(
+                tuple(teeth),
+                module,
+                pressure_angle,
+                helix_angle,
+                bool(internal),
+                stiffness,
+                damping,
+                backlash,
+                phase,
+                transition,
+            )
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"gear pair {name!r}: {error}")
+            return
+        self.force(name, law, between=(first, second))
 
     def constraint(
         self,

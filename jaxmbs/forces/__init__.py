@@ -17,6 +17,7 @@ from ._cable import Cable
 from ._cable_elements import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
 from ._elasto_plastic import ElastoPlastic
 from ._friction import CoulombFriction
+from ._gear_pair import GearPair
 from ._generalised import GeneralisedEffort
 from ._hydraulic_cylinder import HydraulicCylinder
 from ._lugre import LuGre
@@ -60,6 +61,7 @@ __all__ = [
     "ElastoPlastic",
     "Eyelet",
     "Force",
+    "GearPair",
     "GeneralisedEffort",
     "Harmonic",
     "HydraulicCylinder",

@@ -158,9 +158,7 @@ class AbstractPathLaw(AbstractLaw):
             t: time [s].
         """
 
-    def potential(
-        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike
-    ) -> Scalar:
+    def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
         """Stored energy [J]."""
         return jnp.zeros((), positions.dtype)
 

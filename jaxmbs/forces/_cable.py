@@ -147,9 +147,7 @@ class Cable(AbstractPathLaw):
             moment.at[first].add(arms[0]).at[second].add(arms[1]),
         )
 
-    def potential(
-        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike
-    ) -> Scalar:
+    def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
         """`k/2 (x^2 - x_0^2)` with the stretch x that makes the tension k x, zero where slack [J]."""
         if self.is_wound:
             return jnp.zeros((), positions.dtype)
@@ -215,10 +213,16 @@ class Cable(AbstractPathLaw):
         """Radii, stiffness and length are positive; damping and friction are not negative."""
         found = super().faults() + faults_if(
             ((self.stiffness is None) == (self.axial_stiffness is None), "give stiffness= or axial_stiffness="),
-            (any(not_positive(k) for k in (self.stiffness, self.axial_stiffness) if k is not None), "stiffness must be positive"),
+            (
+                any(not_positive(k) for k in (self.stiffness, self.axial_stiffness) if k is not None),
+                "stiffness must be positive",
+            ),
             (not_positive(self.radii), "radii must be positive"),
             (negative(self.damping), "damping must not be negative"),
-            (isinstance(self.free_length, Constant) and not_positive(self.free_length.value), "free_length must be positive"),
+            (
+                isinstance(self.free_length, Constant) and not_positive(self.free_length.value),
+                "free_length must be positive",
+            ),
             (self.friction is not None and negative(self.friction), "friction must not be negative"),
             (not_positive(self.slip_speed), "slip_speed must be positive"),
             (not_positive(self.transition), "transition must be positive"),
@@ -231,7 +235,10 @@ class Cable(AbstractPathLaw):
         ends = () if self.closed else (0, n - 1)
         found = faults_if(
             (n < 2, "a path has two elements or more"),
-            (self.radii.shape != (count,) or self.axes.shape != (count, 3), "radii (c,) and axes (c, 3) are those of the c circles"),
+            (
+                self.radii.shape != (count,) or self.axes.shape != (count, 3),
+                "radii (c,) and axes (c, 3) are those of the c circles",
+            ),
             (len(self.senses) != n or len(self.turns) != n, "senses and turns have an entry for each element"),
             (any(s not in (1, -1) for s in self.senses), "senses are 1 or -1"),
             (any(m < 0 for m in self.turns), "turns must not be negative"),
@@ -240,7 +247,9 @@ class Cable(AbstractPathLaw):
         )
         for k, kind in enumerate(kinds):
             if kind in ("cylinder", "sphere") and (kinds[k - 1], kinds[(k + 1) % n]) != ("point", "point"):
-                found.append(f"element {k}: a {kind} stands between two points of the cable; put an Eyelet before and after it")
+                found.append(
+                    f"element {k}: a {kind} stands between two points of the cable; put an Eyelet before and after it"
+                )
             if kind not in ("point", "sheave", "cylinder", "sphere"):
                 found.append(f"element {k}: {kind!r} is not point, sheave, cylinder or sphere")
         return found
