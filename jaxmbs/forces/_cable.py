@@ -44,11 +44,11 @@ class Cable(AbstractPathLaw):
     """Elastic cable along a path of points, sheaves, cylinders and spheres; see `SystemBuilder.cable`.
 
     Its tension is `k (length - free length) + pretension + c rate`; where `slack`, never below zero, with a smooth
-    corner (C2).  The effort is that tension times the derivative of the length by the poses of all frames, so a motion
-    without friction and damping keeps its energy.  With friction the tensions of the spans differ by
+    corner (C2).  The effort is that tension times the derivative of the length by the poses of all frames, so a
+    motion without friction and damping keeps its energy.  With friction the tensions of the spans differ by
     `exp(mu wrap tanh(slip / slip_speed))` at each element (Euler and Eytelwein), and their mean by length is the
     tension of the elastic law: friction takes energy at every slip.  Wheels have no friction in their bearings unless
-    their joints do, and no groove that holds a cable which has left them: `dynamics.cable_states` tells.
+    their joints do.  A wheel that the cable has left would pull at it: `dynamics.cable_states` tells.
 
     Attributes:
         kinds: of each element, "point", "sheave", "cylinder" or "sphere".

@@ -126,12 +126,13 @@ def _common_tangent(first, second):
     """Normals (3,) of two circles at the points where the span between them touches both."""
     frozen = lax.stop_gradient((first, second))
     (x, r, a, s), (y, q, b, z) = frozen
-    n, m = jnp.zeros_like(x), jnp.zeros_like(y)
-    for _ in range(_TURNS):
-        n, m = _tangent(y + q * m - x, r, a, s), _tangent(x + r * n - y, q, b, z)
-    for _ in range(_FROZEN):
-        n, m = _newton(frozen, n, m)
-    n, m = lax.stop_gradient((n, m))
+
+    def in_turn(_, normals):
+        n, m = normals
+        return _tangent(y + q * m - x, r, a, s), _tangent(x + r * n - y, q, b, z)
+
+    normals = lax.fori_loop(0, _TURNS, in_turn, (jnp.zeros_like(x), jnp.zeros_like(y)))
+    n, m = lax.stop_gradient(lax.fori_loop(0, _FROZEN, lambda _, normals: _newton(frozen, *normals), normals))
     n, m = (direction(v - jnp.dot(v, axis) * axis) for v, axis in ((n, first[2]), (m, second[2])))
     for _ in range(_DIFFERENTIATED):
         n, m = _newton((first, second), n, m)

@@ -35,16 +35,17 @@ class GearPair(AbstractPathLaw):
     """Involute gears A and B that turn about the z axes of their frames, in mesh; see `SystemBuilder.gear_pair`.
 
     The teeth press along the line of action, the common tangent of the base circles: with the normal force N the
-    wheels feel `N cos(alpha)` along the pitch circles and `N sin(alpha)` apart, helical ones also along their axes, so
-    that bearings carry the right loads.  Drive and coast side approach by
+    wheels feel `N cos(alpha)` along the pitch circles and `N sin(alpha)` apart, helical ones also along their axes,
+    so that bearings carry the right loads.  Drive and coast side approach by
 
         `r_bA a + r_bB b - play` and `-(r_bA a + r_bB b) - play`,  play = (r_bA + r_bB) (inv w - inv alpha_t) + j / 2
 
     with the angles a, b of the wheels from the line of centres, the base radii, the working pressure angle w at the
     present centre distance d, `cos w = (r_bA + r_bB) / d`, and the backlash j along the line of action.  All forces
-    are the derivative of one potential, so a gear on soft bearings keeps its energy.  The teeth are found modulo their
-    pitch: no joint is needed, wheels turn any number of times, and their centres may move (planets on a carrier).
-    The axes are taken as parallel to that of A.  Of a ring gear b counts negative, and the wheels are pressed together.
+    are the derivative of one potential, so a gear on soft bearings keeps its energy.  The teeth are found modulo
+    their pitch: no joint is needed, wheels turn any number of times, and their centres may move (planets on a
+    carrier).  The axes are taken as parallel to that of A.  Of a ring gear b counts negative, and the wheels are
+    pressed together.
 
     Attributes:
         teeth: numbers of teeth of A and B (static); module: normal module, tooth pitch over pi [m].
@@ -99,12 +100,13 @@ class GearPair(AbstractPathLaw):
         t: ScalarLike,
     ) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
         """Forces and moments of both sides of the teeth."""
-        by_R, on_x = jax.jacrev(self._approach, (0, 1))(rotations, positions)
-        M = by_R @ jnp.swapaxes(rotations, 1, 2)
+        sides, pull_back = jax.vjp(self._approach, rotations, positions)
+        by_R, on_x = jax.vmap(pull_back)(jnp.eye(2, dtype=sides.dtype))
+        M = jnp.einsum("snij,nkj->snik", by_R, rotations)
         axial = (M[..., 2, 1] - M[..., 1, 2], M[..., 0, 2] - M[..., 2, 0], M[..., 1, 0] - M[..., 0, 1])
         on_turn = jnp.stack(axial, axis=-1)
-        rate = jnp.sum(on_x * velocities, axis=(1, 2)) + jnp.sum(on_turn * angular_velocities, axis=(1, 2))
-        force = self._normal_forces(self._approach(rotations, positions), rate)
+        rate = jnp.einsum("snj,nj->s", on_x, velocities) + jnp.einsum("snj,nj->s", on_turn, angular_velocities)
+        force = self._normal_forces(sides, rate)
         return -jnp.einsum("s,snj->nj", force, on_x), -jnp.einsum("s,snj->nj", force, on_turn)
 
     def potential(self, rotations: Float[Array, "2 3 3"], positions: Float[Array, "2 3"], t: ScalarLike) -> Scalar:
