@@ -39,7 +39,8 @@ FACES = {
         without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
-        acceleration angular_acceleration compliance_effort forward_dynamics generalised_momentum
+        CableResult acceleration angular_acceleration cable_states
+        compliance_effort forward_dynamics generalised_momentum
         gravity_effort gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes independent_rates
         inertia_field kinetic_energy mass_matrix potential_energy resistance_effort resistance_field
         source_effort spring_displacement spring_kic spring_kic_second spring_vector state_equations
@@ -113,11 +114,12 @@ FACES = {
         mass_properties stiffening
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw
-        AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw
-        Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic Force GeneralisedEffort Harmonic
-        HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline SpringDamper
-        Step Table Torque Wrench Zener
+        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw
+        AbstractScalarLaw AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw
+        AbstractSystemStateLaw Actuator AirSpring Attachment BumpStop Bushing Cable Constant CoulombFriction
+        ElastoPlastic Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState LuGre Maxwell
+        Motor PD Polynomial Prony PronyBushing Ramp Sheave Spline SpringDamper Step Table Torque WrapCylinder
+        WrapSphere Wrench Zener
     """,
     "jaxmbs.io": """
         Deck Imported JointLimits Mesh load_model model_schema read_dmig read_matrix_market read_mesh

@@ -56,8 +56,8 @@ class CableResult(eqx.Module):
         left = np.asarray(self.has_left).reshape(-1, self.wrap.shape[-1])
         lowest = np.asarray(self.wrap).reshape(left.shape).min(axis=0)
         return [
-            f"element {k}: the cable has left it, its wrap falls to {lowest[k]:.4g} rad; give the path without it, or "
-            "the other side"
+            f"element {k}: the cable has left it, its wrap falls to {lowest[k]:.4g} rad; give the path without it, "
+            "or the other side"
             for k in np.flatnonzero(left.any(axis=0))
         ]
 

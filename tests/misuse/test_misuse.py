@@ -32,11 +32,12 @@ EXEMPT = {
         jaxmbs.Status experiment.SuspensionCheck vibration.ResonanceGains
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
-        studies.Designs io.Deck io.Imported io.JointLimits io.Mesh
+        studies.Designs dynamics.CableResult io.Deck io.Imported io.JointLimits io.Mesh
     """,
     "what users derive from": """
         elements.AbstractElement forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
-        forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
+        forces.AbstractBodyStateLaw forces.AbstractPathLaw forces.AbstractPoseStateLaw
+        forces.AbstractScalarStateLaw
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.InternalState model.InternalStates
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation

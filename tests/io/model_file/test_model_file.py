@@ -61,6 +61,11 @@ MORE = {
     "motor": mbs.forces.Motor(mbs.Ramp(0.0, 3.0), 1.5, 0.05, 0.3, ratio=2.0),
     "jack": mbs.forces.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9, 0.5, 2e-6, 2e7, varying=True),
     "gas": mbs.forces.AirSpring(2e-3, 6e5, 0.15, length=0.4),
+    "cable": mbs.forces.Cable(
+        *(("point", "sheave", "point"), [0.1], [[0.0, 0.6, 0.8]], (1, -1, 1), (0, 2, 0)),
+        **{"axial_stiffness": 3e5, "free_length": mbs.Ramp(1.0, 0.1), "friction": [0.1, 0.2, 0.3], "slack": False},
+    ),
+    "gears": mbs.forces.GearPair((20, 60), 2e-3, 0.35, 0.1, True, 1e8, 1e3, 1e-5),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
 }
 THINGS = {
