@@ -137,7 +137,10 @@ class AbstractBodyLaw(AbstractLaw):
 class AbstractPathLaw(AbstractLaw):
     """Law over several frames, such as a cable, all quantities in world axes."""
 
-    num_frames: eqx.AbstractVar[int]
+    @property
+    @abc.abstractmethod
+    def num_frames(self) -> int:
+        """Number of frames that the law acts on."""
 
     @abc.abstractmethod
     def wrench(

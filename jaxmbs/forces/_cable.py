@@ -86,7 +86,7 @@ class Cable(AbstractPathLaw):
     transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-4)
 
     @property
-    def num_frames(self) -> int:  # type: ignore[override]
+    def num_frames(self) -> int:
         """Number of elements of the path."""
         return len(self.kinds)
 

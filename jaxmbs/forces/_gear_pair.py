@@ -71,7 +71,7 @@ class GearPair(AbstractPathLaw):
     transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-6)
 
     @property
-    def num_frames(self) -> int:  # type: ignore[override]
+    def num_frames(self) -> int:
         """Two wheels."""
         return 2
 
