@@ -84,7 +84,7 @@ def _of_one(system, state):
             return law.state(*x, *port.arguments(x, flow)[1], at.t)
 
         seen = jax.vmap(read)(group.law, displacement, flow)
-        seen = seen._replace(points=seen.points + at.origin)
+        seen = seen._replace(points=seen.points + at.origin[None, None, None])
         sheaves = tuple(int(k) for k in group.law.layout.circles)
         for i, name in enumerate(group.names):
             loads = (effort[i, :, 3:], effort[i, :, :3])

@@ -13,9 +13,9 @@ from jax import Array, lax
 
 from ..math._linalg import direction, safe_norm
 
-#: Rounds of tangents in turn, and of Newton, of a span between two circles; the derivative passes the last two alone.
-#: For circles in one plane both converge quadratically; Newton makes derivatives up to the third exact for all.
-_TURNS, _FROZEN, _DIFFERENTIATED = 5, 2, 2
+#: Rounds of Newton of a span between two circles, from the tangent of parallel axes; the derivative passes the last
+#: two alone, which makes derivatives up to the third exact.
+_FROZEN, _DIFFERENTIATED = 3, 2
 #: Wraps between minus this angle and a full turn less it are told apart from the directions alone [rad].
 _LEAST_WRAP = np.pi / 2
 
@@ -126,13 +126,12 @@ def _common_tangent(first, second):
     """Normals (3,) of two circles at the points where the span between them touches both."""
     frozen = lax.stop_gradient((first, second))
     (x, r, a, s), (y, q, b, z) = frozen
-
-    def in_turn(_, normals):
-        n, m = normals
-        return _tangent(y + q * m - x, r, a, s), _tangent(x + r * n - y, q, b, z)
-
-    normals = lax.fori_loop(0, _TURNS, in_turn, (jnp.zeros_like(x), jnp.zeros_like(y)))
-    n, m = lax.stop_gradient(lax.fori_loop(0, _FROZEN, lambda _, normals: _newton(frozen, *normals), normals))
+    same = -s * z * jnp.sign(jnp.dot(a, b))  # +1 for an outer tangent of parallel axes, -1 for a crossing one
+    n = _tangent(y - x, r - same * q, a, s)
+    m = direction(same * (n - jnp.dot(n, b) * b))
+    for _ in range(_FROZEN):
+        n, m = _newton(frozen, n, m)
+    n, m = lax.stop_gradient((n, m))
     n, m = (direction(v - jnp.dot(v, axis) * axis) for v, axis in ((n, first[2]), (m, second[2])))
     for _ in range(_DIFFERENTIATED):
         n, m = _newton((first, second), n, m)

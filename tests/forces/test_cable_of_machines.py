@@ -74,7 +74,7 @@ def test_energy_of_a_motion_and_its_gradient():
 
     def end(radius):
         moved = build(radius, like=system)
-        return mbs.simulate(moved, state, t1=1.0, rtol=1e-9, atol=1e-9).coordinates[-1, 0]
+        return mbs.simulate(moved, state, t1=1.0, rtol=1e-9, atol=1e-9).states.coordinates[-1, 0]
 
     h = 1e-5
     slope = (end(0.1 + h) - end(0.1 - h)) / (2 * h)

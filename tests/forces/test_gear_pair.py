@@ -155,7 +155,9 @@ def test_kahraman_and_singh():
     period = 2 * np.pi / W
     ts = start + np.unique([*np.linspace(0.0, period, 4001), flight])
     motion = mbs.simulate(system, state, ts=ts, rtol=1e-9, atol=1e-9)
-    x, v = (np.asarray(values)[:, 0] * base / unit for values in (motion.coordinates, motion.velocities))
+    x, v = (
+        np.asarray(values)[:, 0] * base / unit for values in (motion.states.coordinates, motion.states.velocities)
+    )
     at = np.searchsorted(ts, start + flight)
     np.testing.assert_allclose([x[at], v[at]], [1.0, impact], atol=2e-5)
     np.testing.assert_allclose([x[-1], v[-1]], [1.0, speed], atol=2e-5)
