@@ -22,12 +22,14 @@ def machines():
         "atwood",
         [Attachment("one"), Sheave("ground", 0.1, "+", "y"), Attachment("two")],
         stiffness=K,
+        transition=1e-7,
         free_length=2.0 + 0.1 * np.pi - tension / K,
     )
     b.cable(
         "block",
         [Attachment(("ground", (2.0, 0, 0))), Sheave("load", 0.1, "-", "y"), top, Attachment("other")],
         stiffness=K,
+        transition=1e-7,
         free_length=3.0 + 0.2 * np.pi - 12.0 / K,
     )
     return b.build()
