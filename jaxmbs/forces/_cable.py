@@ -241,7 +241,7 @@ class Cable(AbstractPathLaw):
             ),
             (len(self.senses) != n or len(self.turns) != n, "senses and turns have an entry for each element"),
             (any(s not in (1, -1) for s in self.senses), "senses are 1 or -1"),
-            (any(m < 0 for m in self.turns), "turns must not be negative"),
+            (any(not 0 <= m <= 1000 for m in self.turns), "turns are between 0 and 1000"),
             (self.friction is not None and self.friction.shape != (n,), f"friction has {n} entries"),
             (any(kinds[k] != "point" for k in ends), "the ends are points: Attachment(...)"),
         )

@@ -169,6 +169,7 @@ class GearPair(AbstractPathLaw):
         whole = len(z) == 2 and all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in z)
         found = super().faults() + faults_if(
             (not whole, f"teeth are two whole numbers, got {z!r}"),
+            (whole and max(z) > 10**5, f"teeth are at most 100000, got {z!r}"),
             (whole and self.internal and not z[1] > z[0], "a ring gear B has more teeth than A"),
             (not_positive(self.module), "module must be positive"),
             (any_concrete(lambda a: (a <= 0) | (a >= np.pi / 4), alpha), "pressure_angle is between 0 and pi/4"),
