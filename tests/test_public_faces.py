@@ -39,9 +39,9 @@ FACES = {
         without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
-        ContactLoad FrictionLoads acceleration angular_acceleration compliance_effort contact_load
-        forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct hamiltonian
-        hamiltonian_slopes independent_rates inertia_field joint_friction kinetic_energy mass_matrix
+        CableResult ContactLoad FrictionLoads acceleration angular_acceleration cable_states compliance_effort
+        contact_load forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct
+        hamiltonian hamiltonian_slopes independent_rates inertia_field joint_friction kinetic_energy mass_matrix
         potential_energy resistance_effort resistance_field
         source_effort spring_displacement spring_kic spring_kic_second spring_vector state_equations
         total_effort
@@ -122,12 +122,12 @@ FACES = {
         mass_properties stiffening
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw
-        AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw
-        Actuator AirSpring BumpStop Bushing Constant CoulombFriction ElastoPlastic ElementBond Force GeneralisedEffort
-        Harmonic HydraulicCylinder InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Spline
-        SpringDamper
-        Step Table Torque Wrench Zener
+        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw
+        AbstractScalarLaw AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw
+        AbstractSystemStateLaw Actuator AirSpring Attachment BumpStop Bushing Cable Constant CoulombFriction
+        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder
+        InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Sheave Spline SpringDamper Step
+        Table Torque WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.hydraulics": """
         AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump

@@ -79,6 +79,29 @@ def elasto_plastic(p):
     p.text((-0.75, 0, 0.6), "yield_force", shift=(0, -4))
 
 
+def cable(p):
+    p.box((-1.5, 0, -0.7), (0.5, 0.5, 0.4), PALE)
+    p.box((1.3, 0, -0.7), (0.7, 0.5, 0.5), BLUE)
+    for x, z in ((-0.6, 0.4), (0.6, -0.1)):
+        p.circle((x, 0, z), (0, 1, 0), 0.4)
+        p.dot((x, 0, z))
+    p.line((-1.5, 0, -0.5), (-0.99, 0, 0.48), color=RED)
+    p.line((-0.36, 0, 0.72), (0.33, 0, -0.4), color=RED)
+    p.line((0.98, 0, -0.2), (1.3, 0, -0.45), color=RED)
+    p.text((0.1, 0, 0.45), "tension", RED)
+
+
+def gear_pair(p):
+    p.circle((-0.7, 0, 0), (0, 1, 0), 0.6)
+    p.circle((0.75, 0, 0), (0, 1, 0), 0.85)
+    for x in (-0.7, 0.75):
+        p.dot((x, 0, 0))
+    p.line((-0.43, 0, -0.9), (0.23, 0, 0.9), color=RED, dash="4 3")
+    p.arrow((-0.1, 0, 0), (0.16, 0, 0.72), "N", RED, (14, 4))
+    p.text((-0.7, 0, -0.3), "A")
+    p.text((0.75, 0, -0.3), "B")
+
+
 def motor(p):
     p.tube((-0.7, 0, 0), (0.5, 0, 0), 0.6)
     p.tube((0.5, 0, 0), (1.2, 0, 0), 0.12, BLUE)
@@ -224,10 +247,12 @@ LAWS = {
     "AirSpring": air_spring,
     "BumpStop": bump_stop,
     "Bushing": bushing,
+    "Cable": cable,
     "Constant": constant,
     "CoulombFriction": coulomb_friction,
     "ElastoPlastic": elasto_plastic,
     "Force": force,
+    "GearPair": gear_pair,
     "GeneralisedEffort": generalised_effort,
     "Harmonic": harmonic,
     "HydraulicCylinder": hydraulic_cylinder,

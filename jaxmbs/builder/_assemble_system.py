@@ -7,7 +7,7 @@ import numpy as np
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..forces._fields import as_function
-from ..forces._ports import JointPort, port_of
+from ..forces._ports import JointPort, PathPort, port_of
 from ..forces._signals import as_signal
 from ..forces._state_laws import internal_layout
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
@@ -175,20 +175,34 @@ def _group_by_structure(items):
 
 
 def _force_groups(forces, frames, record, bodies, named):
-    items = []
+    items, paths = [], {}
     for force in forces.values():
         if force.joint is not None:
             joint = record[force.joint]
             items.append((force.name, force.law, joint.first_velocity, joint.first_coordinate, JointPort()))
             continue
         ends = force.between if force.between is not None else (() if force.on is None else (force.on, force.on))
+        labels, port = ("a", "b"), port_of(force.law)
+        if isinstance(port, PathPort):
+            labels = tuple(str(k) for k in range(port.num_frames))
         places = []
-        for side, reference in zip("ab", ends, strict=False):
+        for label, reference in zip(labels, ends, strict=False):
             body, pose = resolve_frame(reference, bodies, named)
-            places.append(frames.add(f"{force.name}.{side}", body, rotation_and_position(pose)))
-        items.append((force.name, force.law, *(places or (0, 0)), port_of(force.law)))
+            places.append(frames.add(f"{force.name}.{label}", body, rotation_and_position(pose)))
+        if isinstance(port, PathPort):
+            paths[force.name] = tuple(places)
+            places = [places[0], places[-1]]
+        items.append((force.name, force.law, *(places or (0, 0)), port))
     return tuple(
-        ForceGroup(names, port, first, second, law, internal_layout(members[0][1]))
+        ForceGroup(
+            names,
+            port,
+            first,
+            second,
+            law,
+            internal_layout(members[0][1]),
+            tuple(paths[name] for name in names) if isinstance(port, PathPort) else (),
+        )
         for port, names, law, first, second, members in _group_by_structure(items)
     )
 

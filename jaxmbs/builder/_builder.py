@@ -1,6 +1,7 @@
 """`SystemBuilder`: declare bodies, joints, forces and constraints by name, then build the system."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -8,6 +9,7 @@ from ..blocks import AbstractBlock
 from ..checks import no_such
 from ..contact import AbstractPair, Contact, DryFriction, HuntCrossley
 from ..errors import ModelError
+from ..forces import GearPair
 from ..forces._base import AbstractLaw
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import Coupler
@@ -20,6 +22,7 @@ from ..runtime import as_array, follow_precision
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._build import build_system
+from ._cables import cable_parts
 from ._circuits import with_circuits
 from ._elastic import ElasticDeclaration, elastic_faults
 from ._links import link_parts
@@ -317,6 +320,108 @@ class SystemBuilder:
             self._faults.append(f"contact {name!r}: {error}")
             return
         self.force(name, law, between=(surface, body))
+
+    def cable(
+        self,
+        name: str,
+        path: WordedError[Iterable],
+        stiffness: ArrayLike | None = None,
+        axial_stiffness: ArrayLike | None = None,
+        damping: ArrayLike = 0.0,
+        free_length: ArrayLike | Callable = 1.0,
+        pretension: ArrayLike = 0.0,
+        slack: bool = True,
+        friction: ArrayLike | None = None,
+        closed: bool = False,
+        slip_speed: ArrayLike = 1e-3,
+        transition: ArrayLike = 1e-4,
+    ) -> None:
+        """An elastic cable over points, sheaves, cylinders and spheres, or a belt around them.
+
+        `b.cable("hoist", [Attachment("boom.tip"), Sheave("hook", 0.3, side="+"), Attachment("boom.end")],
+        stiffness=2e6, free_length=21.0)`.  It is a force element of the law `forces.Cable`, which says more.
+
+        Args:
+            path: elements in order: `Attachment` at the ends, `Eyelet`, `Sheave`, `WrapCylinder`, `WrapSphere`
+                between them; of a closed belt all but the first.
+            stiffness: tension per stretch [N/m]; or axial_stiffness: modulus times cross section [N].
+            damping: tension per rate of stretch [N s/m].
+            free_length: length without tension [m], or a function of time for a winch at the first element.
+            pretension: tension at the free length [N].
+            slack: True if the cable takes no compression.
+            friction: coefficient at all elements that give none of their own (default: none).
+            closed: True for a belt.
+            slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
+            transition: half of the stretch over which the cable becomes slack [m].
+        """
+        values = {
+            "stiffness": stiffness,
+            "axial_stiffness": axial_stiffness,
+            "damping": damping,
+            "free_length": free_length,
+            "pretension": pretension,
+            "slack": bool(slack),
+            "slip_speed": slip_speed,
+            "transition": transition,
+        }
+        try:
+            law, frames = cable_parts(path, bool(closed), friction, values)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"cable {name!r}: {error}")
+            return
+        self.force(name, law, between=frames)
+
+    def gear_pair(
+        self,
+        name: str,
+        first: WordedError[FrameLike],
+        second: WordedError[FrameLike],
+        teeth: tuple[int, int],
+        module: ArrayLike,
+        pressure_angle: ArrayLike = math.pi / 9,
+        helix_angle: ArrayLike = 0.0,
+        internal: bool = False,
+        stiffness: ArrayLike = 1e8,
+        damping: ArrayLike = 0.0,
+        backlash: ArrayLike = 0.0,
+        phase: ArrayLike = 0.0,
+        transition: ArrayLike = 1e-6,
+    ) -> None:
+        """Two gears in mesh, whose teeth press along the line of action: `Coupler` is the ideal ratio without loads.
+
+        `b.gear_pair("stage", "wheel", "pinion", teeth=(60, 20), module=2e-3)`: a force element of the law
+        `forces.GearPair`, which says more.
+
+        Args:
+            first, second: frames of the wheels A and B at their centres, z along their axes: body or frame names,
+                (body, point), (body, Pose).
+            teeth: numbers of teeth of A and B; their ratio is that of the gear.
+            module: normal module [m]; the pitch radii are teeth times module over 2 cos(helix angle).
+            pressure_angle, helix_angle: normal pressure angle, and helix angle of A, positive if right-handed [rad].
+            internal: True if B is a ring gear around A.
+            stiffness, damping: of the teeth along their normal [N/m, N s/m].
+            backlash: play along the normal of the teeth [m].
+            phase: of the mesh [rad]: with 0 the teeth are in the middle of their play where the x axes of both frames
+                point from A to B.
+            transition: half of the approach over which the teeth come into touch [m].
+        """
+        try:
+            law = GearPair(
+                tuple(teeth),
+                module,
+                pressure_angle,
+                helix_angle,
+                bool(internal),
+                stiffness,
+                damping,
+                backlash,
+                phase,
+                transition,
+            )
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"gear pair {name!r}: {error}")
+            return
+        self.force(name, law, between=(first, second))
 
     def constraint(
         self,

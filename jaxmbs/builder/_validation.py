@@ -8,6 +8,7 @@ from ..checks import any_concrete, faults_if, is_concrete, no_such
 from ..forces import (
     AbstractBodyLaw,
     AbstractBodyStateLaw,
+    AbstractPathLaw,
     AbstractPoseLaw,
     AbstractPoseStateLaw,
     AbstractScalarLaw,
@@ -15,7 +16,7 @@ from ..forces import (
     AbstractSystemLaw,
     AbstractSystemStateLaw,
 )
-from ..forces._ports import JointPort, LinePort, SystemPort, port_of
+from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
 from ._circuits import circuit_faults, with_circuits
@@ -234,7 +235,7 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
     if isinstance(law, (AbstractScalarLaw, AbstractScalarStateLaw)):
         wanted = ("between", "joint")
-    elif isinstance(law, (AbstractPoseLaw, AbstractPoseStateLaw)):
+    elif isinstance(law, (AbstractPoseLaw, AbstractPoseStateLaw, AbstractPathLaw)):
         wanted = ("between",)
     elif isinstance(law, (AbstractBodyLaw, AbstractBodyStateLaw)):
         wanted = ("on",)
@@ -253,11 +254,15 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
                 f"{where}: joint {force.joint!r} does not have exactly one coordinate; use a Bushing between frames"
             )
     references = force.between if force.between is not None else ([force.on] if force.on is not None else [])
-    if force.between is not None and len(force.between) != 2:
-        return [f"{where}: between= takes two frames, got {len(force.between)}"]
+    wanted_frames = law.num_frames if isinstance(law, AbstractPathLaw) else 2
+    if force.between is not None and len(force.between) != wanted_frames:
+        words = "two" if wanted_frames == 2 else str(wanted_frames)
+        return [f"{where}: between= takes {words} frames, got {len(force.between)}"]
     for reference in references:
         found += _reference_faults(where, reference, bodies, frames)
-    if force.between is not None and not found:
+    if isinstance(law, AbstractPathLaw) and not found:
+        found += _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in references])
+    elif force.between is not None and not found:
         first, second = (resolve_frame(reference, bodies, frames)[0] for reference in references)
         if first == second:
             found.append(
@@ -270,6 +275,13 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     return found + [f"{where}: {fault}" for fault in law.faults() or _effort_faults(law, force.joint is not None)]
 
 
+def _path_faults(where, bodies):
+    """Faults of the bodies of a law over several frames."""
+    if len(set(bodies)) > 1:
+        return []
+    return [f"{where}: all its frames are on {bodies[0]!r}, so the force has no effect; give frames on two bodies"]
+
+
 def _effort_faults(law, on_joint) -> list[str]:
     """Faults that one abstract call of the law shows; laws of the whole system are called when its size is known."""
     port = JointPort() if on_joint else port_of(law)
@@ -277,6 +289,8 @@ def _effort_faults(law, on_joint) -> list[str]:
         return []
     zero, place = jnp.zeros(()), (jnp.eye(3), jnp.zeros(3))
     displacement = {LinePort: place[1:], JointPort: (zero,)}.get(type(port), place)
+    if isinstance(port, PathPort):
+        displacement = tuple(jnp.stack([part] * port.num_frames) for part in place)
     return law_call_faults(law, port, displacement, port.num_flows)
 
 

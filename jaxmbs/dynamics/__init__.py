@@ -1,5 +1,6 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
+from ._cable_states import CableResult, cable_states
 from ._contact_load import ContactLoad, contact_load
 from ._energy import kinetic_energy, potential_energy
 from ._friction_verdict import FrictionLoads, joint_friction
@@ -27,10 +28,12 @@ from .paper import (
 )
 
 __all__ = [
+    "CableResult",
     "ContactLoad",
     "FrictionLoads",
     "acceleration",
     "angular_acceleration",
+    "cable_states",
     "compliance_effort",
     "contact_load",
     "forward_dynamics",

@@ -3,12 +3,22 @@
 from ._actuator import PD, Actuator
 from ._air_spring import AirSpring
 from ._applied import Force, Torque, Wrench
-from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
+from ._base import (
+    AbstractBodyLaw,
+    AbstractLaw,
+    AbstractPathLaw,
+    AbstractPoseLaw,
+    AbstractScalarLaw,
+    AbstractSystemLaw,
+)
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
+from ._cable import Cable
+from ._cable_elements import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
 from ._elasto_plastic import ElastoPlastic
 from ._element_bonds import ElementBond
 from ._friction import CoulombFriction
+from ._gear_pair import GearPair
 from ._generalised import GeneralisedEffort
 from ._hydraulic_cylinder import HydraulicCylinder
 from ._lugre import LuGre
@@ -32,6 +42,7 @@ __all__ = [
     "AbstractBodyLaw",
     "AbstractBodyStateLaw",
     "AbstractLaw",
+    "AbstractPathLaw",
     "AbstractPoseLaw",
     "AbstractPoseStateLaw",
     "AbstractScalarLaw",
@@ -42,13 +53,17 @@ __all__ = [
     "AbstractSystemStateLaw",
     "Actuator",
     "AirSpring",
+    "Attachment",
     "BumpStop",
     "Bushing",
+    "Cable",
     "Constant",
     "CoulombFriction",
     "ElastoPlastic",
     "ElementBond",
+    "Eyelet",
     "Force",
+    "GearPair",
     "GeneralisedEffort",
     "Harmonic",
     "HydraulicCylinder",
@@ -61,11 +76,14 @@ __all__ = [
     "Prony",
     "PronyBushing",
     "Ramp",
+    "Sheave",
     "Spline",
     "SpringDamper",
     "Step",
     "Table",
     "Torque",
+    "WrapCylinder",
+    "WrapSphere",
     "Wrench",
     "Zener",
 ]

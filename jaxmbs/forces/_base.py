@@ -1,4 +1,5 @@
-"""Interfaces of force laws, which turn motion into effort: on one coordinate, two frames, one frame, or the system.
+"""Interfaces of force laws, which turn motion into effort: on one coordinate, two frames, one frame, several
+frames, or the system.
 
 A law is a frozen pytree whose numbers are array leaves. The engine stacks the leaves of laws with the same
 structure and calls the methods under `jax.vmap`, so methods never branch on values and treat one law at a
@@ -142,6 +143,38 @@ class AbstractBodyLaw(AbstractLaw):
     def potential(self, rotation: Matrix3, position: Vector3, t: ScalarLike) -> Scalar:
         """Stored energy [J]; zero for loads whose work is counted as input."""
         return jnp.zeros((), position.dtype)
+
+
+class AbstractPathLaw(AbstractLaw):
+    """Law over several frames, such as a cable, all quantities in world axes."""
+
+    @property
+    @abc.abstractmethod
+    def num_frames(self) -> int:
+        """Number of frames that the law acts on."""
+
+    @abc.abstractmethod
+    def wrench(
+        self,
+        rotations: Float[Array, "n 3 3"],
+        positions: Float[Array, "n 3"],
+        angular_velocities: Float[Array, "n 3"],
+        velocities: Float[Array, "n 3"],
+        t: ScalarLike,
+    ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """Forces [N] and moments [N m] on the frames, in world axes, each about its frame's origin.
+
+        Args:
+            rotations: (n, 3, 3) axes of each frame in world axes.
+            positions: (n, 3) of their origins from a common point [m].
+            angular_velocities: (n, 3) [rad/s].
+            velocities: (n, 3) of their origins [m/s].
+            t: time [s].
+        """
+
+    def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
+        """Stored energy [J]."""
+        return jnp.zeros((), positions.dtype)
 
 
 class AbstractSystemLaw(AbstractLaw):

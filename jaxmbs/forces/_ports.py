@@ -1,9 +1,10 @@
-"""Ports on two points, two frames, one frame, one joint coordinate, and the whole system; interface in `_port.py`.
+"""Ports on two points, two frames, one frame, several, a joint coordinate, and the whole system; see `_port.py`.
 
 Source: S2 (56)-(67), (72) on points, (76) at one frame.
 """
 
 import abc
+import dataclasses
 from typing import NamedTuple
 
 import jax
@@ -14,7 +15,7 @@ from jax import Array
 from ..math._linalg import direction, safe_norm, skew
 from ..math._spatial import to_public_order
 from ..runtime import gather_static, segment_sum_static
-from ._base import AbstractBodyLaw, AbstractPoseLaw, AbstractScalarLaw
+from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractScalarLaw
 from ._port import AbstractPort
 from ._state_laws import AbstractBodyStateLaw, AbstractPoseStateLaw, AbstractScalarStateLaw
 
@@ -214,8 +215,59 @@ class SystemPort(AbstractPort):
         return None, jnp.sum(efforts, axis=0)
 
 
+@dataclasses.dataclass(frozen=True)
+class PathPort(AbstractPort):
+    """Several frames: the flow is the angular velocity and the velocity of the origin of each, in world axes."""
+
+    num_frames: int = 2
+
+    @property
+    def num_flows(self):
+        return 6 * self.num_frames
+
+    def gather(self, group, at, V, u):
+        return (_frame_motions(group.frames, at, V),)
+
+    def displacement(self, frames):
+        return frames.R, frames.x
+
+    def flow(self, frames):
+        return jnp.concatenate([frames.V[:, :3], jax.vmap(lambda f: f.velocity)(frames)], axis=1).reshape(-1)
+
+    def rate(self, displacement, flow):
+        spin, velocity = _spins_and_velocities(flow)
+        return jax.vmap(skew)(spin) @ displacement[0], velocity
+
+    def arguments(self, displacement, flow):
+        return displacement, _spins_and_velocities(flow)
+
+    def effort(self, law, displacement, flow, t):
+        force, moment = law.wrench(*displacement, *_spins_and_velocities(flow), t)
+        return jnp.concatenate([moment, force], axis=1).reshape(-1)
+
+    def reading(self, seen, effort):
+        return jax.vmap(to_public_order)(effort.reshape(-1, 6)).reshape(-1), None, None
+
+    def spread(self, group, seen, efforts, owners, num_velocities):
+        wrenches = efforts.reshape(-1, 6)
+        places = seen[0].x.reshape(-1, 3)
+        about_origin = jax.vmap(lambda x, w: _wrench_at(x, w[:3], w[3:]))(places, wrenches)
+        return owners.collect(np.asarray(group.frames).reshape(-1), about_origin), None
+
+    def stiffness(self, law, displacement, flow, t):
+        return self.slope(law, displacement, flow, t)
+
+
+def _spins_and_velocities(flow):
+    """Angular velocities (n, 3) and velocities (n, 3) of the frames of a path."""
+    twists = flow.reshape(-1, 6)
+    return twists[:, :3], twists[:, 3:]
+
+
 def port_of(law) -> AbstractPort:
     """The port of a law that acts on frames or on the whole system."""
+    if isinstance(law, AbstractPathLaw):
+        return PathPort(law.num_frames)
     kinds = (
         ((AbstractScalarLaw, AbstractScalarStateLaw), LinePort),
         ((AbstractPoseLaw, AbstractPoseStateLaw), PosePort),

@@ -23,7 +23,8 @@ class ForceGroup(eqx.Module):
     """Force elements of one law on one kind of port, their parameters stacked.
 
     `port` is one of `forces._ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate;
-    `internal` are (name, shape, unit) of each internal state of the law.
+    `internal` are (name, shape, unit) of each internal state of the law; `frames` are all frames of each element
+    where it acts on several, of which `first` and `second` are then the ends.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -32,6 +33,7 @@ class ForceGroup(eqx.Module):
     second: tuple[int, ...] = eqx.field(static=True)
     law: Any
     internal: tuple[tuple[str, tuple[int, ...], str], ...] = eqx.field(static=True, default=())
+    frames: tuple[tuple[int, ...], ...] = eqx.field(static=True, default=())
 
 
 class ClosureGroup(eqx.Module):

@@ -85,6 +85,11 @@ CASES = {
     "reaction.inverse_dynamics": case(lambda z: call(z.bars, z.state, np.array([1.0, 2.0, 3.0]))),
     "dynamics.acceleration": of_frame(),
     "dynamics.angular_acceleration": of_frame(),
+    "dynamics.cable_states": case(
+        lambda z: call(z.bars, z.state),
+        "system nan inside: it has no cable, and no number is given",
+        "state nan inside: as before",
+    ),
     "reaction.reactions": case(lambda z: call(z.bars, z.state, "world", "child", {"A": np.ones(6)}, "dense")),
     "reaction.reaction_bonds": case(lambda z: call(z.bars, z.state, {"A": np.ones(6)}, "dense")),
     "jaxmbs.reactions": case(lambda z: call(z.bars, z.state)),

@@ -79,6 +79,16 @@ def _contact_by(kind):
     return lambda surface: _contact(kind(surface))
 
 
+def _cable(item):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
+    forces = mbs.forces
+    first = item if isinstance(item, forces.Attachment) else forces.Attachment(("ground", (0.0, 0.0, 1.0)))
+    between = [] if first is item else [item]
+    b.cable("cable", [first, *between, forces.Attachment(("hand", (1.0, 0.2, 0.0)))], stiffness=2.0)
+    return b.build()
+
+
 def _constraint(kind):
     b = _two_bodies()
     b.joint("wrist", mbs.Free(), "arm", "hand")
@@ -311,6 +321,30 @@ CASES = {
     ),
     "forces.PD": on_joint(lambda z: call(mbs.forces.Constant(0.5), 2.0, 1.0), positive="kp kd"),
     "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x)),
+    "forces.Cable": case(
+        lambda z: call(
+            *(("point", "sheave", "point"), np.array([0.5]), np.array([[0.0, 0.0, 1.0]]), (1, 1, 1), (0, 0, 0)),
+            **{"stiffness": 2.0, "damping": 0.5, "free_length": mbs.forces.Constant(1.0), "friction": np.ones(3)},
+        ),
+        through=_through(_law(between=("ground", "arm", "hand"))),
+        positive="radii stiffness damping friction",
+    ),
+    "forces.GearPair": case(
+        lambda z: call((20, 30), 2e-3, 0.35, 0.25, False, 2.0, 0.5, 1e-4, 0.25, 1e-3),
+        through=_through(_law(between=("arm", "hand"))),
+        positive="module stiffness damping backlash transition",
+    ),
+    "forces.Attachment": case(lambda z: call("arm"), through=_through(_cable)),
+    "forces.Eyelet": case(lambda z: call("arm", 0.5), through=_through(_cable), positive="friction"),
+    "forces.Sheave": case(
+        lambda z: call("arm", 0.5, "+", "z", 1, 0.25), through=_through(_cable), positive="radius friction"
+    ),
+    "forces.WrapCylinder": case(
+        lambda z: call("arm", 0.5, "+", "z", 1, 0.25), through=_through(_cable), positive="radius friction"
+    ),
+    "forces.WrapSphere": case(
+        lambda z: call("arm", 0.5, "+", "z", 0.25), through=_through(_cable), positive="radius friction"
+    ),
     "forces.GeneralisedEffort": case(lambda z: call(lambda q, u, t: -u), through=_through(_law())),
     "forces.Force": on_body(lambda z: call(np.array([1.0, 2.0, 3.0]), "world")),
     "forces.Torque": on_body(lambda z: call(np.array([1.0, 2.0, 3.0]), "body")),

@@ -33,12 +33,14 @@ EXEMPT = {
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
+        dynamics.CableResult
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
         hydraulics.AbstractTwoPort
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
+        forces.AbstractPathLaw
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
         forces.InternalState model.InternalStates
         contact.AbstractPair contact.Touch

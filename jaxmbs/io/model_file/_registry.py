@@ -47,6 +47,9 @@ ROWS = {
     "blocks": declarations.Block,
     "friction": declarations.Friction,
 }
+#: What a law declares, and the elements of which the builder makes a cable: no file has them.
+_MADE_OF = (forces.InternalState, forces.Attachment, forces.Eyelet, forces.Sheave)
+_MADE_OF += (forces.WrapCylinder, forces.WrapSphere)
 _registered: dict[str, Any] = {}
 
 
@@ -69,7 +72,7 @@ def classes() -> dict[str, type]:
     """Classes of the library by name: what can be declared, and the declarations."""
     found = [getattr(room, name) for room in _ROOMS for name in room.__all__]
     found = [item for item in (*found, *_OTHER_CLASSES) if isinstance(item, type) and _is_record(item)]
-    found = [item for item in found if item is not forces.InternalState]  # a law declares it, no file does
+    found = [item for item in found if item not in _MADE_OF]
     return {item.__name__: item for item in found if not item.__name__.startswith("Abstract")}
 
 

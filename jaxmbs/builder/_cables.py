@@ -1,0 +1,68 @@
+"""Cables from the elements of their path, as the user gives them."""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..forces import Attachment, Cable, Eyelet, Sheave, WrapCylinder, WrapSphere
+from ..math._rotation import axis_vector
+from ..runtime import as_array
+
+_KINDS = {Attachment: "point", Eyelet: "point", Sheave: "sheave", WrapCylinder: "cylinder", WrapSphere: "sphere"}
+_SENSES = {"+": 1, "-": -1}
+
+
+def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Cable, tuple]:
+    """The law of a cable and its frames.
+
+    Args:
+        values: the fields of `Cable` that are no parts of the path.
+
+    Raises: TypeError or ValueError with the fault of an element.
+    """
+    elements = list(elements)
+    for k, item in enumerate(elements):
+        if type(item) not in _KINDS:
+            raise TypeError(f"element {k}: {item!r} is not Attachment, Eyelet, Sheave, WrapCylinder or WrapSphere")
+        if getattr(item, "side", "+") not in _SENSES:
+            raise ValueError(f"element {k}: side is '+' or '-', got {item.side!r}")
+        turns = getattr(item, "turns", 0)
+        if isinstance(turns, bool) or not isinstance(turns, int | np.integer):
+            raise TypeError(f"element {k}: turns is a whole number, got {turns!r}")
+        if isinstance(item, Attachment) and (closed or k not in (0, len(elements) - 1)):
+            raise ValueError(f"element {k}: an Attachment is an end; a cable passes through an Eyelet")
+    circles = [item for item in elements if hasattr(item, "radius")]
+    law = Cable(
+        kinds=tuple(_KINDS[type(item)] for item in elements),
+        radii=_stack([item.radius for item in circles], ()),
+        axes=_stack([_axis(item) for item in circles], (3,)),
+        senses=tuple(_SENSES[getattr(item, "side", "+")] for item in elements),
+        turns=tuple(int(getattr(item, "turns", 0)) for item in elements),
+        closed=closed,
+        friction=_frictions(elements, friction),
+        **values,
+    )
+    return law, tuple(item.at for item in elements)
+
+
+def _axis(item):
+    axis = axis_vector(getattr(item, "axis", "z"))
+    return axis / jnp.linalg.norm(axis)
+
+
+def _frictions(elements, friction):
+    """Coefficients (n,) at the elements, or None where there is no friction at all."""
+    own = [getattr(item, "friction", None) for item in elements]
+    if friction is None and all(mu is None for mu in own):
+        return None
+    common = 0.0 if friction is None else friction
+    return _stack([common if mu is None else mu for mu in own], ())
+
+
+def _stack(values, shape):
+    values = [as_array(value) for value in values]
+    for value in values:
+        if value.shape != shape:
+            raise ValueError(f"a radius or a coefficient is one number, got shape {value.shape}")
+    return jnp.stack(values) if values else jnp.zeros((0, *shape))

@@ -1,0 +1,267 @@
+"""Elastic cable over points, sheaves, cylinders and spheres: tension from its length, capstan friction."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+
+from ..checks import faults_if, may_be_nonzero, negative, not_positive
+from ..math._linalg import safe_norm
+from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractPathLaw
+from ._cable_friction import tension_ratios
+from ._cable_path import CablePath, Layout, cable_path
+from ._fields import number, optional_number
+from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
+from ._signals import Constant, as_signal, value_and_rate
+
+
+class CableState(NamedTuple):
+    """A cable at one instant.
+
+    Attributes:
+        length: from end to end along the path, or around [m]; rate [m/s].
+        tension: () that of the elastic law and the damping, the mean along the cable [N].
+        tensions: (m,) of each span between two elements, in order [N].
+        wrap: (n,) angle about each element [rad], zero at ends; negative where the path has left it.
+        points: (m, 2, 3) world points where each span begins and ends [m].
+    """
+
+    length: Array
+    rate: Array
+    tension: Array
+    tensions: Array
+    wrap: Array
+    points: Array
+
+
+class Cable(AbstractPathLaw):
+    """Elastic cable along a path of points, sheaves, cylinders and spheres; see `SystemBuilder.cable`.
+
+    Its tension is `k (length - free length) + pretension + c rate`; where `slack`, never below zero, with a smooth
+    corner (C2).  The effort is that tension times the derivative of the length by the poses of all frames, so a
+    motion without friction and damping keeps its energy.  With friction the tensions of the spans differ by
+    `exp(mu wrap tanh(slip / slip_speed))` at each element (Euler and Eytelwein), and their mean by length is the
+    tension of the elastic law: friction takes energy at every slip.  Wheels have no friction in their bearings unless
+    their joints do.  A wheel that the cable has left would pull at it: `dynamics.cable_states` tells.
+
+    Attributes:
+        kinds: of each element, "point", "sheave", "cylinder" or "sphere".
+        radii: (c,) of the elements that are no points, in order [m].
+        axes: (c, 3) unit vectors of their axes in their frames' axes; of spheres about along them.
+        senses: (n,) +1 or -1, the sense in which the cable turns about each axis on its way; +1 at points.
+        turns: (n,) whole turns beside the wrap.
+        closed: True for a belt, whose last element is followed by the first.
+        slack: True if the cable takes no compression.
+        stiffness: k [N/m], positive; or
+        axial_stiffness: modulus times cross section [N], which is divided by the free length.
+        damping: c >= 0 [N s/m].
+        free_length: length without tension [m]: a number, or a function of time for a winch that pays out at the
+            first element; its work is then input.
+        pretension: tension at the free length [N].
+        friction: (n,) coefficients at the elements; None for none.
+        slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
+        transition: half of the stretch over which a cable becomes slack [m].
+    """
+
+    kinds: tuple[str, ...] = eqx.field(static=True)
+    radii: Convertible[Float[Array, " c"]] = eqx.field(converter=number)
+    axes: Convertible[Float[Array, "c 3"]] = eqx.field(converter=number)
+    senses: tuple[int, ...] = eqx.field(static=True)
+    turns: tuple[int, ...] = eqx.field(static=True)
+    closed: bool = eqx.field(static=True, default=False)
+    slack: bool = eqx.field(static=True, default=True)
+    stiffness: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
+    axial_stiffness: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
+    damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    free_length: Convertible[Callable] = eqx.field(converter=as_signal, default=1.0)
+    pretension: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    friction: Convertible[Float[Array, " n"] | None] = eqx.field(converter=optional_number, default=None)
+    slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)
+    transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-4)
+
+    @property
+    def num_frames(self) -> int:
+        """Number of elements of the path."""
+        return len(self.kinds)
+
+    @property
+    def layout(self) -> Layout:
+        """The static parts of the path."""
+        return Layout(self.kinds, self.senses, self.turns, self.closed)
+
+    @property
+    def is_wound(self) -> bool:
+        """True if the free length is a function of time."""
+        return not isinstance(self.free_length, Constant)
+
+    @property
+    def is_source(self) -> bool:  # type: ignore[override]
+        """True for a winch, whose work is input."""
+        return self.is_wound
+
+    @property
+    def stores(self) -> bool:
+        """True unless the free length changes in time."""
+        return not self.is_wound
+
+    @property
+    def dissipates(self) -> bool:
+        """True for damping, friction, or a winch."""
+        return self.is_wound or self.friction is not None or may_be_nonzero(self.damping)
+
+    def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
+        """The path through frames of these poses."""
+        own = self.layout.circles
+        if not own.size:
+            zero = jnp.zeros_like(positions)
+            return cable_path(self.layout, zero[:, 0], zero, positions)
+        radii = jnp.zeros_like(positions[:, 0]).at[own].set(self.radii)
+        turned = jnp.einsum("nij,nj->ni", rotations[own], self.axes)
+        return cable_path(self.layout, radii, jnp.zeros_like(positions).at[own].set(turned), positions)
+
+    def wrench(
+        self,
+        rotations: Float[Array, "n 3 3"],
+        positions: Float[Array, "n 3"],
+        angular_velocities: Float[Array, "n 3"],
+        velocities: Float[Array, "n 3"],
+        t: ScalarLike,
+    ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """Minus the tension times the derivative of the length, and friction at the points of contact."""
+        path, length, rate, on_x, on_turn = self._length(rotations, positions, angular_velocities, velocities)
+        tension = self._tension(length, rate, t)
+        force, moment = -tension * on_x, -tension * on_turn
+        if self.friction is None:
+            return force, moment
+        excess = self._tensions(path, tension, positions, angular_velocities, velocities, t) - tension
+        pull, first, second = excess[:, None] * path.directions, *self.layout.spans
+        arms = jnp.cross(path.start - positions[first], pull), jnp.cross(path.end - positions[second], -pull)
+        return (
+            force.at[first].add(pull).at[second].add(-pull),
+            moment.at[first].add(arms[0]).at[second].add(arms[1]),
+        )
+
+    def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
+        """`k/2 (x^2 - x_0^2)` with the stretch x that makes the tension k x, zero where slack [J]."""
+        if self.is_wound:
+            return jnp.zeros((), positions.dtype)
+        k, stretch, _ = self._stretch(self.path(rotations, positions).length, t)
+        return k * (one_sided_integral(stretch, self.transition) if self.slack else stretch**2 / 2)
+
+    def state(
+        self,
+        rotations: Float[Array, "n 3 3"],
+        positions: Float[Array, "n 3"],
+        angular_velocities: Float[Array, "n 3"],
+        velocities: Float[Array, "n 3"],
+        t: ScalarLike,
+    ) -> CableState:
+        """Length, tensions and wrap; arguments as of `wrench`."""
+        path, length, rate, *_ = self._length(rotations, positions, angular_velocities, velocities)
+        tension = self._tension(length, rate, t)
+        each = jnp.broadcast_to(tension, path.spans.shape)
+        if self.friction is not None:
+            each = self._tensions(path, tension, positions, angular_velocities, velocities, t)
+        return CableState(length, rate, tension, each, path.wrap, jnp.stack([path.start, path.end], axis=1))
+
+    def _length(self, R, x, spin, velocity):
+        """(path, length, its rate, its derivatives (n, 3) by the places and by small turns of the frames)."""
+
+        def length(R, x):
+            path = self.path(R, x)
+            return path.length, path
+
+        (found, path), (by_R, on_x) = jax.value_and_grad(length, (0, 1), has_aux=True)(R, x)
+        M = by_R @ jnp.swapaxes(R, 1, 2)
+        on_turn = jnp.stack([M[:, 2, 1] - M[:, 1, 2], M[:, 0, 2] - M[:, 2, 0], M[:, 1, 0] - M[:, 0, 1]], axis=1)
+        return path, found, jnp.sum(on_x * velocity) + jnp.sum(on_turn * spin), on_x, on_turn
+
+    def _stretch(self, length, t):
+        """(k, stretch that makes the tension k stretch, rate of the free length)."""
+        free, paid = value_and_rate(self.free_length, t)
+        k = self.stiffness if self.stiffness is not None else self.axial_stiffness / free
+        return k, length - free + self.pretension / k, paid
+
+    def _tension(self, length, rate, t):
+        k, stretch, paid = self._stretch(length, t)
+        resisting = self.damping * (rate - paid)
+        if not self.slack:
+            return k * stretch + resisting
+        elastic = k * one_sided(stretch, self.transition)
+        return passive_sum(elastic, resisting * one_sided_slope(stretch, self.transition))
+
+    def _tensions(self, path, tension, x, spin, velocity, t):
+        """Tensions (m,) of the spans, whose mean by length is the tension."""
+        first, second = self.layout.spans
+        at = lambda k, point: velocity[k] + jnp.cross(spin[k], point - x[k])  # noqa: E731
+        parting = jnp.sum(path.directions * (at(second, path.end) - at(first, path.start)), axis=1)
+        bend = path.wrap + _bend_at_points(self.layout, path)
+        grip = self.friction * jnp.where(bend > 0, bend, 0.0)
+        share = path.spans + (path.arc[first] + path.arc[second]) / 2
+        share = share / jnp.sum(share)
+        _, paid = value_and_rate(self.free_length, t)
+        ratios = tension_ratios(grip, share, parting, paid, self.slip_speed, self.closed)
+        return tension * ratios / jnp.sum(share * ratios)
+
+    def faults(self) -> list[str]:
+        """Radii, stiffness and length are positive; damping and friction are not negative."""
+        found = super().faults() + faults_if(
+            ((self.stiffness is None) == (self.axial_stiffness is None), "give stiffness= or axial_stiffness="),
+            (
+                any(not_positive(k) for k in (self.stiffness, self.axial_stiffness) if k is not None),
+                "stiffness must be positive",
+            ),
+            (not_positive(self.radii), "radii must be positive"),
+            (negative(self.damping), "damping must not be negative"),
+            (
+                isinstance(self.free_length, Constant) and not_positive(self.free_length.value),
+                "free_length must be positive",
+            ),
+            (self.friction is not None and negative(self.friction), "friction must not be negative"),
+            (not_positive(self.slip_speed), "slip_speed must be positive"),
+            (not_positive(self.transition), "transition must be positive"),
+        )
+        return found + self._path_faults()
+
+    def _path_faults(self):
+        n, kinds = len(self.kinds), self.kinds
+        count = len(self.layout.circles)
+        ends = () if self.closed else (0, n - 1)
+        found = faults_if(
+            (n < 2, "a path has two elements or more"),
+            (
+                self.radii.shape != (count,) or self.axes.shape != (count, 3),
+                "radii (c,) and axes (c, 3) are those of the c circles",
+            ),
+            (len(self.senses) != n or len(self.turns) != n, "senses and turns have an entry for each element"),
+            (any(s not in (1, -1) for s in self.senses), "senses are 1 or -1"),
+            (any(not 0 <= m <= 1000 for m in self.turns), "turns are between 0 and 1000"),
+            (self.friction is not None and self.friction.shape != (n,), f"friction has {n} entries"),
+            (any(kinds[k] != "point" for k in ends), "the ends are points: Attachment(...)"),
+        )
+        for k, kind in enumerate(kinds):
+            if kind in ("cylinder", "sphere") and (kinds[k - 1], kinds[(k + 1) % n]) != ("point", "point"):
+                found.append(
+                    f"element {k}: a {kind} stands between two points of the cable; put an Eyelet before and after it"
+                )
+            if kind not in ("point", "sheave", "cylinder", "sphere"):
+                found.append(f"element {k}: {kind!r} is not point, sheave, cylinder or sphere")
+        return found
+
+
+def _bend_at_points(layout, path):
+    """Angles (n,) by which the cable changes direction at points between its ends, zero at circles and ends."""
+    inner = [k for k, kind in enumerate(layout.kinds) if kind == "point"]
+    inner = np.array([k for k in inner if layout.is_closed or 0 < k < len(layout.kinds) - 1], int)
+    bend = jnp.zeros_like(path.wrap)
+    if not inner.size:
+        return bend
+    before, after = path.directions[inner - 1], path.directions[inner]
+    sine = jax.vmap(lambda a, b: safe_norm(jnp.cross(a, b)))(before, after)
+    return bend.at[inner].set(jnp.arctan2(sine, jnp.sum(before * after, axis=1)))
