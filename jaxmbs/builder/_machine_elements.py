@@ -1,0 +1,201 @@
+"""Elements of machines that the builder declares: hydraulics, friction, contact, cables, gears."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+
+from ..contact import AbstractPair, Contact, DryFriction, HuntCrossley
+from ..forces import GearPair
+from ..hydraulics import AbstractHydraulicElement, AbstractNode
+from ..typing import ArrayLike, FrameLike, WordedError
+from . import _declarations as declared
+from ._cables import cable_parts
+
+
+class MachineElements:
+    """Methods of the `SystemBuilder` that declare elements of machines."""
+
+    _model: declared.Model
+    _faults: list[str]
+    _add: Callable[..., None]
+    force: Callable[..., None]
+
+    def hydraulic(
+        self,
+        name: str,
+        element: WordedError[AbstractHydraulicElement | AbstractNode],
+        ports: Mapping[str, str] | None = None,
+        signal: str | Callable | ArrayLike | None = None,
+    ) -> None:
+        """An element or a node of a hydraulic circuit; see `jaxmbs.hydraulics`.
+
+        Args:
+            element: a node (`Volume`, `Accumulator`, `Tank`), or an element between nodes such as `Valve`, `Pump`.
+            ports: node by port, `{"p": "supply", "t": "tank", "a": "boom.p0", "b": "boom.p1"}`: names of nodes, or
+                chambers of a `HydraulicCylinder`, which then has no valve of its own.  None for a node.
+            signal: place of a valve's spool, speed of a pump, opening of an orifice: name of a measure or block,
+                function of time, or number.
+        """
+        ports = dict(ports) if isinstance(ports, Mapping) else ports
+        self._add("hydraulic", self._model.hydraulics, declared.Hydraulic(name, element, ports, signal))
+
+    def friction(
+        self,
+        name: str,
+        joint: str,
+        mu: ArrayLike,
+        static_ratio: ArrayLike = 1.0,
+        radius: ArrayLike | None = None,
+        preload: ArrayLike = 0.0,
+        transition_speed: ArrayLike = 0.01,
+        length: ArrayLike | None = None,
+    ) -> None:
+        """Friction of a joint, from the load N that the joint itself carries.
+
+        `mu (N + preload) tanh(s / transition_speed) (1 + (static_ratio - 1) exp(-(s / (10 transition_speed))^2))`
+        acts against the slip s [m/s] of its surface: along the slide, or at the radius about the axis.
+
+        Args:
+            joint: a Revolute, Prismatic, Cylindrical, Spherical, Universal, Planar or Screw, of the tree or closing a
+                loop, driven or not.
+            mu: sliding coefficient of friction.
+            static_ratio: breakaway over sliding friction, at least 1.
+            radius: of the pin, ball or thread, at which a rotation rubs [m]; of a Planar about its normal, which does
+                not rub by default.
+            preload: load that is there without any other [N].
+            transition_speed: slip near which friction reaches its limit, below it the surface creeps [m/s].
+            length: between the two ends of the bearing, centred at the joint's frame on the child [m]; moments across
+                the axis then load both ends, and an axial force loads the collar of a pin.  Of a Planar, the side of
+                its square pad.  By default moments and, on a pin, axial forces do not rub.
+
+        `jaxmbs.dynamics.joint_friction` gives the loads and whether they are unique.
+        """
+        item = declared.Friction(name, joint, mu, static_ratio, radius, preload, transition_speed, length)
+        self._add("friction", self._model.friction, item)
+
+    def contact(
+        self,
+        name: str,
+        pair: WordedError[AbstractPair],
+        body: WordedError[FrameLike],
+        surface: WordedError[FrameLike],
+        force: WordedError[HuntCrossley],
+        friction: WordedError[DryFriction | None] = None,
+        max_depth: ArrayLike | None = None,
+        wear: ArrayLike = 0.0,
+    ) -> None:
+        """A contact, which is a force element: `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force)`.
+
+        Args:
+            pair: the surfaces, such as `SphereOnPlane(radius)`.
+            body, surface: frames of the round part and of the plane, tube, curve or road.  Frames: body or frame
+                names, (body, point), (body, Pose).
+            force, friction, max_depth, wear: as of `contact.Contact`.
+        """
+        try:
+            law = Contact(pair, force, friction, max_depth, wear)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"contact {name!r}: {error}")
+            return
+        self.force(name, law, between=(surface, body))
+
+    def cable(
+        self,
+        name: str,
+        path: WordedError[Iterable],
+        stiffness: ArrayLike | None = None,
+        axial_stiffness: ArrayLike | None = None,
+        damping: ArrayLike = 0.0,
+        free_length: ArrayLike | Callable = 1.0,
+        pretension: ArrayLike = 0.0,
+        slack: bool = True,
+        friction: ArrayLike | None = None,
+        closed: bool = False,
+        slip_speed: ArrayLike = 1e-3,
+        transition: ArrayLike = 1e-4,
+    ) -> None:
+        """An elastic cable over points, sheaves, cylinders and spheres, or a belt around them.
+
+        `b.cable("hoist", [Attachment("boom.tip"), Sheave("hook", 0.3, side="+"), Attachment("boom.end")],
+        stiffness=2e6, free_length=21.0)`.  It is a force element of the law `forces.Cable`, which says more.
+
+        Args:
+            path: elements in order: `Attachment` at the ends, `Eyelet`, `Sheave`, `WrapCylinder`, `WrapSphere`
+                between them; of a closed belt all but the first.
+            stiffness: tension per stretch [N/m]; or axial_stiffness: modulus times cross section [N].
+            damping: tension per rate of stretch [N s/m].
+            free_length: length without tension [m], or a function of time for a winch at the first element.
+            pretension: tension at the free length [N].
+            slack: True if the cable takes no compression.
+            friction: coefficient at all elements that give none of their own (default: none).
+            closed: True for a belt.
+            slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
+            transition: half of the stretch over which the cable becomes slack [m].
+        """
+        values = {
+            "stiffness": stiffness,
+            "axial_stiffness": axial_stiffness,
+            "damping": damping,
+            "free_length": free_length,
+            "pretension": pretension,
+            "slack": bool(slack),
+            "slip_speed": slip_speed,
+            "transition": transition,
+        }
+        try:
+            law, frames = cable_parts(path, bool(closed), friction, values)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"cable {name!r}: {error}")
+            return
+        self.force(name, law, between=frames)
+
+    def gear_pair(
+        self,
+        name: str,
+        first: WordedError[FrameLike],
+        second: WordedError[FrameLike],
+        teeth: tuple[int, int],
+        module: ArrayLike,
+        pressure_angle: ArrayLike = math.pi / 9,
+        helix_angle: ArrayLike = 0.0,
+        internal: bool = False,
+        stiffness: ArrayLike = 1e8,
+        damping: ArrayLike = 0.0,
+        backlash: ArrayLike = 0.0,
+        phase: ArrayLike = 0.0,
+        transition: ArrayLike = 1e-6,
+    ) -> None:
+        """Two gears in mesh, whose teeth press along the line of action: `Coupler` is the ideal ratio without loads.
+
+        `b.gear_pair("stage", "wheel", "pinion", teeth=(60, 20), module=2e-3)`: a force element of the law
+        `forces.GearPair`, which says more.
+
+        Args:
+            first, second: frames of the wheels A and B at their centres, z along their axes: body or frame names,
+                (body, point), (body, Pose).
+            teeth: numbers of teeth of A and B; their ratio is that of the gear.
+            module: normal module [m]; the pitch radii are teeth times module over 2 cos(helix angle).
+            pressure_angle, helix_angle: normal pressure angle, and helix angle of A, positive if right-handed [rad].
+            internal: True if B is a ring gear around A.
+            stiffness, damping: of the teeth along their normal [N/m, N s/m].
+            backlash: play along the normal of the teeth [m].
+            phase: of the mesh [rad]: with 0 the teeth are in the middle of their play where the x axes of both frames
+                point from A to B.
+            transition: half of the approach over which the teeth come into touch [m].
+        """
+        try:
+            law = GearPair(
+                tuple(teeth),
+                module,
+                pressure_angle,
+                helix_angle,
+                bool(internal),
+                stiffness,
+                damping,
+                backlash,
+                phase,
+                transition,
+            )
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"gear pair {name!r}: {error}")
+            return
+        self.force(name, law, between=(first, second))
