@@ -184,7 +184,7 @@ class MachineElements:
         """
         try:
             law = GearPair(
-                tuple(teeth),
+                tuple(teeth),  # type: ignore[arg-type]
                 module,
                 pressure_angle,
                 helix_angle,

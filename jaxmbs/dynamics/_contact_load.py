@@ -1,5 +1,7 @@
 """Loads of a contact: depth, forces, sliding, pressure times speed and wear at each of its points."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,7 +13,7 @@ from ..contact._contact import PointForces
 from ..errors import ModelError
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._element_flows import element_flows
-from ..kinematics._state import HasStates, State
+from ..kinematics._state import State
 from ..model._entry_points import state_function
 from ..model._system import System
 
@@ -45,7 +47,7 @@ class ContactLoad(eqx.Module):
 
 
 @state_function
-def contact_load(system: System, state: State | HasStates, name: str) -> ContactLoad:
+def contact_load(system: System, state: State, name: str) -> ContactLoad:
     """Loads of the contact of that name.
 
     Args:
@@ -88,7 +90,7 @@ def deepest(system: System, at: VelocityKinematics, group) -> Array:
     return jax.vmap(lambda law, x: jnp.max(law.pair.touch(*x).depth))(group.law, displacement)
 
 
-def _forces(system, at, group, k) -> tuple[Contact, PointForces, object]:
+def _forces(system, at, group, k) -> tuple[Contact, PointForces, Any]:
     """The k-th contact of a group, the forces at its points, and the motion of its frame A."""
     parts = element_flows(system, group, at, at.V, at.u)
     law, (a, _), displacement, flow = jax.tree.map(lambda x: x[k], (group.law, *parts))
