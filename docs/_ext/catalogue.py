@@ -19,7 +19,7 @@ PICTURES = HERE.parent / "images" / "catalogue"
 DRAWINGS = {**JOINTS, **LAWS, **STRUCTURES}
 #: A base class, or what is no choice of the user's.
 LEFT_OUT = ("Abstract", "DIRECTIONS", "InternalState", "Node", "Reduced", "SymmetrySubspace", "VirtualMotions")
-LEFT_OUT += ("Attachment", "Eyelet", "Sheave", "WrapCylinder", "WrapSphere")
+LEFT_OUT += ("Attachment", "ElementBond", "Eyelet", "Sheave", "WrapCylinder", "WrapSphere")
 
 INTRODUCTION = """# Catalogue
 
