@@ -137,7 +137,7 @@ def _forward_dynamics(system, state):
     return found.accelerations, found.multipliers, found.loads.unique
 
 
-def forward_dynamics(system: System, state: State) -> tuple[Float[Array, " nv"], Float[Array, " rows"]]:
+def forward_dynamics(system: System, state: State) -> tuple[Float[Array, "... nv"], Float[Array, "... rows"]]:
     """Accelerations and constraint multipliers of a state.
 
     Returns: u_dot (nv,) [m/s^2 or rad/s^2] and lambda (rows,), the efforts along the constraint rows: `A^T lambda`

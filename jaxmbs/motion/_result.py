@@ -81,9 +81,9 @@ def motion_of(
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     if equations.system.friction is not None:
         code = jam_code(equations.system, code, end)
+    kept = succeeded(code) | (code == Status.ENERGY)
     if bounded_contacts(system := equations.system):
         code = jnp.where(succeeded(code) & is_too_deep(system, (states, end)), Status.DEPTH, code)
-    kept = succeeded(code) | (code == Status.ENERGY) | (code == Status.DEPTH)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
     record = None
     if events is not None:

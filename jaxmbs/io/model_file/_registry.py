@@ -48,7 +48,7 @@ ROWS = {
     "friction": declarations.Friction,
 }
 #: What a law declares, and the elements of which the builder makes a cable: no file has them.
-_MADE_OF = (forces.InternalState, forces.Attachment, forces.Eyelet, forces.Sheave)
+_MADE_OF = (forces.InternalState, forces.ElementBond, forces.Attachment, forces.Eyelet, forces.Sheave)
 _MADE_OF += (forces.WrapCylinder, forces.WrapSphere)
 _registered: dict[str, Any] = {}
 

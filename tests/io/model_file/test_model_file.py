@@ -198,6 +198,7 @@ def test_every_class_is_tried():
         reductions.Reduced,
         reductions.SymmetrySubspace,
         reductions.VirtualMotions,
+        forces.ElementBond,
     }
     for room in (forces, blocks, mbs.hydraulics, joints, elements, reductions):
         for name in room.__all__:
