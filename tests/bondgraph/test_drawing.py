@@ -139,4 +139,4 @@ def test_networkx(graphs):
     assert set(net) == set(graph.order) and net.number_of_edges() == len(graph.bonds)
     bond = graph.bonds[-1]
     assert net.edges[bond.tail, bond.head, bond.name]["stroke"] == bond.stroke
-    assert net.nodes["m:rod"] == {"kind": "I", "label": "m rod", "size": 3}
+    assert net.nodes["m:rod"] == {"kind": "I", "label": "m rod", "size": 3, "domain": "mechanical"}

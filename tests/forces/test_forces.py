@@ -187,5 +187,3 @@ def test_wrong_shapes_are_refused():
     for arguments in [([0.0], [1.0]), ([0.0, 1.0], [1.0]), ([0.0, 1.0], [0.0, 1.0], [0.0, 1.0])]:
         with pytest.raises(ValueError):
             F.Table(*arguments)
-    with pytest.raises(TypeError):
-        F.Actuator(3.0)

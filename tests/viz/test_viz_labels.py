@@ -64,6 +64,9 @@ def pictured(fleet, motion):
     powers = SimpleNamespace(
         graph=graph, ports=lambda: {name: 500.0 * np.sin(TIMES + i) for i, name in enumerate(ports)}
     )
+    kinds = ("mechanical", "stored", "dissipated", "supplied", "exchanged")
+    waves_of = {kind: {"motor of the lift": 900.0 * np.sin(TIMES + i)} for i, kind in enumerate(kinds)}
+    inside = SimpleNamespace(names=("motor of the lift",), **waves_of)
     best = mbs.minimise(lambda d: (d["x"] - 1.0) ** 4, {"x": 3.0}, progress=False)
     limits = {"absolute sum": np.array([2.0, 2.0, 4.0, 6.0]), "root of squares": np.full(4, 3.0)}
     few = jax.tree.map(lambda x: x[::8], motion.states)
@@ -94,6 +97,7 @@ def pictured(fleet, motion):
         "plot_reactions moment": lambda ax: viz.plot_reactions(loads, TIMES, list(loads)[:3], moment=True, ax=ax),
         "plot_energy": lambda ax: viz.plot_energy(motion, ax=ax),
         "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
+        "plot_element_power": lambda ax: viz.plot_element_power(motion, inside, "motor of the lift", ax=ax),
         "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
         "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, few, plane="xz", ax=ax),
         "plot_history": lambda ax: viz.plot_history(best, ax=ax),
@@ -156,7 +160,7 @@ def faults(figure) -> list[str]:
 
 
 NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
-NAMES += ["plot_power kind", "plot_mechanism", "plot_history", "plot_limit_values"]
+NAMES += ["plot_power kind", "plot_element_power", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
 OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
 
