@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from ..checks import any_concrete, faults_if
 from ..forces._fields import number, value_faults
 from ..math._linalg import direction
-from ..typing import ArrayLike
+from ..typing import ArrayLike, ScalarLike
 
 _ROUNDS = 6  # of Newton's method for the foot, from the nearest of two samples to every point
 
@@ -39,7 +39,7 @@ class ClosedCurve(eqx.Module):
         chords = jnp.roll(self.points, -1, axis=0) - jnp.roll(self.points, 1, axis=0)
         self.slopes = jnp.asarray(3.0 * inverse, self.points.dtype) @ chords
 
-    def at(self, s) -> tuple[Array, Array, Array]:
+    def at(self, s: ScalarLike) -> tuple[Array, Array, Array]:
         """Point, first and second derivative (2,) at a parameter s (): a point's number, and part of the way on."""
         k = jnp.floor(s)
         u = s - k

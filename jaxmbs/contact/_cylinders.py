@@ -4,6 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from ..checks import faults_if, not_positive
 from ..forces._fields import number
@@ -36,7 +37,7 @@ class CylinderOnPlane(AbstractPair):
         half = jnp.full(2, 0.5, displacement.dtype)
         return Touch(depth, jnp.stack([up, up]), lowest + depth[:, None] / 2 * up[None], half)
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""
         return self.length * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) / 2 * (depth > 0)
 
@@ -76,7 +77,7 @@ class JournalInBush(AbstractPair):
         point = centres + (self.radius - depth / 2)[:, None] * outwards
         return Touch(depth, -outwards, point, jnp.asarray(shares, displacement.dtype))
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """The projected area of each section, `2 r L` times its share."""
         return 2.0 * self.radius * self.length * jnp.asarray(self._sections()[1], depth.dtype)
 

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import Array
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..forces._fields import number
@@ -34,7 +35,7 @@ class RollerOnCurve(AbstractPair):
         upright = jnp.concatenate([normal, jnp.zeros_like(normal[:1])])
         return round_touch(displacement, upright, self.radius - distance, self.radius)
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """The chord of the roller times the width, `2 b sqrt(2 r d)`."""
         return 2.0 * self.width * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) * (depth > 0)
 

@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..forces._fields import number
@@ -24,7 +25,7 @@ class SphereOnPlane(AbstractPair):
         normal = jnp.asarray(np.array((0.0, 0.0, 1.0)), displacement.dtype)
         return round_touch(displacement, normal, self.radius - displacement[2], self.radius)
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """The circle of Hertz, `pi r d`."""
         return np.pi * self.radius * depth
 
@@ -49,7 +50,7 @@ class SphereOnSphere(AbstractPair):
         depth = self.radius + self.other_radius - safe_norm(displacement)
         return round_touch(displacement, direction(displacement), depth, self.radius)
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """The circle of Hertz, `pi r d` of the radius r of both: `1/r = 1/r1 + 1/r2`."""
         return np.pi * self.radius * self.other_radius / (self.radius + self.other_radius) * depth
 
@@ -79,7 +80,7 @@ class SphereInCylinder(AbstractPair):
         depth = safe_norm(across) - self.clearance
         return round_touch(displacement, -direction(across), depth, self.radius)
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """A square of the chord, `8 r d`: the sphere nearly fills the tube."""
         return 8.0 * self.radius * depth
 

@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
+from jax import Array, lax
 
 from ..checks import any_concrete, faults_if, is_concrete
 from ..forces._fields import number
@@ -39,7 +39,7 @@ class WheelOnRoad(AbstractPair):
         distance = jnp.dot(displacement - jnp.concatenate([foot, height[None]]), normal)
         return round_touch(displacement, normal, self.radius - distance, self.radius)
 
-    def area(self, depth):
+    def area(self, depth: Array) -> Array:
         """The circle of Hertz on a plane, `pi r d`."""
         return np.pi * self.radius * depth
 
