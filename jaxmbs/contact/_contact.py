@@ -5,6 +5,7 @@ from typing import ClassVar, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import may_be_nonzero, negative, not_positive
@@ -97,4 +98,7 @@ class Contact(AbstractPoseLaw):
         found = super().faults()
         if self.max_depth is not None and not_positive(self.max_depth):
             found.append("max_depth must be positive")
+        for name in ("max_depth", "wear"):
+            if np.shape(getattr(self, name) if getattr(self, name) is not None else 0.0):
+                found.append(f"{name} must be one number")
         return found + (["wear must not be negative"] if negative(self.wear) else [])

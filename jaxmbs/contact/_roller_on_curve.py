@@ -43,6 +43,7 @@ class RollerOnCurve(AbstractPair):
         """The roller fits into every hollow."""
         found = super().faults() + faults_if(
             (any_concrete(lambda r: r < 0, self.radius), "radius must not be negative"),
+            (self.width.shape != (), "width must be one number"),
             (not_positive(self.width), "width must be positive"),
         )
         if found or not any_concrete(lambda k, r: k * r <= -1.0, self.curve.curvatures(), self.radius):

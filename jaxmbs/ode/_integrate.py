@@ -164,6 +164,7 @@ def integrate_equations(
         max_actions=0 if events is None else events.max_actions,
         restart=first_step,
         clock=clock,
+        samples_end=None if clock is None else end,
         sample=None if clock is None else _sample,
         lands_on_times=options.lands_on_times,
         meter=diffrax.TqdmProgressMeter() if options.progress else diffrax.NoProgressMeter(),

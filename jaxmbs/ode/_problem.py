@@ -54,7 +54,7 @@ class OdeProblem(eqx.Module):
         max_actions: bound on their number; the one after it ends the motion.
         restart: least step after an action; fixed steps are as long.
         clock: of the samples; sample: (t, y, args, due (m,), numbers (m,)) -> y after the samples of the periods that
-            are due, whose numbers they are.
+            are due, whose numbers they are; samples_end: the end of the motion, from which on none is taken.
         lands_on_times: end steps on `times`; otherwise states there are interpolated.
         checkpoints: steps that the adjoint stores; it serves motions of up to their square.
         meter: of progress.
@@ -78,6 +78,7 @@ class OdeProblem(eqx.Module):
     max_actions: int = eqx.field(static=True, default=0)
     restart: Array | None = None
     clock: SampleClock | None = None
+    samples_end: Array | None = None
     sample: Callable | None = eqx.field(static=True, default=None)
     lands_on_times: bool = eqx.field(static=True, default=True)
     meter: diffrax.AbstractProgressMeter = diffrax.NoProgressMeter()

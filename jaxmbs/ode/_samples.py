@@ -89,7 +89,8 @@ def due_samples(problem: "OdeProblem", state: "LoopState", keep: Array, ends: Ar
 
 
 def _is_before_end(problem, t):
-    return t < problem.t1 - problem.clock.tolerance(problem.t1)
+    end = problem.samples_end  # that of the motion: the adjoint takes parts of it again, which end sooner
+    return t < end - problem.clock.tolerance(end)
 
 
 def after_samples(problem: "OdeProblem", t: Array, y: PyTree, args: PyTree, due: Any, numbers: Any) -> PyTree:

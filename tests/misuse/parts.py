@@ -241,7 +241,9 @@ CASES = {
         positive="max_depth wear",
         through=_through(_law(between=("ground", "hand"))),
     ),
-    "contact.hertz_stiffness": case(lambda z: call((0.5, 2.0), (3.0, 4.0), (0.25, 0.125))),
+    "contact.hertz_stiffness": case(
+        lambda z: call((0.5, 2.0), (3.0, 4.0), (0.25, 0.125)), "radii inf: a plane", "moduli inf: a rigid body"
+    ),
     "forces.BumpStop": on_joint(
         lambda z: call(2.0, -1.0, 1.0, 2.0, 0.25),
         "lower inf: no stop",
@@ -320,7 +322,7 @@ CASES = {
         lambda z: call(POINTS, EFFORTS, POINTS, EFFORTS), "x_points shape: refused with efforts of another number"
     ),
     "forces.PD": on_joint(lambda z: call(mbs.forces.Constant(0.5), 2.0, 1.0), positive="kp kd"),
-    "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x)),
+    "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x), "function no function: a constant effort"),
     "forces.Cable": case(
         lambda z: call(
             *(("point", "sheave", "point"), np.array([0.5]), np.array([[0.0, 0.0, 1.0]]), (1, 1, 1), (0, 0, 0)),
