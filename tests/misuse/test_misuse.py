@@ -90,6 +90,13 @@ LONG = """
     reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation
     forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
     linear.equilibrium experiment.decouple dynamics.joint_friction
+    blocks.Delay blocks.FirstOrder blocks.Function blocks.LookUp blocks.PI blocks.PID blocks.RateLimit
+    blocks.Saturation blocks.StateSpace blocks.TransferFunction hydraulics.Accumulator hydraulics.CheckValve
+    hydraulics.Line hydraulics.Orifice hydraulics.Pump hydraulics.ReliefValve hydraulics.Tank hydraulics.Valve
+    hydraulics.Volume contact.ClosedCurve contact.CylinderOnPlane contact.HeightField contact.JournalInBush
+    contact.RollerOnCurve contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad forces.Cable
+    forces.GearPair forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
+    kinematics.signals jaxmbs.signals
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself
