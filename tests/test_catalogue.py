@@ -92,7 +92,7 @@ def _system(kind):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_coordinates_are_what_docstrings_say():
     for name, (kind, number, place, turn) in MOVES.items():
         system = _system(kind)

@@ -75,7 +75,6 @@ QUESTIONS = {
     "peak at the end": lambda x, mode: peak_of(x, mode, lambda s: s.coordinates[0]),
     "reactions": lambda x, mode: mbs.reactions(*started(x)),
 }
-MARKS = {name: pytest.mark.long for name in QUESTIONS} | {"modes": pytest.mark.slow}
 
 
 def peak_of(x, mode, quantity):
@@ -102,7 +101,8 @@ def numbers(result, wanted, path="", owner=None):
     return found
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=MARKS[n]) for n in QUESTIONS])
+@pytest.mark.long
+@pytest.mark.parametrize("name", QUESTIONS)
 def test_every_field_has_the_slope_of_its_differences(name):
     ask, _ = QUESTIONS[name], reference()
     reverse = jax.jit(jax.jacrev(lambda x: numbers(ask(x, "reverse"), True)))(X)

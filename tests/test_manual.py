@@ -21,6 +21,15 @@ QUICK = ("start/first-mechanism",)
 LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "tasks/wishbone", "tasks/linkages", "guide/elastic")
 LONG += (
     "guide/pictures",
+    "guide/control",
+    "guide/cables",
+    "guide/scatter",
+    "guide/studies",
+    "start/first-structure",
+    "start/sharp-bits",
+    "extend/formulation",
+    "extend/joint",
+    "guide/performance",
     "guide/design",
     "guide/structures",
     "theory/papers",
@@ -103,6 +112,7 @@ def test_what_a_page_names_exists(page):
 _CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")
 
 
+@pytest.mark.slow
 def test_cited_papers_are_in_the_bibliography():
     """An entry with the year and one of the names before it, for every year in parentheses after "Name"."""
     entries = (DOCS / "bibliography.md").read_text(encoding="utf-8").split("\n- ")
@@ -139,7 +149,7 @@ def test_names_that_the_glossary_refuses_are_gone():
         assert not refused & names, f"{path}: see the glossary of CONTRIBUTING.md"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")  # of Sphinx and its extensions to one another
 @pytest.mark.skipif(importlib.util.find_spec("sphinx") is None, reason="needs the extra `docs`")
 def test_site_builds_without_warnings(tmp_path):

@@ -178,7 +178,7 @@ def test_the_gradient_of_a_load(small):
         assert 0.9 * most < found <= most
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_programs_from_import_to_reactions():
     """One tries the compiler's options, one serves build and `State.at`, two are of diffrax, two answer questions."""
     environment = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}

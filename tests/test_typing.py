@@ -89,7 +89,7 @@ def _mypy(*arguments):
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_mypy_refuses_wrong_calls_and_takes_right_ones(tmp_path):
     file = tmp_path / "users_own.py"
     file.write_text(RIGHT + "\n".join(WRONG) + "\n")

@@ -19,7 +19,8 @@ from tests.zoo import SPECIMENS
 
 TIMES, DESIGN, STEP = np.array([0.02, 0.05]), np.array([1.1, 0.9]), 1e-5
 KINDS = ("tree", "floating", "four_bar", "driven", "rolling", "elastic")
-LONG = ("floating", "driven", "rolling", "elastic")  # of gradients
+LONG = ("tree", "floating", "driven", "rolling", "elastic")  # of gradients
+SLOW_MOTIONS = ("elastic",)
 
 
 @pytest.mark.user
@@ -34,8 +35,10 @@ def scaled(system, scale):
     return eqx.tree_at(places, system, (system.mass * scale[0], system.com * scale[1]))
 
 
-@pytest.mark.user
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.long if n in SLOW_MOTIONS else pytest.mark.user) for n in KINDS],
+)
 def test_a_motion_is_that_of_scipy(name):
     """Of the accelerations of `forward_dynamics`, by Dormand and Prince's pair of order 8 in SciPy."""
     system, state = SPECIMENS[name].system, SPECIMENS[name].state

@@ -118,6 +118,7 @@ def found():
     return faults()
 
 
+@pytest.mark.slow
 def test_the_package_speaks_the_words_of_its_field(found):
     left = sorted({what for _, what in found})
     assert not left, f"{len(left)} to be said otherwise (CONTRIBUTING.md, Words):\n" + "\n".join(left)

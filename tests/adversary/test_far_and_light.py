@@ -51,7 +51,7 @@ def test_a_satellite_far_out_moves_as_at_home(distance, digits):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slopes_by_place_are_those_of_the_world():
     """The point that all refers to stands still in derivatives; weight and its energy know where it is."""
     system = satellite((0.0, 0.0, -9.81))

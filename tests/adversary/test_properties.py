@@ -149,7 +149,7 @@ def total_momentum_rates(system, state):
     return jax.jvp(total, (state.coordinates, state.velocities), moving)[1], jnp.max(jnp.abs(u_dot))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @MANY
 @given(seed=SEEDS)
 def test_momenta_of_a_floating_tree_are_kept(seed):

@@ -50,9 +50,7 @@ def check_topology(seed, first, setting="plain", assembled=True):
     return check(draws, judged.compiled(top, assembled)(numbers))
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(s, marks=pytest.mark.slow if s == 1 else pytest.mark.long) for s in QUICK]
-)
+@pytest.mark.parametrize("seed", [pytest.param(s, marks=pytest.mark.long) for s in QUICK])
 @FEW
 @given(first=SEEDS)
 def test_accelerations_reactions_and_mobility(seed, first):

@@ -63,7 +63,7 @@ WIDE = [  # lengths, masses, and the methods that lose too many digits and say s
 ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("lengths, masses, lost", WIDE)
 def test_four_bars_of_wide_numbers(released, lengths, masses, lost):
     """Right to eight digits, by both methods alike; or not called ok."""

@@ -231,7 +231,7 @@ def test_viscous_receptances():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_viscous_receptances_of_a_free_component():
     check_viscous({str(k): changed(VISCOUS, _2=0.0, _3=0.0, _5=0.0, _6=0.0, _8=0.7 + 0.1 * k) for k in range(5)})
 

@@ -152,7 +152,7 @@ def test_derivatives_of_a_steady_motion_with_a_ball():
     np.testing.assert_allclose(reverse(at), forward(at), atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_and_batches():
     """Of a sprung pendulum's angle by the stiffness, alone and in a batch: k (1 - x) = m g l sin x twice over."""
 
@@ -183,7 +183,7 @@ def _linkage(length, gravity, like=None):
     return b.build(like=like)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("gravity", [0.0, 9.81])
 def test_an_equilibrium_among_many_has_no_derivative(gravity):
     """NaN, not what rounding makes of a stiffness that is zero."""

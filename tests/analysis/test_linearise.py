@@ -138,7 +138,7 @@ def governor():
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_state_matrix_is_the_derivative_of_the_motion():
     """A quaternion joint in motion: A against differences of the equations over steps of the coordinates."""
     system = governor()
@@ -166,7 +166,7 @@ def test_state_matrix_is_the_derivative_of_the_motion():
     np.testing.assert_allclose(A[:nv], expected, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_of_an_eigenvalue():
     """d(Im lambda)/dk of the quarter car against central differences, and no NaN at a free mass."""
 

@@ -94,7 +94,7 @@ def lift(target, stiffness=300.0, like=None):
     return b.build(like=like)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_equilibrium_of_an_integrator():
     """The error vanishes, and the integral holds what is left of weight, spring and jack."""
     system = lift(0.2)
@@ -131,7 +131,7 @@ class Trapped(F.AbstractScalarStateLaw):
         return self.area * s["p"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_internal_states_that_are_held():
     """At rest the rate of the pressure vanishes whatever it is: it must be given."""
     b = mbs.SystemBuilder(gravity=(0, 0, 0))

@@ -137,7 +137,7 @@ AT, FREE, LINE, MOUNT = np.array([0.3, 0.6]), 0.3, 80.0, np.array([60.0, 70.0, 8
 ON_GROUND, ON_BOB, HELD = np.array([0.5, 0.8, 0.1]), (0.05, -0.4, 0.02), np.array([0.3, 0.1, 0.05])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_share_by_hand():
     """A line spring, an uneven bushing whose first frame moves, a joint spring, gravity on a pendulum on a cart."""
     system = HAND.build(

@@ -156,7 +156,7 @@ np.testing.assert_array_equal(one.values, mbs.batch(f, d, progress=False, device
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_devices_of_one_host():
     environment = {"XLA_FLAGS": "--xla_force_host_platform_device_count=2", "JAX_PLATFORMS": "cpu"}
     root = Path(__file__).parent.parent.parent

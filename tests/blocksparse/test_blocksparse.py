@@ -204,6 +204,7 @@ def test_derivatives_of_a_solution(kind, small):
         np.testing.assert_allclose(slope, (at(1e-5) - at(-1e-5)) / 2e-5, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
     """Factor once, solve twice, each solution of the other: exact gradients, not those of a frozen matrix."""
     pattern, right = small

@@ -116,6 +116,7 @@ def test_parameters_known_to_be_zero_leave_their_element_out(graphs):
     assert not {"R:bushing", "C:grease"} & names
 
 
+@pytest.mark.slow
 def test_views_are_as_small_as_the_paper_draws_them(graphs):
     graph = graphs["pendulum hamiltonian"]
     assert [(b.tail, b.head, b.stroke) for b in graph.bonds] == [

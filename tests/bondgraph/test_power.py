@@ -21,7 +21,7 @@ def largest(powers):
     return max(float(np.max(np.abs(p))) for p in powers.power.values())
 
 
-of_all_graphs = of_all(quick=("four_bar",), slow=("floating",))
+of_all_graphs = of_all(quick=("four_bar",), slow=())
 
 
 @of_all_graphs

@@ -27,7 +27,7 @@ def test_one_freedom_and_one_redundant_row():
     assert system.topology.mobility == mbs.kinematics.count_mobility(system, state).mobility == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_p3_follows_the_one_equation():
     system = models.bricard()
     motion = run(system, mbs.State.at(system), TIMES, rtol=1e-9, atol=1e-9)

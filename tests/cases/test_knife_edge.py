@@ -21,7 +21,7 @@ SPEED = np.array((2.2289587452763024, 3.261808606195258, 0.46146242635576573, 3.
 SIDE_FORCE = np.array((6.6868762358289064, 9.785425818585773, 1.384387279067297, 9.201779772160187))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_skate_on_an_incline():
     system = models.knife_edge_incline()
     state = mbs.State.at(system, plane=np.zeros(3), velocities={"plane": np.array((0.0, 0.0, 1.5))})

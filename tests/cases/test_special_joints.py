@@ -118,6 +118,7 @@ def test_hinged_pendulum(accelerations):
     np.testing.assert_allclose(accelerations["hinge"], -G / 0.7 * np.sin(0.5), rtol=1e-12)
 
 
+@pytest.mark.long
 def test_roped_pendulum(accelerations):
     """The same tangential and centripetal acceleration."""
     alpha, w = -G / 0.7 * np.sin(0.5), 0.3
@@ -182,7 +183,7 @@ def test_everything_keeps_its_energy_and_its_constraints(motion):
     np.testing.assert_allclose(diagnostics.work["motor"], 5.0 * 0.5 * a * np.asarray(motion.ts) ** 2, rtol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_screw_motion(started, motion):
     a = -2.0 * G * PITCH / (0.02 + 2.0 * PITCH**2)
     t = np.asarray(motion.ts)

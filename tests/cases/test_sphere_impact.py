@@ -41,7 +41,7 @@ def test_impact():
         check(lost, -0.25 * SPEED**2 * (1.0 - restitution**2), 1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivative_of_the_impact():
     """The speed after the impact, by the damping and the speed before, against the closed form."""
 

@@ -259,6 +259,7 @@ def test_redundant_bonds_are_counted_and_named():
     assert determinacy(fine, pins=rigid_bond("a")).redundant == 39
 
 
+@pytest.mark.slow
 def test_gradient_of_a_reaction():
     """Static section force of a propped beam by the stiffness of its halves, a batch, against differences."""
 

@@ -89,6 +89,7 @@ def largest_squares(text, size):
     return {shape for shape in shapes if sum(n >= size for n in shape) > 1}
 
 
+@pytest.mark.long
 def test_designs_to_gradient_in_blocks():
     """Designs, connect, reactions and gradient, 16 designs at once: no matrix of the whole, and the dense values."""
     designs = 1.0 + np.random.default_rng(0).uniform(size=(16, BARS))
@@ -110,6 +111,7 @@ def test_designs_to_gradient_in_blocks():
 
 
 # ------------------------------------------------------------------------------------------------------------- verbs
+@pytest.mark.slow
 def test_statics_and_loads(pair):
     """Several load cases; a free row accelerates."""
     forces = {TIP: np.array([1.0, 2.0]), "bar 2.2": np.array([0.5, -1.0])}
@@ -141,7 +143,7 @@ def _relieved(net, forces, rigid):
     return StaticResponse(x.T, a.T, jnp.asarray(rigid), (forces,))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_harmonics_and_their_loads(pair):
     omega = [0.01, 0.4]
     forces = {TIP: np.array([1.0, 2.0 - 1.0j])}
@@ -157,7 +159,7 @@ def _assert_close(found, exact, error):
     np.testing.assert_allclose(found, exact, atol=error * np.abs(exact).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modes_free_or_held(pair):
     """The lowest by block Lanczos, rigid ones flagged; all or complex ones from dense matrices."""
     exact, found = (mbs.modes(net, 6, damped=False) for net in pair)
@@ -169,7 +171,7 @@ def test_modes_free_or_held(pair):
     assert mbs.modes(pair[1], 2).is_complex
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_of_a_free_frequency():
     """Of the lowest elastic mode, whose shift carries no derivative, against differences."""
 
@@ -181,7 +183,7 @@ def test_gradient_of_a_free_frequency():
     np.testing.assert_allclose(slope(0.0), (value(1e-4) - value(-1e-4)) / 2e-4, rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_motion_and_its_loads(pair):
     ts = np.linspace(0.0, 2.0, 9)
     motions = [mbs.simulate(net, ts=ts, forces={TIP: np.sin(ts)}) for net in pair]

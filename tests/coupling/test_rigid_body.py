@@ -53,7 +53,7 @@ def shares(com, feet):
     return jnp.stack([found[f"mount{k}"].on_first[2] for k in range(1, 5)]), found.ok
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_weight_is_shared_by_levers():
     """Four equal springs: `W/4 (1 + x c_x/a^2 + y c_y/b^2)`; its slopes by the centre of mass and by the feet."""
     x, y = np.array(list(FEET.values())).T[:2]
@@ -85,7 +85,7 @@ def test_modes_by_mass_inertia_and_centre():
         np.testing.assert_allclose(slope[k], (total(p + h) - total(p - h)) / 2e-5, rtol=1e-4, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_dropped_block_swings_on_its_mounts():
     """Its own weight from rest: `z = -(m g / 4 k) (1 - cos w t)`; what a mount bears then is `-k z`."""
     block = RigidBody(mass=MASS, inertia=INERTIA, points=FEET)

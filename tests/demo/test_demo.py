@@ -38,7 +38,7 @@ def test_loads_meet_the_reference(results):
     assert results["deviations"]["free run"] < FREE_TOLERANCE
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_energy_of_the_free_run_is_kept(results):
     accounts = results["free"].diagnostics
     assert np.max(np.abs(accounts.energy_residual)) < 1e-7 * np.max(accounts.kinetic)
@@ -112,7 +112,7 @@ def test_refused_folder(studied, tmp_path, capsys, monkeypatch):
     assert "Permission denied" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_example_of_the_readme_runs(capsys):
     code = re.search(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL).group(1)
     found = {}

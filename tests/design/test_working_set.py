@@ -63,6 +63,7 @@ def test_bounds_have_prices_too():
     assert best.bound_prices[1] == 0.0
 
 
+@pytest.mark.long
 def test_no_design_keeps_all_limits():
     """Within the circle of radius sqrt(2), y >= 1.6 is missed; the result lies between, and says by how much."""
     wide = mbs.Limit("height", lambda d: d["y"], lower=1.6)

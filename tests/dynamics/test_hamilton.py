@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from jaxmbs.dynamics import _hamilton as hamilton
 from jaxmbs.dynamics.paper import _springs as springs
@@ -15,8 +16,8 @@ from tests.zoo import SPECIMENS, of_all
 from tests.zoo.probes import fields, variations
 
 LOOP = SPECIMENS["spatial_loop"]
-of_free_motions = of_all(without=("drive", "rolling"), quick=("tree",), slow=("four_bar", "floating"))
-of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=("four_bar",))
+of_free_motions = of_all(without=("drive", "rolling"), quick=("tree",), slow=("floating",))
+of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=())
 
 
 @of_free_motions
@@ -47,6 +48,7 @@ def test_state_equations_have_plus_before_the_gyristor(specimen):
     np.testing.assert_allclose(q_dot, dependent, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_printed_second_gyristor_misses_a_half():
     of = fields(LOOP)
     twice = 2.0 * of.direct @ of.phi_dot

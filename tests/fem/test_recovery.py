@@ -50,7 +50,7 @@ def test_every_force_in_closed_form(seed):
     np.testing.assert_allclose(stress["rod"][0], np.array(exact(u)["rod"]) / AREA, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_times_and_cases_come_first():
     """Rows or nodes, any axes before them, complex amplitudes: each instant as it is alone."""
     u = np.random.default_rng(5).standard_normal((2, 4, 3, 6))

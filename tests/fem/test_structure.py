@@ -86,7 +86,7 @@ def frame(young, positions):
     return Structure(dict(zip(FRAME, positions, strict=True)), elements, {"a": "all", "b": "x y z"})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_block_solve_gradient_and_batch():
     """Compliance by the block solver equals the dense one; gradients by modulus and by every position."""
     at = jnp.asarray(list(FRAME.values()))

@@ -69,7 +69,7 @@ def test_loads_of_a_body_are_in_balance(body, method):
     np.testing.assert_allclose(motions.T @ load, 0.0, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
     """The pieces coupled at the weld and held at the hub: the bond forces are those of multibody dynamics."""
     component = assembled()

@@ -85,7 +85,7 @@ def test_kinetic_energy_is_that_of_the_nodes(whole, flying, state):
     np.testing.assert_allclose(0.5 * u @ M @ u, expected, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reactions_are_what_the_elements_feel(whole, flying, state):
     """The wrist from the multibody equations against the equilibrium of the finite elements under their inertia."""
     loads = mbs.reactions(flying, state)
@@ -196,7 +196,7 @@ def test_sag_and_clamping_moment_of_a_cantilever():
     np.testing.assert_allclose(middle, exact, rtol=2e-3)  # element loads are lumped on the nodes' shapes
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_stiffness_of_a_bent_body_by_its_parts():
     """A cantilever whose tip hangs on a rod: `G^T K G`, and what strains make of the circle that the tip moves on."""
     body = elastic_beam(elements=1, num_modes=0).body

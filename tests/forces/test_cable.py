@@ -75,7 +75,7 @@ def moved(law, shift):
     return at(jnp.asarray(CRANE[1]) + shift[:, :3], shift[:, 3:])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_effort_is_minus_the_derivative_of_the_energy():
     """Of wheels whose planes differ too: the length's derivative, turn by turn and shift by shift."""
     law = law_of(CRANE[0], free_length=6.0)
@@ -128,7 +128,7 @@ def test_the_corner_is_twice_differentiable():
         np.testing.assert_allclose(second(corner - 1e-9), second(corner + 1e-9), atol=1e-4 * 1e4 / 1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_belt_drives_by_friction():
     """Two wheels: length by the closed form, torques (T_1 - T_2) r, ratio of tensions at most exp(mu wrap)."""
     law = law_of(
@@ -166,7 +166,7 @@ def test_a_winch_pays_out():
 GRADIENTS = {"radii": 1e-6, "stiffness": 1.0, "free_length": 1e-6, "friction": 1e-6, "damping": 1e-2, "place": 1e-6}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_against_differences():
     law = law_of(CRANE[0], free_length=6.0, friction=0.3, damping=50.0)
     R, x = moved(law, jnp.zeros((6, 6)))

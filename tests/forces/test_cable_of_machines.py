@@ -35,7 +35,7 @@ def machines():
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_atwood_and_a_pulley_block():
     system = machines()
     state = mbs.State.at(system)

@@ -281,7 +281,7 @@ def test_power_of_other_laws(powers, name):
     np.testing.assert_allclose(-sum(parts), OTHERS[name][2] * V, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_slides_carry_what_stands_on_them(answers, name):
     """Along a slide the laws on its joint alone: what acts between points passes it by."""

@@ -30,7 +30,7 @@ def test_complex_stiffness(frequency):
     np.testing.assert_allclose(answer * (K + 2.0 * s**2), 1.0, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bushing_is_the_series_in_every_axis():
     """Small turns about x: a `PronyBushing` moves as a `Prony` on the joint."""
     stiffness, branches = np.full(6, 1.0), np.zeros((4, 6))

@@ -57,7 +57,7 @@ def motion(led):
     return mbs.simulate(led, mbs.State.at(led, guess=GUESS), ts=TS)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_slides_take_the_places_of_the_path():
     """Coordinates, speeds and accelerations of a point on crossed slides are those of the spline that leads it."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)
@@ -86,7 +86,7 @@ def test_the_tip_takes_the_path_in_closed_form(led, motion):
     np.testing.assert_allclose(rates, a, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_leads_carries_the_force_of_the_inverse_dynamics(led, motion):
     """`J^T f` of the force that leads is what motors would give; and motors that do carry no force at the tip."""
     a = jax.jit(jax.vmap(closed_form))(TS)[2]

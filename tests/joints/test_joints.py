@@ -200,7 +200,7 @@ def loops(tree):
 
 
 # -------------------------------------------------------------------------------------------------- tests
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", BODIES)
 def test_pose_follows_the_definition(name, tree, back):
     tree = back if name in BACK else tree
@@ -333,7 +333,7 @@ def test_closing_a_loop_equals_carrying_the_body(name, loops, loop_outcome, tree
         np.testing.assert_allclose(cut, tree, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_arms_feel_the_loops_as_they_feel_the_tree(tree, tree_outcome, loops, loop_outcome):
     for arm in ARMS:
         ours = by_body(loops[0], loop_outcome[0], "velocities")[arm]

@@ -42,7 +42,7 @@ def rolling_rates(system, state, spin):
     return np.concatenate([np.linalg.solve(A[:, :3], -A[:, 3:] @ spin), spin])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_sphere_on_an_incline_takes_five_sevenths_of_the_slope():
     slope = 0.3
     system = sphere(gravity=(G * np.sin(slope), 0.0, -G * np.cos(slope)))
@@ -87,7 +87,7 @@ def test_a_leaning_disk_keeps_its_energy_over_a_hundred_turns():
     assert max(np.max(accounts.constraint_drift), np.max(accounts.velocity_drift)) < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_disk_rolls_steadily_on_a_circle():
     """The balance of moments about the centre, by hand, fixes the spin for a lean and a rate of precession."""
     m, r, lean, precession = 2.0, 0.3, 0.4, 1.5

@@ -194,7 +194,7 @@ def test_driven_slides_begin_where_they_are_driven_and_guesses_come_first():
     np.testing.assert_allclose(driven.coordinates(state)["S"], slider_truth(0.5 * np.pi)[1], atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_drives_are_followed_in_time():
     system = slider_crank(lambda t: 3.0 * t)
     rest = mbs.State.at(system, t=0.1, guess={"B": -0.4, "S": 1.2})

@@ -46,7 +46,7 @@ def rest(bars):
     return mbs.State.at(bars, A=0.6, guess={"B": 0.4, "D": rocker(0.6)})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_whole_turn_stays_on_the_branch(bars, rest):
     """181 crank angles; without `near=` some forty are the mirror image, and their sign says so."""
     guess = {name: float(bars.coordinates(rest)[name]) for name in "BD"}
@@ -85,7 +85,7 @@ def test_gradients_along_a_branch(bars, rest):
     np.testing.assert_allclose(by_angles, slope(lambda angle: np.sin(rocker(angle)), some), rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_random_four_bars_arrive_or_say_that_they_cannot(bars):
     """Grashof or not, from either branch: what can be reached is reached, nothing is on another branch."""
     random, turn = np.random.default_rng(5), np.linspace(0.0, 2.0 * np.pi, 25)
@@ -223,7 +223,7 @@ def test_a_spatial_loop_with_a_second_freedom():
     np.testing.assert_allclose(off(by_length(1.5), rssr_rocker(2.0, -1.0, 1.5)), 0.0, atol=1e-9)  # of another design
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_cut_joints_and_held_ones_are_followed():
     """A five-bar of two freedoms: its cut joint goes to an angle while another joint stays."""
     b = mbs.SystemBuilder()
@@ -296,7 +296,7 @@ def test_wrong_near_is_refused(bars, rest):
         mbs.kinematics.states_along(bars, "crank", TURN, rest)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_batch_says_where_the_branch_changes(bars, rest):
     guess = {name: float(bars.coordinates(rest)[name]) for name in "BD"}
 

@@ -10,7 +10,7 @@ from tests.models import four_bar_builder
 from tests.state_laws import Servo
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_states_of_a_branch():
     """A servo starts with a tenth of the coordinates at each pose; values by name stay."""
     b = four_bar_builder()

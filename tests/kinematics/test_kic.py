@@ -102,7 +102,7 @@ def test_internal_kic_second_forms_agree():
         np.testing.assert_allclose(forward, printed, atol=1e-11 * np.max(np.abs(forward)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_internal_kic_second_is_the_second_derivative_of_the_loop():
     system, state = FOUR_BAR.system, FOUR_BAR.state
     q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])

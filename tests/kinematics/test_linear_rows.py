@@ -23,7 +23,7 @@ from tests.zoo import SPECIMENS
 LOOPS = [name for name, specimen in SPECIMENS.items() if specimen.system.has_constraints and name != "elastic"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", LOOPS)
 @pytest.mark.parametrize("holds", [False, True])
 def test_rows_without_a_matrix(name, holds):
@@ -81,7 +81,7 @@ def test_linear_equations_of_a_row():
     np.testing.assert_allclose(hanging.stiffness, [[force]], rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_whole_turn_of_a_row():
     """Twelve loops through two poses where branches cross."""
     system, at = row_of(12)
@@ -94,7 +94,7 @@ def test_a_whole_turn_of_a_row():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_states_within_a_trace():
     """Of a row of twelve: coordinates, velocities, and their slopes by the angle and by a length."""
     system, at = row_of(12)

@@ -102,7 +102,7 @@ def test_traced_answers_are_not_those_of_another_pose(drawn_flat, for_work):
     assert np.isnan(jax.jit(lambda: mbs.kinematics.kic(drawn_flat, state).internal)()).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_build_at_a_pose_of_use(for_work):
     assert for_work.topology.mobility == 1
     with warnings.catch_warnings():
@@ -124,7 +124,7 @@ def test_gradient_of_a_frequency_at_the_pose_of_use(for_work):
     np.testing.assert_allclose(jax.grad(first)(RATE), difference, rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:state. the mechanism has mobility")
 def test_driven_lift_is_solved_not_integrated():
     """Its drive takes the one freedom that it has at work; the branch that the drawing leads to has another."""
@@ -171,7 +171,7 @@ def test_guesses_that_are_none(guess, message):
         four_bar(guess=guess)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_singular_pose_keeps_its_answer_and_says_so():
     """A parallelogram laid flat: at that pose, and there alone, it has one freedom more."""
     system = four_bar(lengths=(1.0, 0.4, 1.0, 0.4), guess={"A": 0.5, "B": -0.5, "D": 0.5})
@@ -185,7 +185,7 @@ def test_singular_pose_keeps_its_answer_and_says_so():
     assert mbs.linearise(system, upright).mass.shape == (1, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_independent_set_that_is_singular_at_the_state():
     """A slider-crank at its dead centre: the slider does not determine the crank there, the crank does the slider."""
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))

@@ -24,7 +24,7 @@ def test_rank_of_random_rows(rows, columns, rank):
     assert not np.any(jax.jacfwd(lambda A: traced(A).astype(float))(jnp.asarray(A)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("model, rank", [("four-bar", 2), ("Bennett", 2)])
 def test_rank_at_random_poses_of_loops(model, rank):
     """Redundant rows are consistent on the manifold only; a batch of poses counts as one pose does."""

@@ -97,7 +97,7 @@ def check_against_dense(tree, local, S, dense, p, found):
     np.testing.assert_allclose(expected @ u, p, atol=1e-8 * np.linalg.cond(expected) ** 0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=6, deadline=None, database=None, derandomize=True)
 @given(tree=trees(), seed=st.integers(0, 1000))
 def test_primitives_are_what_they_say(everything, tree, seed):
@@ -192,7 +192,7 @@ NAIVE = {
 
 @pytest.mark.parametrize("tree", [BRANCHED], ids=["branched"])
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("mass_matrix", "solve") else n for n in NAIVE]
+    "name", [pytest.param(n, marks=pytest.mark.long) if n in ("mass_matrix", "solve") else n for n in NAIVE]
 )
 def test_derivative_rules(name, tree):
     """Value, JVP, VJP, Hessian-vector product (both orders of modes) and vmap of the gradient."""

@@ -87,7 +87,7 @@ def test_derivatives_of_matrix_and_exponential(function):
     _check(*_batch(_derivatives(function), vectors))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_the_logarithm():
     vectors = [angle * _SLANTED for angle in (0.0, 1e-9, 0.19, 0.21, 2.0, np.pi - 1e-3)]
 

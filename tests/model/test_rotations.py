@@ -22,7 +22,7 @@ VECTORS = np.concatenate(
 SCIPY = Rotation.from_rotvec(VECTORS)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forms_agree_with_scipy():
     matrices = SCIPY.as_matrix()
     np.testing.assert_allclose(rotations.from_vector(VECTORS), matrices, atol=1e-12)

@@ -44,7 +44,7 @@ def study(like):
     return jax.jit(jax.vmap(run))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_state_that_cannot_be_assembled_says_so_under_jit(like):
     def at(coupler):
         system, state = assembled(coupler, like)

@@ -89,14 +89,14 @@ def test_an_event_ends_a_driven_motion():
     np.testing.assert_allclose(motion.states.coordinates[last], four_bar_angles(1.5), atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_bound_on_steps_is_kept():
     system, state = driven(drive=mbs.Ramp(0.7, 1.0))
     motion = mbs.simulate(system, state, t1=100.0, max_steps=5, throw=False)
     assert motion.status is mbs.Status.MAX_STEPS and int(motion.diagnostics.num_steps) <= 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_work_of_drives_between_coarse_saves():
     """Whole turns between the saved times: the account closes to the tolerance."""
     system, state = driven(drive=mbs.Ramp(0.7, 3.0))

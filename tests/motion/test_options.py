@@ -59,6 +59,7 @@ def test_refused_options(ball, options, message):
         mbs.simulate(*ball, **options)
 
 
+@pytest.mark.slow
 def test_default_times_and_closed_form(ball):
     motion = mbs.simulate(*ball, t1=2.0)
     t = np.linspace(0.0, 2.0, 101)
@@ -105,6 +106,7 @@ def _explode(x, v, t):
     return jnp.where(t > 0.5, jnp.nan, 0.0)
 
 
+@pytest.mark.slow
 def test_status_of_a_state_that_is_not_finite():
     system = falling(_explode)
     motion = mbs.simulate(system, mbs.State.at(system), t1=1.0, dt=0.1, solver=diffrax.Tsit5(), throw=False)
@@ -117,6 +119,7 @@ def _blow_up(x, v, t):
     return 2.0 * (9.81 + (1.0 + v * v))
 
 
+@pytest.mark.slow
 def test_status_of_a_step_that_vanishes():
     """v_dot = 1 + v^2 is infinite at t = pi / 2."""
     system = falling(_blow_up)
@@ -188,6 +191,7 @@ def test_a_motion_without_freedom_is_evaluated():
     assert np.max(np.abs(account.energy_residual)) < 1e-8 * np.ptp(account.work["drives"])
 
 
+@pytest.mark.slow
 def test_inside_jit_nothing_is_raised(ball):
     system, state = ball
     result = jax.jit(lambda s: mbs.simulate(system, s, t1=1.0, max_steps=2).result)(state)

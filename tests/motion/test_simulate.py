@@ -63,7 +63,7 @@ def test_semi_implicit_euler_is_of_first_order(chain):
 
 
 # ------------------------------------------------------------------------------------------------ stiffness
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_stiff_spring_needs_few_steps_of_an_implicit_solver():
     """A mass on k = 1e8 N/m with heavy damping creeps; x = x0 exp(-k/c t) beside a fast transient."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))

@@ -54,7 +54,7 @@ CASES = {  # model, its numbers, the concrete system whose structure it has, end
 }
 
 
-LATER = {"loop": "slow", "driven": "long", "slider_crank": "long", "squeezer": "long"}
+LATER = {"loop": "long", "driven": "long", "slider_crank": "long", "squeezer": "long"}
 
 
 def _marks(name):

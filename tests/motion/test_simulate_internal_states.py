@@ -98,7 +98,7 @@ def slopes_of(function, numbers, step=1e-5):
 
 
 MODES = [
-    pytest.param("reverse", None, 0, marks=SLOW, id="reverse"),
+    pytest.param("reverse", None, 0, marks=LONG, id="reverse"),
     pytest.param("forward", None, 0, marks=LONG, id="forward"),
     pytest.param("reverse", diffrax.Kvaerno5(), 0, marks=LONG, id="implicit, reverse"),
     pytest.param("reverse", diffrax.Kvaerno5(), 3, marks=LONG, id="eliminated, reverse"),
@@ -180,6 +180,7 @@ class Runaway(Lag):
         return {"force": jnp.where(self.command > 0.0, s["force"] ** 2, -s["force"])}
 
 
+@pytest.mark.slow
 def test_lanes_of_a_batch():
     """One lane escapes in finite time: its states are NaN after it, those of the others are theirs."""
     b = mbs.SystemBuilder(gravity=(0, 0, 0))
@@ -285,6 +286,7 @@ class Cylinder(F.AbstractScalarStateLaw):
         return 1e-3 * self.unit * s["p"]
 
 
+@pytest.mark.slow
 def test_tolerances_apply_to_the_state_over_its_scale():
     """The same steps, whether pressures are in Pa or in GPa."""
     motions = []

@@ -41,7 +41,7 @@ def test_a_motor_with_a_loop_of_its_speed_follows_its_exponential():
 
 
 @pytest.mark.parametrize(
-    "mode", [pytest.param("reverse", marks=pytest.mark.slow), pytest.param("forward", marks=pytest.mark.long)]
+    "mode", [pytest.param("reverse", marks=pytest.mark.long), pytest.param("forward", marks=pytest.mark.long)]
 )
 def test_gradients_by_gains_and_target_are_those_of_the_exponential(mode):
     like = motor_loop.build()

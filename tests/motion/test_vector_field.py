@@ -32,6 +32,7 @@ def solve(field, y0, solver=None, **options):
     return diffrax.diffeqsolve(term, solver, 0.0, 1.0, 1e-3, y0, **settings)
 
 
+@pytest.mark.slow
 def test_a_pendulum_saved_at_times_at_steps_densely_and_by_a_function(swing):
     system, start = swing
     field = mbs.vector_field(system)
@@ -113,7 +114,9 @@ def test_the_independent_field_is_the_papers(loop):
     np.testing.assert_allclose(rate.momenta, (-3 * p[0] + 4 * p[1] - p[2]) / (2 * h), rtol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["swing", "loop"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("swing", marks=pytest.mark.slow), pytest.param("loop", marks=pytest.mark.long)]
+)
 def test_diffeqsolve_takes_our_steps(name, request):
     """At every step's number both loops have the same time and state; the steps land on the saved times."""
     system, start = request.getfixturevalue(name)

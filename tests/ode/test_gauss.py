@@ -62,8 +62,8 @@ def one_step(system, state, solver):
     return jax.jit(lambda h, x: (step(h, x), jax.jacfwd(step, argnums=1)(h, x))), scale * jnp.concatenate([psi, p])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("solver", [*MIDPOINT_SLOW, diffrax.Dopri8])
+@pytest.mark.long
+@pytest.mark.parametrize("solver", [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4, diffrax.Dopri8])
 def test_one_step_is_symplectic_and_reversible(double_pendulum, solver):
     """D^T J D = J and phi(-h, phi(h, x)) = x to rounding, at a coarse step; not so for Dopri8."""
     system, _ = double_pendulum
@@ -164,7 +164,7 @@ def damped():
 @pytest.mark.parametrize(
     "mode, newton",
     [
-        pytest.param("forward", False, marks=pytest.mark.slow),
+        pytest.param("forward", False, marks=pytest.mark.long),
         pytest.param("reverse", False, marks=pytest.mark.long),
         pytest.param("forward", True, marks=pytest.mark.long),
     ],

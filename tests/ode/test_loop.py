@@ -53,7 +53,6 @@ FIXED = [diffrax.Euler(), diffrax.Tsit5(), diffrax.ImplicitEuler(root_finder=NEW
 FIXED += [diffrax.LeapfrogMidpoint(), diffrax.ReversibleHeun()]
 CASES = [(solver, None) for solver in ADAPTIVE] + [(solver, 0.07) for solver in FIXED]
 QUICK = {"Verlet 0.07 False", "LeapfrogMidpoint 0.07 False"}
-SLOW = {"Dopri8 None False"}
 
 
 def name(value):
@@ -65,7 +64,7 @@ def cases():
     for lands in (True, False):
         for solver, dt in CASES:
             case = f"{name(solver)} {dt} {lands}"
-            mark = () if case in QUICK else pytest.mark.slow if case in SLOW else pytest.mark.long
+            mark = () if case in QUICK else pytest.mark.long
             yield pytest.param(solver, dt, lands, marks=mark)
 
 
@@ -140,7 +139,7 @@ def test_a_full_log_takes_steps_again(solver, lands):
         np.testing.assert_allclose(c[0], a, rtol=1e-10, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_forward_over_reverse():
     def value(way):
         return lambda k: loss(ours(way, k, START, problem(diffrax.Tsit5())).ys)

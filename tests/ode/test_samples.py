@@ -164,7 +164,7 @@ def test_derivatives(case, gradient):
         np.testing.assert_allclose(slope, difference, rtol=2e-5, atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reverse_and_forward_derivatives_agree():
     """Also where the log is full and steps are taken again."""
     ts, weights = 0.03 + 0.163 * jnp.arange(6.0), jnp.arange(1.0, 6.0)

@@ -59,7 +59,7 @@ def by(posed):
     return {method: jax.jit(solved(method)) for method in ("dense", "frontal")} | {"traced": solved("frontal")}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("case", COMPLIANCES)
 def test_as_the_dense_way(posed, by, case):
     weight = np.array([1.0, 1.0, 1.0, *[posed[0].length ** -2] * 3]) if case != "elastic" else 1.0

@@ -34,7 +34,7 @@ def test_one_actuator_is_the_drive(driven, motion):
     np.testing.assert_allclose(found["A"], mbs.reactions(driven, motion)["A"].effort, rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_actuator_gives_the_same_power(driven, motion):
     effort = mbs.reactions(driven, motion)["A"].effort[:, 0]
     u = driven.velocities(motion.states)

@@ -94,7 +94,7 @@ def test_the_sums_close_over_all_laws_couplers_rows_and_drives(rotors):
     assert abs(loads["friction driven"].effort[0] - loads["friction driven"].total_effort[0]) > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_actuators_in_place_of_the_drives(rotors):
     """The second of each pair is the actuator: the first, whose drive is off, is turned by what ties them."""
     system, state = rotors
@@ -159,6 +159,7 @@ def test_couplers_that_share_have_no_one_multiplier():
     assert "other couples coordinates: reactions of c, d do not include its contact forces" in said
 
 
+@pytest.mark.slow
 def test_names_are_found_behind_the_right_door(rotors):
     loads = mbs.reactions(*rotors)
     for wrong, right in (

@@ -168,7 +168,7 @@ def test_redundant_drives_share_the_torque():
     assert loads.residual < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_bonds_of_a_system_have_its_reactions():
     """A four-bar with a spring in a pin, in motion: 18 equations of rank 17, three reactions open, one freedom."""
     system = four_bar(stiffness=3.0, load=5.0)
@@ -222,6 +222,7 @@ def test_a_table_on_four_legs_takes_the_least_norm(support, redundant, marks):
         np.testing.assert_array_equal(loads[f"foot_{k}"].unique_force, np.array(marks, bool))
 
 
+@pytest.mark.slow
 def test_three_legs_are_determined():
     b = mbs.SystemBuilder()
     b.body("table", mass=10.0, com=(0.2, 0.1, 0.3), inertia=np.ones(3))
@@ -326,6 +327,7 @@ def test_every_body_of_a_random_tree_is_in_equilibrium(random_tree):
     assert newton_euler(system, state, mbs.reactions(system, state)) < 1e-10
 
 
+@pytest.mark.slow
 def test_joint_forces_of_pinocchio(random_tree):
     links, system, state = random_tree
     model = rs.pinocchio_model(links)
@@ -349,6 +351,7 @@ def test_reactions_along_a_motion_are_those_of_its_states(pendulum):
     assert np.all(np.asarray(together.residual) < 1e-12)
 
 
+@pytest.mark.slow
 def test_coupled_joints_carry_the_gear_load_inside():
     """Two flywheels geared 1 : -2: efforts +-lambda times the coefficients, moments of the pins the same."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))

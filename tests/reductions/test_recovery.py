@@ -84,7 +84,7 @@ def test_mode_acceleration_beats_mode_displacement():
     assert np.max(np.abs(better - exact)) < 1e-2 * np.max(np.abs(x - exact))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bond_reactions_are_those_of_mode_acceleration():
     reduced, rho, _ = harmonic_case(3)
     x, _, x_ddot = harmonic_amplitudes(reduced.expand(rho), OMEGA)
@@ -164,6 +164,7 @@ def test_frequency_error_estimates():
     assert np.all((ratio > 0.5) & (ratio < 2.0))
 
 
+@pytest.mark.slow
 def test_number_of_modes_up_to_a_frequency():
     """The helper's number gives one per cent up to that frequency."""
     interface = (0, 1, 20, 21)
@@ -207,6 +208,7 @@ def cage():
     return jnp.asarray(stiffness), jnp.eye(15), p
 
 
+@pytest.mark.slow
 def test_rigid_and_averaged_interfaces():
     """Both see a rigid motion as it is; the averaged one lets its nodes strain, the rigid one does not."""
     K, M, p = cage()

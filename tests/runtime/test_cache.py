@@ -39,7 +39,7 @@ def programs(folder):
     return {path.name for path in folder.iterdir() if path.name.endswith("-cache")}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_second_process_compiles_nothing(tmp_path):
     """Every program of it is found, also with another mass: none of them calls back into Python."""
     folder, force, _ = run(str(tmp_path), "2.0")

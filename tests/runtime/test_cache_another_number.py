@@ -35,7 +35,7 @@ def answers(system, t1, rtol):
     return mbs.reactions(system, motion)["A"].force, mbs.forward_dynamics(system, state)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_sets_of_numbers_share_one_set_of_programs(programs):
     """Built without `like`: lengths, masses, springs, times, tolerances."""
     random, counts, found = np.random.default_rng(3), [], []

@@ -72,7 +72,7 @@ def test_it_runs_inside_of_a_jit_and_names_its_results(stored):
     np.testing.assert_allclose(found["pin"].force, wanted["pin"].force, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_structure_is_refused(stored):
     program, system = mbs.runtime.load_program(stored), pendulum(2.0, name="weight")  # noqa: F821
     with pytest.raises(ValueError, match="not of the structure that 'loads' was exported with"):

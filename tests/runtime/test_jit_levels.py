@@ -29,7 +29,7 @@ def arguments_of(specimen):
     return specimen.system, specimen.state, jnp.array([1.1, 0.9])
 
 
-@of_all(quick=(), slow=("four_bar",))
+@of_all(quick=(), slow=())
 def test_motions_and_reactions(specimen):
     arguments = arguments_of(specimen)
     for ours, full in zip(mbs.jit(numbers, compile="quick")(*arguments), numbers(*arguments), strict=True):

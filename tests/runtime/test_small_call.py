@@ -100,12 +100,10 @@ def test_no_marks_in_a_program_of_the_users(marked):
 
 
 def _cases():
-    """The value by Gauss is slow, the others long."""
-    slow = ("Gauss4-value",)
     for solver in (diffrax.Dopri8(), mbs.motion.Gauss4(), diffrax.Kvaerno5()):
         for mode in ("value", "reverse", "forward"):
             name = f"{type(solver).__name__}-{mode}"
-            yield pytest.param(solver, mode, marks=pytest.mark.slow if name in slow else pytest.mark.long, id=name)
+            yield pytest.param(solver, mode, marks=pytest.mark.long, id=name)
 
 
 @pytest.mark.parametrize("solver, mode", list(_cases()))

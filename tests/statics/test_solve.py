@@ -198,7 +198,7 @@ def long_ladder():
     return bonds, np.random.default_rng(0).normal(size=(120, 6))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nodes_and_parameters_agree_on_sixty_loops(long_ladder):
     bonds, loads = long_ladder
     by_nodes, by_parameters = solve(bonds, loads, "nodal"), solve(bonds, loads, "force")

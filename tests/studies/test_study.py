@@ -284,7 +284,7 @@ def killed(path, kills, seed):
             return written
 
 
-@pytest.mark.parametrize("kills", [pytest.param(3, marks=pytest.mark.slow), pytest.param(50, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [pytest.param(3, marks=pytest.mark.long), pytest.param(50, marks=pytest.mark.long)])
 def test_killed_and_continued(tmp_path, kills):
     """Same numbers, nothing lost and no chunk twice but the one in hand."""
     path = tmp_path / "study"

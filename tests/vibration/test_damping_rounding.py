@@ -62,7 +62,7 @@ def test_pairs_stay_side_by_side(scale):
     np.testing.assert_allclose(modes.omega[::2], scale * np.array([2, 2, 2, 3.0]), rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hanging_pendulum_is_stable_and_a_standing_one_is_not():
     """Three links without damping: their roots have real parts of 1e-16; stood on its end each link falls."""
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))

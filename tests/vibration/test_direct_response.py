@@ -59,7 +59,7 @@ def test_tip_receptance_in_closed_form():
     np.testing.assert_allclose(tip, exact, rtol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_of_a_response():
     """Sum of squared tip amplitudes by every spring, against differences; structural damping."""
     load = jnp.zeros((N, 1)).at[-1].set(1.0)

@@ -116,7 +116,7 @@ def test_asked_pairs_and_loads_in_chunks():
     np.testing.assert_allclose(columns, pairs, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modal_damping_as_printed():
     """A ratio for every mode: the printed sum over modes equals the matrix C that has these ratios."""
     K, M = beam(4, fixed=2)

@@ -32,7 +32,7 @@ def mast(held=("foot",), **options):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rest_by_name():
     """Closed form of a cantilever; two cases at once; a free mast is pushed by its mass."""
     system, force = mast(), 5.0

@@ -178,7 +178,7 @@ def test_loads_of_a_motion_damped_by_ratios():
     np.testing.assert_allclose(slope, difference, rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rest_and_a_start_from_it():
     """A constant force from its rest moves nothing; the bonds carry at rest what they carry in that motion."""
     net, push = built(1.0), {f"left.{TIP}": 2.0, "right": -np.eye(8)[4]}

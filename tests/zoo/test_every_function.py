@@ -201,9 +201,7 @@ def _resistance(w):
     return by_spring - 0.3 * w.u[wheel][0] * w.Gamma[wheel][0]
 
 
-of_models = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name == "loop" else pytest.mark.long) for name in MODELS]
-)
+of_models = pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in MODELS])
 
 
 def test_every_function_is_walked():
@@ -246,6 +244,7 @@ def test_states_along(name):
     np.testing.assert_allclose(np.einsum("krv,kv->kr", A, states.velocities), np.tile(still, (4, 1)), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_rows_that_read_the_time_are_refused_where_their_terms_lack():
     """By what they read: rows of the user that do not read it have none."""
     for rows, moves in ((lambda psi, t: psi[0] - jnp.sin(t), True), (lambda psi, t: psi[0] - 0.3, False)):

@@ -30,6 +30,7 @@ def asked(system, state, p):
     }
 
 
+@pytest.mark.slow
 def test_value_and_slopes_of_a_pendulum_on_a_cart():
     """At momenta that are not those of the state, and at its own."""
     system, phi, u, p = HAND.build(), np.array([0.3, 0.6]), np.array([1.1, -2.0]), np.array([0.8, -0.5])
@@ -67,7 +68,7 @@ def field_of_four_bar(angle):
     return np.sum(weights * rates**2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loop_takes_its_dependent_coordinates_along():
     """H = p^2 / 2 I*(phi), I* by plane geometry; and p_dot = -dH/dphi + Q = GR phi_dot + Q."""
     system = four_bar(stiffness=3.0, load=5.0, independent=["A"])

@@ -64,6 +64,7 @@ def test_vector_and_displacement(on_cart):
     np.testing.assert_allclose(slope, slopes(displacement, PHI), atol=1e-10)
 
 
+@pytest.mark.slow
 def test_kic_is_the_slope_of_the_length_along_the_spring(on_cart):
     """Which is the slope (66) of the net displacement at the free length, and only there."""
     np.testing.assert_allclose(on_cart["G_C"], along(PHI), atol=1e-10)
@@ -104,7 +105,7 @@ def test_ends_that_coincide_have_no_direction():
         dynamics.spring_kic(system, state, "ground", "bobb")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_in_a_loop():
     """A point of the coupler of a four-bar, by plane geometry."""
     system = four_bar(independent=["A"])

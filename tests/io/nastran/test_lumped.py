@@ -82,7 +82,7 @@ def test_lumped_bars(tmp_path):
     np.testing.assert_allclose(arm, expected, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lumped_plates_and_solids(tmp_path):
     """Total mass and weight by hand; nothing beside the diagonal; derivatives by thickness."""
     text = "MAT1,1,2.+11,,.3,7850.\nPSHELL,2,1,.02,1,,1,,4.\nPSOLID,3,1\n"
@@ -136,7 +136,7 @@ def test_plates_without_shear(tmp_path):
     assert not any("shear" in note for note in deck(plate(4, "1"), tmp_path).notes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_lumped_deck_answers(tmp_path):
     """Modes of a cantilever with rotations that have no mass, beside the closed form."""
     text = BAR + "".join(f"GRID,{k + 1},,{0.05 * k},0.,0.\n" for k in range(21))

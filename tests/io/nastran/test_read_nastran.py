@@ -110,7 +110,7 @@ def test_rbe3_against_nastran(case, theirs, tmp_path):
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7 * np.max(np.abs(exact)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_mass_properties_against_nastran(theirs):
     """CBEAM, CONM2 with inertia, PARAM WTMASS: mass, centre, inertia of the grid point weight generator."""
     from pyyeti.nastran import op2
@@ -124,7 +124,7 @@ def test_mass_properties_against_nastran(theirs):
     np.testing.assert_allclose(found.inertia / weight, exact["m66"][3:, 3:], rtol=2e-4, atol=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_zoo_of_cards(tmp_path):
     """Every card that is read: symmetric matrices, total mass by hand, no stiffness against rigid motions."""
     frame = deck(ZOO["frame"], tmp_path)

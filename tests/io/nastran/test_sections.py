@@ -89,7 +89,7 @@ def test_beams_by_their_dimensions(tmp_path):
         assert words in faults(BAR + f"PBEAML,9,1,,{row}\n{beam}", tmp_path)[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rods_bars_and_defaults_say_the_same_as_others(tmp_path):
     """CONROD as CROD with PROD, RBAR as RBE2, BAROR as what it spares, a long line as its continuations."""
     grids = BAR + "GRID,3,,1.,1.,.2\nGRID,4,,1.5,.5,.3\nGRID,5,,.3,.2,.1\n"
