@@ -74,6 +74,19 @@ class AbstractElement(eqx.Module):
         """Viscous damping matrix in world axes [N s/m, N s, N m s]; zero except for dampers."""
         return jnp.zeros((self.size, self.size), nodes.dtype)
 
+    @property
+    def has_geometric_stiffness(self) -> bool:
+        """True if `geometric_stiffness` may be nonzero."""
+        return type(self).geometric_stiffness is not AbstractElement.geometric_stiffness
+
+    def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
+        """Geometric stiffness in world axes [N/m, N, N m] at the stress of displacements u, linear in u.
+
+        It is the second derivative of the work of that stress on the strains of second order: tension stiffens,
+        compression softens.  Zero for elements without extent.
+        """
+        return jnp.zeros((self.size, self.size), nodes.dtype)
+
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Element loads `F_e = k_e T_e x` in the element's own axes, named by `force_labels`. Source: S1 (30)."""
         return jnp.zeros(0, nodes.dtype)

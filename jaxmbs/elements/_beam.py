@@ -26,6 +26,15 @@ _SLOPE = (
     np.stack([6 * (_S**2 - _S), 1 - 4 * _S + 3 * _S**2, 6 * (_S - _S**2), 3 * _S**2 - 2 * _S], axis=1),
     np.stack([0 * _S, 1 - _S, 0 * _S, _S], axis=1),
 )
+# First and second derivatives of the deflection by the place in [0, 1]
+_TILT = (
+    np.stack([6 * (_S**2 - _S), 1 - 4 * _S + 3 * _S**2, 6 * (_S - _S**2), 3 * _S**2 - 2 * _S], axis=1),
+    np.stack([0 * _S - 1, (1 - 2 * _S) / 2, 0 * _S + 1, (2 * _S - 1) / 2], axis=1),
+)
+_BEND = (
+    np.stack([12 * _S - 6, 6 * _S - 4, 6 - 12 * _S, 6 * _S - 2], axis=1),
+    np.stack([0 * _S, 0 * _S - 1, 0 * _S, 0 * _S + 1], axis=1),
+)
 _PLANE_Y, _PLANE_Z = np.array([1, 5, 7, 11]), np.array([2, 4, 8, 10])  # rz = dv/dx, ry = -dw/dx
 _SIGN_Z = np.array([1.0, -1.0, 1.0, -1.0])
 
@@ -198,6 +207,42 @@ class Beam(AbstractElement):
             for N, My, Mz in ((-force[0], -force[4], -force[5]), (force[6], force[10], force[11]))
         ]
         return jnp.concatenate(ends)
+
+    def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
+        """Of tension N, torque T, shear forces and moments: lateral, torsional and coupled buckling.
+
+        The work of the section's stress on the strains of second order is `1/2 N (v'^2 + w'^2 + i^2 phi'^2)
+        - phi' (M_y v' + M_z w') + phi (Q_y w' - Q_z v') + 1/2 T (w' v'' - v' w'')` per length, with
+        `i^2 = (I_y + I_z) / A`, for sections with two axes of symmetry.
+        Source: Yang and McGuire, J. Struct. Eng. 112 (1986) 853-877, without the terms of axial strain.
+        """
+        length, _, K, T = self._matrices(nodes)
+        tension, Qy, Qz, torque, My, Mz = (K @ T @ u.reshape(-1))[6:]
+        turn, turn_rate, v, w, v2, w2 = self._shape_rows(length)
+        from_end = (1.0 - jnp.asarray(_S, length.dtype)) * length
+        one = jnp.ones_like(from_end)
+
+        def work(a, b, factor):
+            part = jnp.einsum("q,qi,qj->ij", jnp.asarray(_W, length.dtype) * length * factor, a, b)
+            return 0.5 * (part + part.T)
+
+        Kg = tension * (work(v, v, one) + work(w, w, one))
+        Kg = Kg + tension * (self.inertia_y + self.inertia_z) / self.area * work(turn_rate, turn_rate, one)
+        Kg = Kg - 2.0 * (work(turn_rate, v, My - Qz * from_end) + work(turn_rate, w, Mz + Qy * from_end))
+        Kg = Kg + 2.0 * (Qy * work(turn, w, one) - Qz * work(turn, v, one))
+        return T.T @ (Kg + torque * (work(w, v2, one) - work(v, w2, one))) @ T
+
+    def _shape_rows(self, length):
+        """Rows (q, 12) of phi, phi', v', w', v'', w'' from the motions of the ends in local axes."""
+        s, zero = jnp.asarray(_S, length.dtype), jnp.zeros((len(_S), 12), length.dtype)
+        turn = zero.at[:, np.array([3, 9])].set(jnp.stack([1 - s, s], axis=1))
+        rate = zero.at[:, np.array([3, 9])].set(jnp.asarray([[-1.0, 1.0]], length.dtype) / length)
+        planes, rows = [(_PLANE_Y, 1.0), (_PLANE_Z, _SIGN_Z)], [turn, rate]
+        for (a, b), power in ((_TILT, 1), (_BEND, 2)):
+            for (_, ratio), (plane, sign) in zip(self._planes(length), planes, strict=True):
+                shape = (jnp.asarray(a, s.dtype) + ratio * jnp.asarray(b, s.dtype)) / (1.0 + ratio)
+                rows.append(zero.at[:, plane].set(shape * _rotation_scale(length, sign)[None] / length**power))
+        return rows
 
     def line_load(self, nodes: Float[Array, "k 3"], q: Array) -> Array:
         """Consistent load (12,) of a uniform force q (3,) [N/m] in world axes. Source: S1 (18)."""

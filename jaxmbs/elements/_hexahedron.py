@@ -75,6 +75,18 @@ class Hexahedron(AbstractElement):
         slopes = inverse_jacobian(_DN0, nodes)[0] @ _DN0.astype(nodes.dtype)
         return self.elasticity() @ _strains(slopes)[0] @ u.reshape(-1)
 
+    def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
+        """Of the stress at the centre, `int grad N^T sigma grad N dV` in each direction.
+
+        Source: Zienkiewicz and Taylor, The finite element method (2000), vol. 2, 10.3.
+        """
+        xx, yy, zz, xy, yz, zx = self.stresses(nodes, u)
+        sigma = jnp.stack([jnp.stack([xx, xy, zx]), jnp.stack([xy, yy, yz]), jnp.stack([zx, yz, zz])])
+        inverse, det = inverse_jacobian(_DN, nodes)
+        slopes = inverse @ _DN.astype(nodes.dtype)
+        scalar = jnp.einsum("q,qai,ab,qbj->ij", det * _WEIGHTS.astype(nodes.dtype), slopes, sigma, slopes)
+        return jnp.kron(scalar, jnp.eye(3, dtype=nodes.dtype))
+
     def pressure_load(self, nodes: Float[Array, "k 3"], pressure: ScalarLike, face: int) -> Array:
         """Consistent load (24,) of a pressure [Pa] into the element through one of `FACES`. Source: S1 (18)."""
         corners = np.array(FACES[face])

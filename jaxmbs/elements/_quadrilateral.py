@@ -54,6 +54,11 @@ class Quadrilateral(AbstractShell):
         """Bilinear shape functions at 2 x 2 points, and their areas."""
         return _N.astype(xy.dtype), inverse_jacobian(_DN, xy)[1] * _WEIGHTS.astype(xy.dtype)
 
+    def slopes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Slopes of the bilinear shape functions at 2 x 2 points, and their areas."""
+        slopes, det = self._slopes(xy, _DN)
+        return slopes, det * _WEIGHTS.astype(xy.dtype)
+
     def _slopes(self, xy, slopes):
         """Slopes (q, 2, 4) in the plane and areas (q,) per unit square."""
         inverse, det = inverse_jacobian(slopes, xy)

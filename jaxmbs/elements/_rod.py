@@ -52,3 +52,15 @@ class Rod(AbstractElement):
     def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
         """Axial stress [Pa]. Source: S1 (30)."""
         return (self.young * (self._strain(nodes)[0] @ u.reshape(-1)))[None]
+
+    def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
+        """Of the tension N, `N/l [E, -E; -E, E]` across the axis.
+
+        Source: Przemieniecki, Theory of matrix structural analysis (1968), 15.2.
+        """
+        line = nodes[1] - nodes[0]
+        length = jnp.linalg.norm(line)
+        axis = line / length
+        across = jnp.eye(3, dtype=nodes.dtype) - jnp.outer(axis, axis)
+        bar = jnp.asarray([[1.0, -1.0], [-1.0, 1.0]], nodes.dtype)
+        return self.forces(nodes, u)[0] / length * jnp.kron(bar, across)

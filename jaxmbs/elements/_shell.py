@@ -96,6 +96,23 @@ class AbstractShell(AbstractElement):
         mean, bent = force[:3] / self.thickness, 6.0 * force[3:6] / self.thickness**2
         return jnp.concatenate([mean + bent, mean - bent])
 
+    def slopes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Slopes (q, 2, k) of the shape functions at points of quadrature and the areas (q,) that belong to them."""
+        raise NotImplementedError
+
+    def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
+        """Of the membrane forces at the centre, `int grad N^T [Nxx, Nxy; Nxy, Nyy] grad N dA` in each direction.
+
+        The shape functions are the linear ones of displacements.
+        Source: Zienkiewicz and Taylor, The finite element method (2000), vol. 2, 4.12.
+        """
+        xy, T = self.plane_coordinates(nodes)
+        xx, yy, shear = self.forces(nodes, u)[:3]
+        N = jnp.stack([jnp.stack([xx, shear]), jnp.stack([shear, yy])])
+        slopes, areas = self.slopes(xy)
+        moved = jnp.diag(jnp.asarray([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], nodes.dtype))
+        return T.T @ jnp.kron(jnp.einsum("q,qai,ab,qbj->ij", areas, slopes, N, slopes), moved) @ T
+
     def pressure_load(self, nodes: Float[Array, "k 3"], pressure: ScalarLike) -> Array:
         """Consistent load (6 k,) of a pressure [Pa] along the normal z. Source: S1 (18)."""
         xy, T = self.plane_coordinates(nodes)

@@ -43,6 +43,10 @@ class Triangle(AbstractShell):
         """Linear shape functions at the mid-sides, and their areas."""
         return _MID_SIDES.astype(xy.dtype), _area(xy) / 3 * jnp.ones(3, xy.dtype)
 
+    def slopes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Slopes of the linear shape functions, and the area."""
+        return _area_slopes(xy)[None], _area(xy)[None]
+
     def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Basic stiffness `L E L^T / (A t)` and the higher-order part of the optimal template."""
         area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping_matrix(xy)
@@ -74,6 +78,12 @@ class Triangle(AbstractShell):
 def _area(xy):
     a, b = xy[1] - xy[0], xy[2] - xy[0]
     return (a[0] * b[1] - a[1] * b[0]) / 2
+
+
+def _area_slopes(xy):
+    """Slopes (2, 3) of the area coordinates, which are the linear shape functions."""
+    _, _, (x_kj, y_kj) = _side_vectors(xy)
+    return jnp.stack([-y_kj, x_kj]) / (2.0 * _area(xy))
 
 
 def _side_vectors(xy):
@@ -108,8 +118,8 @@ def _drilling_deviation(xy):
 def _curvatures(xy, points):
     """Curvature matrices (q, 3, 9) over w, rx, ry at points (q, 3) in area coordinates."""
     areas = jnp.asarray(points, xy.dtype)[:, None, :]
-    (x_ik, y_ik), side, (x_kj, y_kj) = _side_vectors(xy)
-    slopes = jnp.stack([-y_kj, x_kj]) / (2.0 * _area(xy))  # (2, 3) of the areas
+    (x_ik, y_ik), side, _ = _side_vectors(xy)
+    slopes = _area_slopes(xy)
     next_slopes, next_areas = jnp.roll(slopes, -1, axis=1), jnp.roll(areas, -1, axis=2)
     quadratic = jnp.concatenate(
         [(4.0 * areas - 1.0) * slopes[None], 4.0 * (areas * next_slopes[None] + next_areas * slopes[None])], axis=2

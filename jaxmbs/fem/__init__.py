@@ -4,10 +4,12 @@ from ._assembly import assemble, assemble_blocks, assemble_dense, element_matric
 from ._groups import Group
 from ._history import recover_history
 from ._loads import body_load, line_load, nodal_load, pressure_load
+from ._prestress import Buckling, buckling, geometric_stiffness
 from ._recovery import element_forces, element_stresses
 from ._structure import CoordinateTable, Structure, gather_rows, scatter_rows
 
 __all__ = [
+    "Buckling",
     "CoordinateTable",
     "Group",
     "Structure",
@@ -15,10 +17,12 @@ __all__ = [
     "assemble_blocks",
     "assemble_dense",
     "body_load",
+    "buckling",
     "element_forces",
     "element_matrices",
     "element_stresses",
     "gather_rows",
+    "geometric_stiffness",
     "line_load",
     "nodal_load",
     "node_pattern",

@@ -1,6 +1,6 @@
 """Assembly of the matrices of a structure, dense or in blocks of nodes: one mapped call and one scatter per group."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -71,13 +71,19 @@ def assemble_dense(structure: Structure, kinds: Sequence[str] = ("stiffness", "m
 
 
 def _assemble_dense(structure, kind):
+    return sum_dense(structure, lambda name: element_matrices(structure, name, kind))
+
+
+def sum_dense(structure: Structure, matrices: Callable[[str], Array]) -> Array:
+    """Sum (rows, rows) of element matrices (elements, n, n), a function of the name of a group, over the rows that are
+    not held."""
     index = structure.index
     n = index.num_rows
     total = jnp.zeros((n + 1, n + 1), structure.positions.dtype)  # the last row takes what is held
     for name, group in structure.groups.items():
         rows = index.table[group.connections, : group.element.coordinates].reshape(len(group.nodes), -1)
         rows = np.where(rows < 0, n, rows)
-        total = total.at[rows[:, :, None], rows[:, None, :]].add(element_matrices(structure, name, kind))
+        total = total.at[rows[:, :, None], rows[:, None, :]].add(matrices(name))
     return total[:n, :n]
 
 

@@ -1,0 +1,79 @@
+"""Structures under initial stress: geometric stiffness, stiffness under preload, buckling."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..linear._storage import as_inexact
+from ..math._eigen import eigh
+from ..math._spd import spd_solve
+from ..runtime import jit
+from ..typing import AnyArray
+from ._assembly import assemble_dense, sum_dense
+from ._structure import Structure, scatter_rows
+
+
+class Buckling(NamedTuple):
+    """Buckling of a structure.
+
+    Attributes:
+        factors: (num,) by which the load must grow, ascending; infinite where the load does not buckle it.
+        shapes: (rows, num) of buckling, `x^T K x = 1`.
+        displacements: (rows,) under the load itself, linear.
+    """
+
+    factors: Float[Array, " num"]
+    shapes: Float[Array, "rows num"]
+    displacements: Float[Array, " rows"]
+
+
+@jit
+def geometric_stiffness(structure: Structure, x: AnyArray) -> Float[Array, "rows rows"]:
+    """Geometric stiffness (rows, rows) [N/m, N, N m] at the stress of displacements x, in rows `structure.labels`.
+
+    Args: x: (rows,) of the dense matrices, or (nodes, 6): small displacements from the state without stress.
+
+    It is linear in x.  With the stiffness K of `assemble_dense`, `K + geometric_stiffness(structure, x)` resists
+    small motions about the stressed state.
+
+    Raises: ValueError for x of another shape.
+    Source: Zienkiewicz and Taylor, The finite element method (2000), vol. 2, 10.3.
+    """
+    return sum_dense(structure, lambda name: element_geometric_stiffness(structure, name, at_nodes(structure, x)))
+
+
+def at_nodes(structure: Structure, x: AnyArray) -> Array:
+    """Displacements (nodes, 6) from rows (rows,) or from (nodes, 6) themselves.  Raises: ValueError."""
+    x = as_inexact(x)
+    return x if x.shape == (structure.num_nodes, 6) else scatter_rows(structure, x)
+
+
+def element_geometric_stiffness(structure: Structure, name: str, u: Array) -> Array:
+    """Geometric stiffness (elements, n, n) of the elements of a group at nodal displacements u (nodes, 6)."""
+    group = structure.groups[name]
+    at = u[group.connections, : group.element.coordinates]
+    return group.map(lambda element, nodes, u: element.geometric_stiffness(nodes, u), structure.positions, at)
+
+
+@jit
+def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
+    """Factors of a load (rows,) [N, N m] at which a held structure buckles, `(K + factor K_g) x = 0`.
+
+    Args: load: as `gather_rows(structure, nodal_load(...))`.  num: how many, the lowest positive ones.
+
+    A factor below one says that the structure has buckled under the load itself.  Repeated factors have derivatives.
+
+    Raises: ValueError for a load of another shape, or more factors than rows.
+    Source: Timoshenko and Gere, Theory of elastic stability (1961).
+    """
+    load = as_inexact(load)
+    (K,) = assemble_dense(structure, ("stiffness",))
+    if load.shape != (len(K),) or not 0 < num <= len(K):
+        raise ValueError(f"the structure has {len(K)} rows, got a load of shape {load.shape} and num = {num}")
+    x = spd_solve(K, load)
+    softening, shapes = eigh(geometric_stiffness(structure, x), K)
+    # K_g x = -(1 / factor) K x: the most negative value is the lowest factor
+    buckles = softening[:num] < 0
+    factors = jnp.where(buckles, -1.0 / jnp.where(buckles, softening[:num], -1.0), jnp.inf)
+    return Buckling(factors, shapes[:, :num], x)
