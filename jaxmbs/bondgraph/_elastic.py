@@ -73,7 +73,8 @@ def elastic_values(system: System, at: VelocityKinematics, fields, modulus_rates
     def of_body(body, s):
         y = s.flow
         weight = body.gravity_loads(s.q, system.gravity @ s.R)
-        return body.gyroscopic_loads(s.q, y), weight, body.stiffness @ s.q, body.damping @ y[NUM_RIGID:]
+        strain = body.stiffness @ s.q if body.stiffening is None else jax.grad(body.strain_energy)(s.q)
+        return body.gyroscopic_loads(s.q, y), weight, strain, body.damping @ y[NUM_RIGID:]
 
     found = []
     for group, of_group, rate in zip(system.elastic, fields, modulus_rates, strict=True):

@@ -83,13 +83,18 @@ class ElasticBodies(AbstractBodies):
     def strain_energy(self, system, at):
         """Source: S2 (70)."""
         q = elastic_state(system, self.group, at_rest(system, at)).q
+        if self.group.body.stiffening is not None:
+            return jnp.sum(jax.vmap(lambda body, q: body.strain_energy(q))(self.group.body, q))
         return 0.5 * jnp.einsum("ek,ekl,el->", q, self.group.body.stiffness, q)
 
     def strain_stiffness(self, system, at, Gamma):
         """`sum G^T K G` with the rates of deformation G per independent velocity.  Source: S2 (68)-(71)."""
         s = elastic_state(system, self.group, at_rest(system, at))
         G = flow_map(system, self.group, at, s)[:, 6:] @ Gamma
-        return jnp.einsum("ekn,ekl,elm->nm", G, self.group.body.stiffness, G)
+        K = self.group.body.stiffness
+        if self.group.body.stiffening is not None:
+            K = jax.vmap(lambda body, q: jax.hessian(body.strain_energy)(q))(self.group.body, s.q)
+        return jnp.einsum("ekn,ekl,elm->nm", G, K, G)
 
     def _loads(self, function, system, at, owners=None, *rates):
         """Loads on owners and columns from `function(body, state, *rates)`, loads (6 + m,) on the flow of a body."""

@@ -75,8 +75,7 @@ def _assemble_dense(structure, kind):
 
 
 def sum_dense(structure: Structure, matrices: Callable[[str], Array]) -> Array:
-    """Sum (rows, rows) of element matrices (elements, n, n), a function of the name of a group, over the rows that are
-    not held."""
+    """Sum (rows, rows) over the coordinates that are not held, of element matrices (elements, n, n) by group name."""
     index = structure.index
     n = index.num_rows
     total = jnp.zeros((n + 1, n + 1), structure.positions.dtype)  # the last row takes what is held

@@ -19,7 +19,7 @@ from ..model._system import System
 from ..reaction._solve import reactions
 from ..runtime import jit, map_chunked
 from ..typing import Matrix3, Scalar, Vector3
-from ._floating_frame import rigid_basis, row_directions
+from ._rigid_motions import rigid_basis, row_directions
 
 
 def carried_loads(

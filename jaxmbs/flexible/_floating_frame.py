@@ -9,16 +9,17 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete, negative
-from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..fem import Structure, assemble
 from ..linear._system import LinearSystem
 from ..math import _square as square
-from ..math._linalg import skew
 from ..model._elastic import ElasticBody
 from ..reductions._base import AbstractReduction, Reduced, Unreduced, check_num_modes
 from ..reductions._craig_bampton import CraigBampton
 from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
+from ._rigid_motions import interface_rows, rigid_basis, rotated_shapes
+from ._second_order import second_order
 
 _STRAIN_TOLERANCE = {
     8: 1e-6,
@@ -53,28 +54,41 @@ class FloatingFrame(eqx.Module):
 
 
 def floating_frame(
-    system: LinearSystem,
+    system: LinearSystem | Structure,
     interfaces: Sequence[str],
     num_modes: int = 0,
     damping_ratio: ArrayLike | None = None,
     method: AbstractReduction | None = None,
+    stiffening: bool | Structure = False,
 ) -> FloatingFrame:
     """An elastic body from a free substructure.
 
     Args:
-        system: with the positions of its nodes; free, without supports.
+        system: with the positions of its nodes; free, without supports.  A structure is assembled.
         interfaces: names of nodes with six coordinates each; the first carries the floating frame: it is the one
             nearest to the ground along the tree.
         num_modes: number of normal modes kept in addition to the constraint modes of the interfaces.
         damping_ratio: of the modes with the first interface fixed, in place of the substructure's own damping.
         method: a reduction of `jaxmbs.reductions`; default `CraigBampton(num_modes)`.
+        stiffening: the structure that the system was assembled from, or True where `system` is one: its geometric
+            stiffness under the body's own inertia, weight and interface loads stiffens or softens it.  False: strains
+            are linear.
 
     Interfaces with many nodes get six coordinates by `reductions.rigid_node` first.  The rotary inertia of nodes is
-    that of nodes with axes fixed in the floating frame.  Stiffening by rotation is neglected (`stiffening` estimates
-    the error); a blade or a fast arm should be divided into several bodies, whose frames follow the deformation.
+    that of nodes with axes fixed in the floating frame.  Without `stiffening`, that by rotation is neglected
+    (`flexible.stiffening` estimates the error) and a blade or a fast arm must be divided into several bodies.  With
+    it, stresses are those of unit loads on the whole structure, so that the reduced basis needs no axial shapes;
+    deflections are moderate: rotations up to some 0.3 rad within the body.
 
-    Raises: ModelError with every fault; ValueError for more modes than there are.  Source: S1 (4)-(9); S2 (35).
+    Raises: ModelError with every fault, of a stiffening without finite elements too; ValueError for more modes than
+    there are.  Source: S1 (4)-(9); S2 (35); for the stiffening Wallrapp and Schwertassek (1991).
     """
+    if isinstance(system, Structure):
+        stiffening, system = system if stiffening is True else stiffening, assemble(system)
+    if stiffening is True:
+        raise ModelError(
+            ["stiffening needs the finite elements: give the Structure as `stiffening`, or in place of the system"]
+        )
     s = system.to_dense()
     outer = interface_rows(s, interfaces)
     assert s.positions is not None  # `interface_rows` refuses a system without
@@ -101,6 +115,7 @@ def floating_frame(
         damping=_symmetric_part(C),
         places=at[1:] - at[:1],
         interfaces=tuple(interfaces),
+        stiffening=second_order(s, stiffening, shapes, rigid, outer) if isinstance(stiffening, Structure) else None,
     )
     return FloatingFrame(body, shapes, rigid, s)
 
@@ -123,55 +138,6 @@ def _normalise_signs(modes):
 
 def _symmetric_part(A):
     return 0.5 * (A + A.T)
-
-
-def interface_rows(s: LinearSystem, interfaces) -> tuple[int, ...]:
-    """Rows of the interfaces, six each, in the order x y z rx ry rz."""
-    faults = [] if interfaces else ["an elastic body needs at least one interface"]
-    if s.positions is None:
-        faults.append("an elastic body needs the positions of its nodes: LinearSystem(..., positions=...)")
-    places = {label: i for i, label in enumerate(s.coordinates)}
-    for name in interfaces:
-        missing = [d for d in DIRECTIONS if (name, d) not in places]
-        if missing == list(DIRECTIONS):
-            faults.append(f"interface {name!r}: there is no such node in the substructure")
-        elif missing:
-            faults.append(f"interface {name!r}: has no {' '.join(missing)}; give it six coordinates by rigid_node")
-    if len(set(interfaces)) < len(interfaces):
-        faults.append("an interface is given twice")
-    if faults:
-        raise ModelError(faults)
-    return tuple(places[name, d] for name in interfaces for d in DIRECTIONS)
-
-
-def row_directions(s: LinearSystem):
-    """Node and direction numbers (n,) of every row; -1 for modal coordinates."""
-    names = {name: i for i, name in enumerate(s.nodes)}
-    node = np.array([names[name] if d else -1 for name, d in s.coordinates])
-    return node, np.array([DIRECTIONS.index(d) if d else -1 for _, d in s.coordinates])
-
-
-def rigid_basis(s: LinearSystem, about):
-    """Rigid motions (n, 6): rotations about a point (3,), then translations; modal coordinates stay at rest."""
-    node, direction = row_directions(s)
-    arms = s.positions - about[None]
-    turning = -jax.vmap(skew)(arms)  # columns e_d x arm
-    eye = jnp.broadcast_to(jnp.eye(3, dtype=arms.dtype), turning.shape)
-    motions = jnp.concatenate(
-        [jnp.concatenate([turning, eye], axis=2), jnp.concatenate([eye, jnp.zeros_like(eye)], axis=2)], axis=1
-    )
-    return jnp.where((direction >= 0)[:, None], motions[node, direction], 0.0)
-
-
-def rotated_shapes(s: LinearSystem, shapes):
-    """Shapes rotated by unit angles, (3, n, m): `e_a x u` of the translations u in shapes (n, m), a = x, y, z."""
-    node, direction = row_directions(s)
-    moves = (direction >= 0) & (direction < 3)
-    u = jnp.zeros((len(s.nodes), 3, shapes.shape[1]), shapes.dtype)
-    u = u.at[node[moves], direction[moves]].set(shapes[moves])
-    axes = jnp.eye(3, dtype=shapes.dtype)[:, None, :, None]
-    crossed = jnp.cross(axes, u[None], axis=2)
-    return jnp.zeros((3, *shapes.shape), shapes.dtype).at[:, moves].set(crossed[:, node[moves], direction[moves]])
 
 
 def _check_free(stiffness, rigid):

@@ -20,7 +20,8 @@ from ..model._internal_states import with_internal
 from ..model._system import System
 from ..reductions import _recovery as recovery
 from ..runtime import jit
-from ._floating_frame import FloatingFrame, interface_rows, rotated_shapes
+from ._floating_frame import FloatingFrame
+from ._rigid_motions import interface_rows, rotated_shapes
 
 
 class _BodyMotion(NamedTuple):
@@ -149,7 +150,7 @@ def _body_motion(system, group, index, frame, state):
     h, h_dot = jax.jvp(nodal_momenta, (s.q, s.flow), (s.flow[6:], rate))
     turning = jnp.einsum("a,anm->n", s.flow[:3], rotated_shapes(component, h[:, None]))
     weight = component.mass @ (frame.rigid[:, 3:] @ (system.gravity @ s.R))
-    x, x_dot = frame.shapes @ s.q, frame.shapes @ s.flow[6:]
+    x, x_dot = frame.shapes @ body.elastic_deformations(s.q), frame.shapes @ s.flow[6:]
     return _BodyMotion(
         s.q, x, x_dot, weight - h_dot - turning, inverse_dynamics_load(body, s, rate, system.gravity @ s.R)[:6]
     )

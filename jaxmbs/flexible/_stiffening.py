@@ -33,7 +33,8 @@ def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
     frames
     follow the deformation.
 
-    Returns: by elastic body, for a state () or along a motion (times,); without derivative.
+    Returns: by elastic body without stiffening of its own, for a state () or along a motion (times,); without
+    derivative.
     Source: Southwell and Gough (1921); Wright et al. (1982).
     """
     states = states_of(system, motion)
@@ -56,6 +57,8 @@ def stiffening_errors(system: System, spins: tuple[Array, ...]) -> dict[str, Arr
     """Estimated errors by name, from squared angular speeds (..., bodies) of every group; see `stiffening`."""
     found = {}
     for group, spin in zip(system.elastic, spins, strict=True):
+        if group.body.stiffening is not None:
+            continue
         softness = lax.stop_gradient(SOUTHWELL / 2 / jax.vmap(_first_eigenvalue)(group.body))
         found |= {name: lax.stop_gradient(spin)[..., k] * softness[k] for k, name in enumerate(group.names)}
     return found

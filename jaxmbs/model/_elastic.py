@@ -17,11 +17,46 @@ from ..math._rotation import rotation_vector, rotation_vector_rate
 from ..typing import Convertible, Scalar, Vector3
 
 
+class GeometricStiffening(eqx.Module):
+    """Displacements of second order, `1/2 q^T Psi q`, by which an elastic body shortens where it bends.
+
+    A load f does the work `f . 1/2 q^T Psi q = -1/2 q^T Phi^T K_g(f) Phi q` on them, with the geometric stiffness
+    K_g(f) at the stress of f alone: what they contribute to Newton's law is the stiffening by inertia, by gravity and
+    by the loads at interfaces.  Of their inertia the part that acts on rigid motions counts: they move the body as
+    the rigid motion does that has their momenta, so that the kinetic energy stays positive.
+    Source: Wallrapp and Schwertassek, Int. J. Numer. Meth. Eng. 32 (1991) 1833-1850.
+
+    Attributes:
+        moved: (6, m, m), rigid motions with the momenta of Psi, `(B^T M B)^-1 B^T M Psi`.
+        turned: (6, 3, m, m), those with the momenta of Psi turned about each axis, `e_a x Psi`.
+        interfaces: (m - modes, m, m), Psi at the other interfaces: their deformations beyond the elastic ones.
+    """
+
+    moved: Float[Array, "... 6 m m"]
+    turned: Float[Array, "... 6 3 m m"]
+    interfaces: Float[Array, "... k m m"]
+
+    def twist(self, q: Array, flow: Array) -> Array:
+        """Twist (6,) beyond that of the floating frame, linear in the flow."""
+        return self.moved @ q @ flow[6:] + 0.5 * (self.turned @ q @ q) @ flow[:3]
+
+    def momenta(self, q: Array, wrench: Array) -> Array:
+        """Part (6 + m,) of the momenta on the flow from the momenta (6,) of rigid motions."""
+        spin = 0.5 * wrench @ (self.turned @ q @ q)
+        return jnp.concatenate([spin, jnp.zeros(3, q.dtype), wrench @ (self.moved @ q)])
+
+    def slope(self, q: Array, flow: Array, wrench: Array) -> Array:
+        """Derivative (m,) of `wrench . twist` by q."""
+        moved = jnp.einsum("k,kij->ij", wrench, self.moved) @ flow[6:]
+        return moved + jnp.einsum("k,a,kaij->ij", wrench, flow[:3], self.turned) @ q
+
+
 class ElasticBody(eqx.Module):
     """The mechanics of an elastic body.
 
     Points move by `y = B V + sum_a Omega_a e_a x (Phi q) + Phi q_dot`, in the axes of the floating frame, with its
-    twist V = (Omega, v) and rigid motions B: all of Newton's law but the stiffening by rotation (strains are linear).
+    twist V = (Omega, v) and rigid motions B: all of Newton's law but the stiffening by rotation and load (strains are
+    linear), which `stiffening` adds.
     With `Y = [B, e_x x Phi, e_y x Phi, e_z x Phi, Phi]` and `z = (V, Omega_x q, Omega_y q, Omega_z q, q_dot)` the
     kinetic energy is `1/2 z^T (Y^T M Y) z`: one constant matrix.
 
@@ -30,6 +65,7 @@ class ElasticBody(eqx.Module):
         stiffness, damping: on the deformations (m, m).
         places: (interfaces - 1, 3) of the other interfaces in the floating frame, undeformed [m]; their axes agree.
         interfaces: names; the first carries the floating frame.
+        stiffening: displacements of second order, or None where the body is linear.
     """
 
     inertia: Convertible[Float[Array, "k k"]] = eqx.field(converter=as_real, kw_only=True)
@@ -37,6 +73,7 @@ class ElasticBody(eqx.Module):
     damping: Convertible[Float[Array, "m m"]] = eqx.field(converter=as_real, kw_only=True)
     places: Convertible[Float[Array, "others 3"]] = eqx.field(converter=as_real, kw_only=True)
     interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True)
+    stiffening: GeometricStiffening | None = eqx.field(kw_only=True, default=None)
 
     @property
     def num_deformations(self) -> int:
@@ -66,7 +103,8 @@ class ElasticBody(eqx.Module):
 
     def speeds(self, q: Array, flow: Array) -> Array:
         """z (6 + 4 m,), linear in the flow."""
-        return jnp.concatenate([flow[:6], jnp.outer(flow[:3], q).reshape(-1), flow[6:]])
+        V = flow[:6] if self.stiffening is None else flow[:6] + self.stiffening.twist(q, flow)
+        return jnp.concatenate([V, jnp.outer(flow[:3], q).reshape(-1), flow[6:]])
 
     def kinetic_energy(self, q: Array, flow: Array) -> Scalar:
         """`1/2 z^T Y^T M Y z` [J]."""
@@ -76,34 +114,53 @@ class ElasticBody(eqx.Module):
     def momenta(self, q: Array, flow: Array) -> Array:
         """Derivative of the kinetic energy by the flow (6 + m,)."""
         h = self.inertia @ self.speeds(q, flow)
-        return self._rigid_first(h, self._turned(h) @ q)
+        pi = self._rigid_first(h, self._turned(h) @ q)
+        return pi if self.stiffening is None else pi + self.stiffening.momenta(q, h[:6])
 
     def gyroscopic_loads(self, q: Array, flow: Array) -> Array:
         """Loads (6 + m,) beside the rates of the momenta: `V x* h` of the floating frame, `-dT/dq`."""
         h = self.inertia @ self.speeds(q, flow)
         spin, velocity = flow[:3], flow[3:6]
-        angular, linear = h[:3] + self._turned(h) @ q, h[3:6]
+        angular, linear, slope = h[:3] + self._turned(h) @ q, h[3:6], spin @ self._turned(h)
+        if self.stiffening is not None:
+            angular = angular + self.stiffening.momenta(q, h[:6])[:3]
+            slope = slope + self.stiffening.slope(q, flow, h[:6])
         moment = jnp.cross(spin, angular) + jnp.cross(velocity, linear)
-        return jnp.concatenate([moment, jnp.cross(spin, linear), -spin @ self._turned(h)])
+        return jnp.concatenate([moment, jnp.cross(spin, linear), -slope])
 
     def strain_loads(self, q: Array, flow: Array) -> Array:
         """Loads (6 + m,) of stiffness and damping, `-K q - C q_dot`."""
-        return jnp.concatenate([jnp.zeros(6, q.dtype), -self.stiffness @ q - self.damping @ flow[6:]])
+        load = -self.stiffness @ self.elastic_deformations(q) - self.damping @ flow[6:]
+        if self.stiffening is not None:
+            at_interfaces = (self.stiffness @ self.elastic_deformations(q))[: len(self.stiffening.interfaces)]
+            load = load + jnp.einsum("k,kij,j->i", at_interfaces, self.stiffening.interfaces, q)
+        return jnp.concatenate([jnp.zeros(6, q.dtype), load])
 
     def gravity_loads(self, q: Array, gravity: Array) -> Array:
         """Loads (6 + m,) of gravity (3,) in the axes of the floating frame."""
         shapes = self._mean_shapes()
         moment = jnp.cross(self.first_moment(q), gravity)
+        if self.stiffening is not None:
+            shapes = shapes + self._second_moments() @ q
         return jnp.concatenate([moment, self.inertia[3, 3] * gravity, gravity @ shapes])
 
     def first_moment(self, q: Array) -> Vector3:
         """Mass times the place (3,) of the deformed centre of mass in the floating frame [kg m]."""
         rigid = self.inertia[3:6, :3]  # -m skew(c)
-        return jnp.stack([rigid[1, 2], rigid[2, 0], rigid[0, 1]]) + self._mean_shapes() @ q
+        first = jnp.stack([rigid[1, 2], rigid[2, 0], rigid[0, 1]]) + self._mean_shapes() @ q
+        return first if self.stiffening is None else first + 0.5 * (self._second_moments() @ q @ q)
 
     def strain_energy(self, q: Array) -> Scalar:
-        """`1/2 q^T K q` [J]."""
-        return 0.5 * q @ self.stiffness @ q
+        """`1/2 e^T K e` [J] of the elastic deformations e."""
+        e = self.elastic_deformations(q)
+        return 0.5 * e @ self.stiffness @ e
+
+    def elastic_deformations(self, q: Array) -> Array:
+        """Deformations (m,) that strain the body linearly: q without what interfaces move by bending alone."""
+        if self.stiffening is None:
+            return q
+        bent = 0.5 * (self.stiffening.interfaces @ q @ q)
+        return q.at[: len(bent)].add(-bent)
 
     def faults(self) -> list[str]:
         """Shapes that do not agree, and numbers that are not finite."""
@@ -125,6 +182,10 @@ class ElasticBody(eqx.Module):
 
     def _rigid_first(self, h, angular):
         return jnp.concatenate([h[:3] + angular, h[3:6], h[6 + 3 * self.num_deformations :]])
+
+    def _second_moments(self):
+        """Integral (3, m, m) of density times Psi."""
+        return jnp.einsum("dk,kij->dij", self.inertia[3:6, :6], self.stiffening.moved)
 
     def _mean_shapes(self):
         """Integral (3, m) of density times Phi."""
