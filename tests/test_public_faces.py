@@ -113,13 +113,14 @@ FACES = {
         virtual_point
     """,
     "jaxmbs.fem": """
-        CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load element_forces
-        element_matrices element_stresses gather_rows line_load nodal_load node_pattern pressure_load
+        Buckling CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load buckling
+        element_forces element_matrices element_stresses gather_rows geometric_stiffness line_load
+        nodal_load node_pattern pressure_load
         recover_history scatter_rows
     """,
     "jaxmbs.flexible": """
-        ElasticBody FloatingFrame carried_loads deformations displacements floating_frame interface_loads
-        mass_properties stiffening
+        ElasticBody FloatingFrame GeometricStiffening carried_loads deformations displacements floating_frame
+        interface_loads mass_properties stiffening
     """,
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw

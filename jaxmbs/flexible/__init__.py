@@ -1,6 +1,6 @@
 """Elastic bodies in mechanisms: substructures in a floating frame, and the recovery of their loads."""
 
-from ..model._elastic import ElasticBody
+from ..model._elastic import ElasticBody, GeometricStiffening
 from ._carried_loads import carried_loads, mass_properties
 from ._floating_frame import FloatingFrame, floating_frame
 from ._recovery import deformations, displacements, interface_loads
@@ -9,6 +9,7 @@ from ._stiffening import stiffening
 __all__ = [
     "ElasticBody",
     "FloatingFrame",
+    "GeometricStiffening",
     "carried_loads",
     "deformations",
     "displacements",

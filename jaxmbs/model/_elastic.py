@@ -174,6 +174,10 @@ class ElasticBody(eqx.Module):
                 found.append(f"{name} has shape {value.shape}, {where} need {shape}")
             elif any_concrete(lambda x: ~np.isfinite(x), value):
                 found.append(f"{name} is not finite")
+        if self.stiffening is not None:
+            shapes = {"moved": (6, m, m), "turned": (6, 3, m, m), "interfaces": (6 * others, m, m)}
+            given = {name: getattr(self.stiffening, name).shape for name in shapes}
+            found += [f"stiffening.{n} has shape {given[n]}, not {s}" for n, s in shapes.items() if given[n] != s]
         return found if self.num_modes >= 0 else [*found, "each interface but the first has six deformations"]
 
     def _turned(self, h):

@@ -28,6 +28,8 @@ CASES = {
     "fem.element_matrices": of_structure("beams", "mass"),
     "fem.node_pattern": case(lambda z: call(z.structure), f"structure nan inside: {NO_NUMBER}"),
     "fem.body_load": of_structure(np.array([0.0, 0.0, -8.0])),
+    "fem.geometric_stiffness": of_structure(np.ones(12)),
+    "fem.buckling": of_structure(np.ones(12)),
     "fem.line_load": of_structure("beams", np.array([0.0, 0.0, -8.0])),
     "fem.pressure_load": case(lambda z: call(z.plate, "shell", 2.0)),
     "fem.nodal_load": case(

@@ -24,14 +24,14 @@ from ... import (
 )
 from ...builder import _declarations as declarations
 from ...builder._elastic import ElasticDeclaration
-from ...model._elastic import ElasticBody
+from ...model._elastic import ElasticBody, GeometricStiffening
 from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
 from ..robots._springs import ServoEffort
 
 _ROOMS = (joints, forces, contact, blocks, hydraulics, elements, reductions)
 _OTHER_CLASSES = (
-    *(model.Pose, ElasticBody, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
+    *(model.Pose, ElasticBody, GeometricStiffening, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
     *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),
 )
 #: The class of the rows of every table of a builder.
