@@ -67,6 +67,7 @@ class Pump(AbstractTwoPort):
         return super().faults() + faults_if(
             (not_positive(self.displacement), "displacement must be positive"),
             (negative(self.leakage), "leakage must not be negative"),
+            (self.drag.shape != (), f"drag is one number, got {self.drag.shape}"),
             (negative(self.drag), "drag must not be negative"),
         )
 
