@@ -15,11 +15,13 @@ from ..model._internal_states import with_internal
 from ..model._system import System
 from ..motion._motion import Motion
 from ..runtime import jit
+from ._circuits import circuit_powers
 from ._inner_graph import declares_bonds, group_bonds
 
 
 class ElementPowers(eqx.Module):
-    """Powers (...) [W] of every force element by name; leading axes for a motion.
+    """Powers (...) [W] of every force element and of every part of a hydraulic circuit by name; leading axes for a
+    motion.
 
     `supplied + exchanged = mechanical + stored + dissipated`.
 
@@ -28,7 +30,8 @@ class ElementPowers(eqx.Module):
         stored: rate of its stored energy at constant time, from the law's potential.
         dissipated: heat, of laws that declare bonds that of their resistors.
         supplied: by its sources, such as a voltage or a pump.
-        exchanged: what other elements give it through ports of their own, and what oil carries that fills a chamber.
+        exchanged: what other elements give it through ports of their own, which is none of all together, and what oil
+            carries that fills a chamber.
         domains: what its sources supply, by domain "electric", "fluid" and "mechanical".
         bonds: an `ElementBond` by name of the bond inside it; none where the law declares none.
     """
@@ -58,6 +61,12 @@ class ElementPowers(eqx.Module):
             name: given[name] - self.mechanical[name] - self.stored[name] - self.dissipated[name] for name in given
         }
 
+    @property
+    def totals(self) -> dict:
+        """Sum over all elements of each of the five powers by its name [W]."""
+        kinds = ("mechanical", "stored", "dissipated", "supplied", "exchanged")
+        return {kind: sum(getattr(self, kind).values()) for kind in kinds}
+
     def domain(self, domain: str) -> dict:
         """Supply of the sources of every element in one domain [W].  Raises: ValueError for an unknown domain."""
         if domain not in DOMAINS:
@@ -66,11 +75,12 @@ class ElementPowers(eqx.Module):
 
 
 def element_powers(system: System, motion: State | Motion) -> ElementPowers:
-    """Powers of every force element at a state or along a motion, mechanical, electric and fluid ones, in balance.
+    """Powers of every force element and of every part of hydraulic circuits, at a state or along a motion.
 
     Args: motion: a State, a Motion, or a State with one leading axis.
 
     The work of an element in the energy account of a motion is the integral of `supplied + exchanged - dissipated`.
+    A pump on a joint is a force element there, "pump shaft", which exchanges its power with the pump.
     Of a law without `bonds` the effort beside that of the potential is supplied where it is a source, and heat
     otherwise.  Elastic bodies, gravity and drives are not among them.
 
@@ -90,8 +100,9 @@ def _all_powers(system, states, batched):
 def _powers(system, state):
     system = with_internal(system, state.internal)
     at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
+    circuits = [_part_powers(name, part) for name, part in circuit_powers(system, at).items()]
     system = with_signals(system, at)
-    found = [_group_powers(system, group, at) for group in system.forces]
+    found = [_group_powers(system, group, at) for group in system.forces] + circuits
     return tuple({name: value for part in found for name, value in part[k].items()} for k in range(7))
 
 
@@ -114,6 +125,13 @@ def _group_powers(system, group, at):
 
     fields = mechanical, stored, heat, supplied, exchanged, domains, bonds
     return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
+
+
+def _part_powers(name, part):
+    """The fields of `ElementPowers` for an element or node of a circuit."""
+    heat, supplied, exchanged, _ = bond_sums(part.bonds)
+    values = jnp.zeros_like(part.stored), part.stored, heat, supplied, exchanged, _supplied_by_domain(part.bonds)
+    return tuple({name: value} for value in (*values, part.bonds))
 
 
 def _entry(values, i):

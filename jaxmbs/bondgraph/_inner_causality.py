@@ -4,6 +4,8 @@ The mechanism gives the flow of the port, sources their effort or flow, stores a
 junctions let them, resistors take what is left.
 """
 
+from collections.abc import Sequence
+
 from ..forces._element_bonds import PORT, kind_of
 from ._inner_graph import InnerBond
 
@@ -12,19 +14,20 @@ from ._inner_graph import InnerBond
 _CHOICES = (("Se", False), ("Sf", True), ("C", False), ("I", True), ("port", False), ("R", False))
 
 
-def inner_strokes(bonds: list[InnerBond]) -> dict[InnerBond, str]:
-    """End, "tail" or "head", of every bond on which its effort acts."""
+def inner_strokes(bonds: list[InnerBond], ports: Sequence[str] = (PORT,)) -> dict[InnerBond, str]:
+    """End, "tail" or "head", of every bond on which its effort acts.  Args: ports: junctions that give their flow."""
     acts: dict = {}
     for bond in bonds:
-        if PORT in (bond.tail, bond.head):
-            acts[bond] = PORT
-    _propagate(bonds, acts)
+        port = next((end for end in (bond.tail, bond.head) if end in ports), None)
+        if port is not None:
+            acts[bond] = port
+    _propagate(bonds, acts, ports)
     for kind, on_itself in _CHOICES:
         for bond in bonds:
             mine = next((end for end in (bond.tail, bond.head) if kind_of(end) == kind), None)
             if mine is not None and bond not in acts:
                 acts[bond] = mine if on_itself else _other(bond, mine)
-                _propagate(bonds, acts)
+                _propagate(bonds, acts, ports)
     return {bond: "head" if acts.get(bond, bond.head) == bond.head else "tail" for bond in bonds}
 
 
@@ -32,9 +35,9 @@ def _other(bond, end):
     return bond.head if end == bond.tail else bond.tail
 
 
-def _propagate(bonds, acts):
+def _propagate(bonds, acts, ports):
     """Strokes that junctions, transformers and gyrators demand, until there are no more."""
-    elements = dict.fromkeys(end for bond in bonds for end in (bond.tail, bond.head) if end != PORT)
+    elements = dict.fromkeys(end for bond in bonds for end in (bond.tail, bond.head) if end not in ports)
     changed = True
     while changed:
         changed = False

@@ -43,8 +43,11 @@ def group_bonds(group, displacement, flow, t) -> Bonds:
     return jax.vmap(of_one)(group.law, displacement, flow)
 
 
-def inner_bonds(system: System, group, i: int) -> list[InnerBond]:
-    """Bonds inside element i of a group, in an order from its port outwards; none where the law declares none."""
+def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[InnerBond]:
+    """Bonds inside element i of a group, in an order from its port outwards; none where the law declares none.
+
+    Args: joined: names in the graph of the ports in whose place a circuit has its bonds.
+    """
     if not declares_bonds(group):
         return []
     law = jax.tree.map(lambda x: x[i], getattr(group.law, "law", group.law))
@@ -52,7 +55,9 @@ def inner_bonds(system: System, group, i: int) -> list[InnerBond]:
         law = law.at({name: jnp.zeros(shape) for name, shape, _ in group.internal})
     shapes = jax.eval_shape(lambda: law.bonds(*_zeros(system, group.port), jnp.zeros(())))
     found = [
-        InnerBond(*ends(name), max(bond.effort.size, bond.flow.size), bond.domain) for name, bond in shapes.items()
+        InnerBond(*ends(name), max(bond.effort.size, bond.flow.size), bond.domain)
+        for name, bond in shapes.items()
+        if not {inner_name(group, i, end) for end in ends(name)} & joined
     ]
     order = {name: k for k, name in enumerate(from_port(found))}
     return sorted(found, key=lambda bond: sorted((order[bond.tail], order[bond.head]), reverse=True))
@@ -67,9 +72,9 @@ def _zeros(system, port):
     return jnp.zeros(()), jnp.zeros(())
 
 
-def from_port(bonds) -> list[str]:
-    """Elements of the graph inside an element from its port outwards; those without a way to it come last."""
-    found, rest = [PORT], [end for bond in bonds for end in (bond.tail, bond.head)]
+def from_port(bonds, ports=(PORT,)) -> list[str]:
+    """Elements of the graph inside an element from its ports outwards; those without a way to it come last."""
+    found, rest = list(ports), [end for bond in bonds for end in (bond.tail, bond.head)]
     for name in found:
         for bond in bonds:
             found += [end for end in (bond.tail, bond.head) if name in (bond.tail, bond.head) and end not in found]
@@ -94,8 +99,11 @@ class InnerValues(NamedTuple):
     modulus: dict
 
 
-def inner_values(system: System, at) -> InnerValues:
-    """Values inside the elements of a system whose laws are at their states, at a `VelocityKinematics`."""
+def inner_values(system: System, at, joined=frozenset()) -> InnerValues:
+    """Values inside the elements of a system whose laws are at their states, at a `VelocityKinematics`.
+
+    Args: joined: as of `inner_bonds`.
+    """
     found = InnerValues({}, {}, {})
     for group in system.forces:
         if not declares_bonds(group):
@@ -103,16 +111,17 @@ def inner_values(system: System, at) -> InnerValues:
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         bonds = group_bonds(group, displacement, flow, at.t)
         for i, name in enumerate(group.names):
-            for bond, (tail, head) in ((bond, ends(bond)) for bond in bonds):
-                key = f"{inner_name(group, i, tail)} -> {inner_name(group, i, head)}"
-                found.bonds[key] = _vectors(bonds[bond].effort[i], bonds[bond].flow[i])
+            for bond in bonds:
+                tail, head = (inner_name(group, i, end) for end in ends(bond))
+                if not {tail, head} & joined:
+                    found.bonds[f"{tail} -> {head}"] = vectors(bonds[bond].effort[i], bonds[bond].flow[i])
             if isinstance(group.port, LinePort):
                 n = direction(displacement[0][i])
                 found.modulus[f"n:{name}"], found.flow[f"1:{name}.port"] = n[None], (n @ flow[i])[None]
     return found
 
 
-def _vectors(effort: Any, flow: Any):
+def vectors(effort: Any, flow: Any):
     """Effort and flow of equal sizes (n,)."""
     effort, flow = jnp.broadcast_arrays(effort, flow)
     return effort.reshape(-1), flow.reshape(-1)

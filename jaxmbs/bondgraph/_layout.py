@@ -71,7 +71,7 @@ def _sides(graph, branches):
     if len(graph.roots) == 2:
         groups = {("phi_dot",): [], ("drives", "phi_dot"): [], ("drives",): []}
         for branch in branches:
-            groups[tuple(sorted(_roots_of(graph, branch)))].append(branch)
+            groups[tuple(sorted(_roots_of(graph, branch))) or ("phi_dot",)].append(branch)
         return list(groups.values())
     sides, counts = ([], [], []), [0, 0, 0]
     sources = [b for b in branches if any(graph[n].kind in ("Se", "Sf") for n in b) and len(b) <= 2]
@@ -118,6 +118,7 @@ def _columns(graph, group, rows, boxes, side, edge, sign):
     for column in range(max(depth.values(), default=-1) + 1):
         names = [name for name, d in depth.items() if d == column]
         width = max(text_width(graph[name]) for name in names)
+        _spread(rows, names)
         edge += sign * COLUMN_GAP
         for name in names:
             own, element = text_width(graph[name]), graph[name]
@@ -126,6 +127,17 @@ def _columns(graph, group, rows, boxes, side, edge, sign):
             side[name] = sign if element.is_port else 0
         edge += sign * width
     return edge
+
+
+def _spread(rows, names):
+    """Rows of the elements of one column no nearer to each other than one, as they are where branches are trees."""
+    order = sorted(names, key=rows.__getitem__)
+    before = [rows[name] for name in order]
+    for upper, name in zip(order, order[1:], strict=False):
+        rows[name] = max(rows[name], rows[upper] + 1.0)
+    shift = sum(before) / len(before) - sum(rows[name] for name in order) / len(order)
+    for name in order:
+        rows[name] += shift
 
 
 def _drive_transformers(graph, group, rows, boxes, side, edge):

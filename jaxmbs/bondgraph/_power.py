@@ -15,6 +15,7 @@ from ..model._internal_states import with_internal
 from ..model._system import System
 from ..motion._motion import Motion
 from ..runtime import jit
+from ._circuits import circuit_values, joined_ports
 from ._elastic import elastic_names, momentum_rates
 from ._graph import BondGraph
 from ._inner_graph import inner_values
@@ -149,9 +150,10 @@ def _values(system, P, state):
     system = with_internal(system, state.internal)
     values = graph_values(system, P, psi, u, t)
     names = name_values(system, values)
-    inner = inner_values(with_signals(system, values.at), values.at)
+    inner = inner_values(with_signals(system, values.at), values.at, joined_ports(system))
     effort = names.effort | inertial_efforts(system, values)
-    return names.flow | inner.flow, names.modulus | inner.modulus, effort, inner.bonds
+    bonds = inner.bonds | circuit_values(system, values.at)
+    return names.flow | inner.flow, names.modulus | inner.modulus, effort, bonds
 
 
 @jit

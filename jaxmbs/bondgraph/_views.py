@@ -18,11 +18,12 @@ from ..kinematics._kic import dependent_columns
 from ..kinematics._signals import with_driven
 from ..model._friction import refuse_friction
 from ..model._system import System
+from ._circuits import circuit_bonds, joined_ports
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
 from ._elements import Element, PowerBond
 from ._graph import BondGraph
 from ._inner_causality import inner_strokes
-from ._inner_graph import from_port, inner_bonds, inner_name
+from ._inner_graph import InnerBond, from_port, inner_bonds, inner_name
 
 VIEWS = ("detailed", "inertia", "hamiltonian")
 
@@ -55,7 +56,7 @@ def build_view(system: System, view: str) -> BondGraph:
     refuse_friction(system, "bond graph", "build the system without it, or with CoulombFriction of a fixed limit")
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
-    sketch = _GraphBuilder(_without_blocks(system))
+    sketch = _GraphBuilder(_without_blocks(system), circuit_bonds(system), joined_ports(system))
     if not sketch.roots:
         raise ModelError(["the bond graph is empty: the mechanism has no freedom and no drive"])
     if len(dependent_columns(system)):
@@ -72,6 +73,7 @@ def build_view(system: System, view: str) -> BondGraph:
         if view == "inertia" and may_be_nonzero(system.gravity):
             sketch.field("Se", "gravity", "gravity")
         sketch.forces()
+        sketch.hydraulics()
         sketch.strains()
     return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
 
@@ -79,8 +81,9 @@ def build_view(system: System, view: str) -> BondGraph:
 class _GraphBuilder:
     """A graph under construction; elements are added from the roots outwards."""
 
-    def __init__(self, system):
+    def __init__(self, system, circuits, joined):
         self.system, self.roots = system, root_sizes(system)
+        self.circuits, self.joined = circuits, joined
         self.elements, self.bonds = [], []
         for root, size in self.roots.items():
             self.add("1", root, {"phi_dot": "φ̇", "drives": "ṡ"}[root], size)
@@ -156,9 +159,8 @@ class _GraphBuilder:
         for group in self.system.forces:
             for i, name in enumerate(group.names):
                 size = group.port.num_flows or self.system.topology.num_velocities
-                bonds = inner_bonds(self.system, group, i)
-                if bonds:
-                    self.inner_graph(group, i, size, bonds)
+                if inner_bonds(self.system, group, i):
+                    self.inner_graph(group, i, size, inner_bonds(self.system, group, i, self.joined))
                 else:
                     self.one_ports(name, law_one_ports(group, i), functools.partial(self.port, group, i, size))
 
@@ -179,6 +181,19 @@ class _GraphBuilder:
         for bond in bonds:
             tail, head = (inner_name(group, i, end) for end in (bond.tail, bond.head))
             self.bonds.append(PowerBond(tail, head, bond.size, strokes[bond], bond.domain))
+
+    def hydraulics(self):
+        """Parts of hydraulic circuits: the ports of elements are joined to the junctions of nodes and chambers."""
+        own = [bond for bonds in self.circuits.values() for bond, _ in bonds]
+        parts = {end: (name, bond) for name, bonds in self.circuits.items() for bond, _ in bonds for end in bond[:2]}
+        placed = [element.name for element in self.elements if element.name in parts]
+        for end in from_port(own, placed)[len(placed) :]:
+            kind, _, label = end.partition(":")
+            name, bond = parts[end]
+            self.elements.append(Element(end, kind, label.replace(".", " "), 1, bond.domain, name))
+        chambers = [InnerBond(bond.tail, bond.head, 1, bond.domain) for bond in self.bonds if bond.domain == "fluid"]
+        strokes = inner_strokes(own + chambers, [name for name in placed if name.startswith("rate:")])
+        self.bonds += [PowerBond(bond.tail, bond.head, 1, strokes[bond], bond.domain) for bond in own]
 
     def strains(self):
         """One-ports of the deformations of every elastic body: stores (C) and resistors (R)."""

@@ -1,6 +1,7 @@
 """Hydraulic circuits as blocks: elements read pressures, nodes and cylinders read flows.
 
-A node is a `Volume`, an `Accumulator` or a `Tank` by its name, or a chamber of a cylinder, "boom.p0".
+A node is a `Volume`, an `Accumulator` or a `Tank` by its name, or a chamber of a cylinder, "boom.p0".  A pump on a
+shaft reads the speed of its joint and drives a force element there.
 """
 
 import dataclasses
@@ -9,10 +10,11 @@ from typing import Any
 
 from ..checks import any_concrete, no_such
 from ..forces import Constant, HydraulicCylinder
-from ..hydraulics import AbstractHydraulicElement, AbstractNode, AbstractStorage, Tank
+from ..hydraulics import AbstractHydraulicElement, AbstractNode, AbstractStorage, Pump, Tank
 from ..hydraulics._junction import Inflow, Junction
+from ..hydraulics._pump import PumpOnShaft, PumpTorque, TorqueOfPump
 from ..model._internal_states import replace_field
-from ._declarations import Block, Model
+from ._declarations import Block, Force, Measure, Model, has_one_coordinate
 
 CHAMBERS = ("p0", "p1")
 
@@ -22,14 +24,42 @@ def with_circuits(model: Model) -> Model:
     if not model.hydraulics:
         return model
     elements = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractHydraulicElement)]
+    elements, measures, shaft_blocks, shaft_forces = _on_shafts(elements)
     nodes = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractNode)]
-    blocks, forces = [*map(_element_block, elements), *(_node_block(item, elements) for item in nodes)], {}
+    blocks = [*map(_element_block, elements), *(_node_block(item, elements) for item in nodes), *shaft_blocks]
+    forces = {item.name: item for item in shaft_forces}
     for name in _joined_cylinders(elements, model):
         blocks.append(_cylinder_block(name, elements))
         law = replace_field(model.forces[name].law, "inflow", Constant(0.0))
         forces[name] = dataclasses.replace(model.forces[name], law=law)
     blocks = {block.name: block for block in blocks}
-    return dataclasses.replace(model, blocks=model.blocks | blocks, forces=model.forces | forces, hydraulics={})
+    return dataclasses.replace(
+        model,
+        measures=model.measures | {item.name: item for item in measures},
+        blocks=model.blocks | blocks,
+        forces=model.forces | forces,
+        hydraulics={},
+    )
+
+
+def shaft_names(name: str) -> tuple[str, str, str]:
+    """Names of the measure, the force element and the block that a pump on a shaft adds."""
+    return f"{name} speed", f"{name} shaft", f"{name} torque"
+
+
+def _on_shafts(elements):
+    """(elements whose pumps on shafts read the speeds of their joints, measures, blocks, forces that these add)."""
+    found, measures, blocks, forces = [], [], [], []
+    for item in elements:
+        if item.shaft is None:
+            found.append(item)
+            continue
+        speed, force, torque = shaft_names(item.name)
+        found.append(dataclasses.replace(item, element=PumpOnShaft(item.element), signal=speed, shaft=None))
+        measures.append(Measure(speed, joint=item.shaft, of="velocity"))
+        blocks.append(Block(torque, TorqueOfPump(), item.name, f"{force}.torque"))
+        forces.append(Force(force, PumpTorque(), None, item.shaft, None))
+    return found, measures, blocks, forces
 
 
 def _element_block(item):
@@ -59,9 +89,8 @@ def _flows_into(nodes, elements):
         if not set(item.ports.values()) & set(nodes):
             continue
         reads.append(item.name)
-        size = 1 + max(entry for entry, _ in item.element.port_flows)
         for node, row in zip(nodes, weights, strict=True):
-            signs = [0] * size
+            signs = [0] * item.element.num_outputs
             for port, (entry, sign) in zip(item.element.ports, item.element.port_flows, strict=True):
                 signs[entry] += sign if item.ports[port] == node else 0
             row += signs
@@ -122,10 +151,13 @@ def element_faults(item: Any, model: Model) -> list[str]:
             found.append(f"{where}: it is a node and has no ports; give its name to the ports of elements")
         if item.signal is not None:
             found.append(f"{where}: a node takes no signal")
+        if item.shaft is not None:
+            found.append(f"{where}: a node is on no shaft")
         if not isinstance(element, AbstractStorage | Tank):
             found.append(f"{where}: a node is a Volume, an Accumulator or a Tank, or an AbstractStorage of yours")
         return found
-    return [*found, *(f"{where}: {fault}" for fault in [*_port_faults(item, model), *_signal_faults(item)])]
+    own = [*_port_faults(item, model), *_signal_faults(item), *_shaft_faults(item, model)]
+    return [*found, *(f"{where}: {fault}" for fault in own)]
 
 
 def _port_faults(item, model):
@@ -149,11 +181,29 @@ def _port_faults(item, model):
 
 def _signal_faults(item):
     kind, given = item.element.signal, item.signal
+    if item.shaft is not None:
+        return []
     if kind == "needed" and given is None:
         return [f"a {type(item.element).__name__} needs a signal: the name of one, a function of time or a number"]
     if kind == "none" and given is not None:
         return [f"a {type(item.element).__name__} takes no signal"]
     return []
+
+
+def _shaft_faults(item, model):
+    """Faults of the joint that a pump is on."""
+    if item.shaft is None:
+        return []
+    if not isinstance(item.element, Pump):
+        return [f"shaft= goes with a Pump, not with a {type(item.element).__name__}"]
+    found = [] if item.signal is None else ["give its speed as a signal, or the joint of its shaft, not both"]
+    if item.shaft not in model.joints:
+        return [*found, f"shaft: {no_such('joint', item.shaft, model.joints)}"]
+    if not has_one_coordinate(model.joints[item.shaft]):
+        found.append(f"shaft: joint {item.shaft!r} does not have exactly one coordinate")
+    tables = {**model.forces, **model.measures, **model.blocks, **model.hydraulics}
+    taken = [name for name in shaft_names(item.name) if name in tables]
+    return found + [f"its shaft needs the name {name!r}, which is taken; choose another there" for name in taken]
 
 
 def _example(ports):

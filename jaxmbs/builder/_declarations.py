@@ -13,7 +13,7 @@ from jax import Array
 from ..blocks import AbstractBlock
 from ..forces._base import AbstractLaw
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
-from ..joints import Coupler, PositionRows, VelocityRows
+from ..joints import AbstractClosure, Coupler, PositionRows, VelocityRows
 from ..joints._base import AbstractJoint
 from ..model._pose import Pose
 from ..typing import ArrayLike, FrameLike
@@ -107,6 +107,7 @@ class Hydraulic:
     element: Annotated[Any, AbstractHydraulicElement | AbstractNode]
     ports: Annotated[Any, dict | None]
     signal: Annotated[Any, str | Callable | ArrayLike | None] = None
+    shaft: str | None = None
 
 
 @dataclass
@@ -178,3 +179,10 @@ def joint_frame(value: Any, frames: dict[str, Frame]) -> Pose:
     if isinstance(value, str):
         return frames[value].pose
     return as_pose(value)
+
+
+def has_one_coordinate(joint: Joint) -> bool:
+    """True if a joint has one coordinate; joints of an invalid kind are reported elsewhere and pass."""
+    if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
+        return True
+    return len(joint.kind.nodes) == 1 and joint.kind.nodes[0].kind != "ball"

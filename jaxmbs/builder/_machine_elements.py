@@ -25,6 +25,7 @@ class MachineElements:
         element: WordedError[AbstractHydraulicElement | AbstractNode],
         ports: Mapping[str, str] | None = None,
         signal: str | Callable | ArrayLike | None = None,
+        shaft: str | None = None,
     ) -> None:
         """An element or a node of a hydraulic circuit; see `jaxmbs.hydraulics`.
 
@@ -34,9 +35,11 @@ class MachineElements:
                 chambers of a `HydraulicCylinder`, which then has no valve of its own.  None for a node.
             signal: place of a valve's spool, speed of a pump, opening of an orifice: name of a measure or block,
                 function of time, or number.
+            shaft: joint of one coordinate that turns a `Pump` in place of a signal and feels its torque, which is the
+                force element "pump shaft" of a pump "pump".
         """
         ports = dict(ports) if isinstance(ports, Mapping) else ports
-        self._add("hydraulic", self._model.hydraulics, declared.Hydraulic(name, element, ports, signal))
+        self._add("hydraulic", self._model.hydraulics, declared.Hydraulic(name, element, ports, signal, shaft))
 
     def friction(
         self,

@@ -20,7 +20,7 @@ from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
 from ._circuits import circuit_faults, with_circuits
-from ._declarations import GROUND, Model, as_pose, resolve_frame
+from ._declarations import GROUND, Model, as_pose, has_one_coordinate, resolve_frame
 from ._elastic import entry_faults
 from ._friction import friction_faults
 from ._law_faults import law_call_faults
@@ -173,7 +173,7 @@ def joint_faults(joint, bodies, frames) -> list[str]:
         if end in bodies or end in frames:
             found.append(f"{'frame' if end in frames else 'body'} {end!r}: {where} names its own frame so")
     found += [f"{where}: {fault}" for fault in joint.kind.faults()]
-    if joint.drive is not None and not _has_one_coordinate(joint):
+    if joint.drive is not None and not has_one_coordinate(joint):
         found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
     return found + ([] if joint.drive is None else [f"{where}: its drive: {f}" for f in _drive_faults(joint.drive)])
 
@@ -212,13 +212,6 @@ def _place_faults(where, place):
         return [f"{where}: {error}"]
 
 
-def _has_one_coordinate(joint):
-    """True if a joint has one coordinate; joints of an invalid kind are reported elsewhere and pass."""
-    if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
-        return True
-    return len(joint.kind.nodes) == 1 and joint.kind.nodes[0].kind != "ball"
-
-
 def _reference_faults(where, reference, bodies, frames):
     try:
         faults = resolve_frame(reference, bodies, frames)[1].faults()
@@ -249,7 +242,7 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     if force.joint is not None:
         if force.joint not in joints:
             found.append(f"{where}: {no_such('joint', force.joint, joints)}")
-        elif not _has_one_coordinate(joints[force.joint]):
+        elif not has_one_coordinate(joints[force.joint]):
             found.append(
                 f"{where}: joint {force.joint!r} does not have exactly one coordinate; use a Bushing between frames"
             )
@@ -318,7 +311,7 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
         found += [
             f"{where}: joint {name!r} does not have exactly one coordinate"
             for name in law.joints
-            if name in joints and not _has_one_coordinate(joints[name])
+            if name in joints and not has_one_coordinate(joints[name])
         ]
     elif isinstance(law, (PositionRows, VelocityRows)):
         found = []

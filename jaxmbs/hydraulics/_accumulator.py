@@ -7,7 +7,7 @@ from ..checks import any_concrete, faults_if, negative, not_positive
 from ..forces._fields import number, optional_number
 from ..math._signed_root import smooth_step
 from ..typing import Convertible, Scalar, ScalarLike
-from ._base import AbstractStorage
+from ._base import AbstractStorage, integral
 
 
 class Accumulator(AbstractStorage):
@@ -50,6 +50,30 @@ class Accumulator(AbstractStorage):
         above = jnp.maximum(p, self.precharge) + self.ambient
         gas = self.gas_volume(p) / (self.exponent * above) * smooth_step(p - self.precharge, self.rounding)
         return gas + self.dead_volume / self.bulk_modulus
+
+    def stored(self, p: ScalarLike) -> Scalar:
+        """Energy of the oil and, above that of the precharge, of the gas [J]; less the work of the atmosphere."""
+        p = number(p)
+        first, last = self.precharge - self.rounding, self.precharge + self.rounding
+        ends = (first, jnp.clip(p, first, self.precharge)), (self.precharge, jnp.clip(p, self.precharge, last))
+        opening = [
+            integral(lambda q: q * self.capacity(q), low, high) - self._oil(high) + self._oil(low)
+            for low, high in ends
+        ]
+        return opening[0] + opening[1] + self._above(last, jnp.maximum(p, last)) + self._oil(p)
+
+    def _oil(self, p):
+        """Energy of the oil [J]."""
+        return self.dead_volume / self.bulk_modulus * jnp.square(p) / 2.0
+
+    def _above(self, low, high):
+        """Energy [J] that the gas takes from one pressure above the precharge to another."""
+
+        def power_of(y):  # by the logarithm of the absolute pressure, in which all is smooth
+            p = jnp.exp(y) - self.ambient
+            return p * self.gas_volume(p) / self.exponent
+
+        return integral(power_of, jnp.log(low + self.ambient), jnp.log(high + self.ambient))
 
     def faults(self) -> list[str]:
         """Signs and ranges of its numbers."""

@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Array
 
 from ..blocks import AbstractBlock
+from ..forces._element_bonds import Bonds
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
-from ..typing import ScalarLike
+from ..typing import Scalar, ScalarLike
 from ._base import AbstractNode, AbstractStorage
 
 #: Signs of the flows that enter one node, one for each entry of what the junction reads.
@@ -38,6 +39,14 @@ class Junction(AbstractNode):
     def output(self, u: Any, s: States, t: ScalarLike) -> Array:
         """The pressure [Pa]."""
         return self.node.output(0.0, s, t)
+
+    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """As the node."""
+        return self.node.bonds(flow, s, t)
+
+    def stored_energy(self, s: States) -> Scalar:
+        """As the node [J]."""
+        return self.node.stored_energy(s)
 
 
 class Inflow(AbstractBlock):

@@ -7,11 +7,12 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..checks import faults_if, negative, not_positive
+from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
 from ..typing import Convertible, Scalar, ScalarLike
-from ._base import AbstractTwoPort
+from ._base import AbstractTwoPort, through
 
 #: Reynolds number at which the laminar friction of a smooth round pipe equals Blasius' turbulent one.
 CRITICAL_REYNOLDS = (64.0 / 0.3164) ** (4.0 / 3.0)
@@ -75,6 +76,18 @@ class Line(AbstractTwoPort):
     def output(self, u: Any, s: States, t: ScalarLike) -> Array:
         """Flow from a to b [m^3/s]."""
         return s["q"]
+
+    def stored_energy(self, s: States) -> Scalar:
+        """Kinetic energy of the oil `inertance q^2 / 2` [J]."""
+        return self.inertance * jnp.square(s["q"]) / 2.0
+
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+        """The oil is an inertia, its friction a resistor."""
+        (a, b), q = self.split(u)[0], s["q"]
+        return through(a, b, q) | {
+            "1:flow -> I:oil": fluid(self.inertance * self.rate(u, s, t)["q"], q),
+            "1:flow -> R:friction": fluid(self.friction(q), q),
+        }
 
     def faults(self) -> list[str]:
         """Signs of its numbers."""

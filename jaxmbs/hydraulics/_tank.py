@@ -5,6 +5,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array
 
+from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
 from ..forces._law_at import States
 from ..typing import Convertible, Scalar, ScalarLike
@@ -23,3 +24,10 @@ class Tank(AbstractNode):
     def output(self, u: Any, s: States, t: ScalarLike) -> Array:
         """The pressure [Pa]."""
         return self.pressure
+
+    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """A source of pressure, which supplies the flow that leaves it."""
+        return {
+            "port:circuit -> 0:pressure": fluid(self.pressure, flow),
+            "0:pressure -> Se:tank": fluid(self.pressure, flow),
+        }

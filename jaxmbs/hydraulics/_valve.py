@@ -7,11 +7,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, not_positive
+from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
 from ..forces._law_at import States
 from ..math._signed_root import signed_root, smooth_ramp
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractHydraulicElement
+
+#: Ports of each edge, in the order of the openings.
+EDGES = (("p", "a"), ("b", "t"), ("p", "b"), ("a", "t"))
 
 
 class Valve(AbstractHydraulicElement):
@@ -45,18 +49,35 @@ class Valve(AbstractHydraulicElement):
         travel = (jnp.stack([spool, spool, -spool, -spool]) - self.overlap) / (1.0 - self.overlap)
         return smooth_ramp(travel, self.rounding) - smooth_ramp(travel - 1.0 - self.rounding, self.rounding)
 
-    def flows(self, pressures: Float[Array, "4"], spool: ScalarLike) -> Float[Array, "4"]:
-        """Flows out of the valve through p, t, a, b [m^3/s] at their pressures [Pa]."""
+    def edge_flows(self, pressures: Float[Array, "4"], spool: ScalarLike) -> Float[Array, "4"]:
+        """Flows of the edges p-a, b-t, p-b, a-t [m^3/s] at the pressures at p, t, a, b [Pa]."""
         p, t, a, b = pressures
         drops = jnp.stack([p - a, b - t, p - b, a - t])
         full = self.rated_flow * signed_root(drops, self.laminar) / signed_root(self.rated_drop, self.laminar)
-        p_a, b_t, p_b, a_t = self.openings(jnp.asarray(spool)) * full
+        return self.openings(jnp.asarray(spool)) * full
+
+    def flows(self, pressures: Float[Array, "4"], spool: ScalarLike) -> Float[Array, "4"]:
+        """Flows out of the valve through p, t, a, b [m^3/s] at their pressures [Pa]."""
+        p_a, b_t, p_b, a_t = self.edge_flows(pressures, spool)
         return jnp.stack([-p_a - p_b, b_t + a_t, p_a - a_t, p_b - b_t])
 
     def output(self, u: Any, s: States, t: ScalarLike) -> Float[Array, "4"]:
         """Flows out of the valve through p, t, a, b [m^3/s]."""
         pressures, spool = self.split(u)
         return self.flows(pressures, spool)
+
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+        """A resistor in each edge, between the junctions of the ports."""
+        pressures, spool = self.split(u)
+        at = dict(zip(self.ports, pressures, strict=True))
+        out = dict(zip(self.ports, self.flows(pressures, spool), strict=True))
+        bonds = {f"0:{port} -> port:{port}": fluid(at[port], out[port]) for port in self.ports}
+        for (inlet, outlet), flow in zip(EDGES, self.edge_flows(pressures, spool), strict=True):
+            edge = f"1:{inlet}-{outlet}"
+            bonds[f"0:{inlet} -> {edge}"] = fluid(at[inlet], flow)
+            bonds[f"{edge} -> R:{inlet}-{outlet}"] = fluid(at[inlet] - at[outlet], flow)
+            bonds[f"{edge} -> 0:{outlet}"] = fluid(at[outlet], flow)
+        return bonds
 
     def faults(self) -> list[str]:
         """Signs and ranges of its numbers."""

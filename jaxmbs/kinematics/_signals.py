@@ -28,7 +28,7 @@ class BlockAt(NamedTuple):
 
 def signals_at(system: System, at: VelocityKinematics) -> dict[str, Array]:
     """Values by name: measures, outputs of blocks, internal states; the system is at its internal states."""
-    return _evaluate(system, at)[0]
+    return signals_and_blocks(system, at)[0]
 
 
 def measured_at(system: System, at: VelocityKinematics) -> dict[str, Array]:
@@ -40,8 +40,13 @@ def measured_at(system: System, at: VelocityKinematics) -> dict[str, Array]:
     return values
 
 
-def _evaluate(system, at, starts: bool = False) -> tuple[dict[str, Array], dict[str, BlockAt]]:
-    """(values by name, blocks with inputs and states); starts: at the states that the blocks start with."""
+def signals_and_blocks(
+    system: System, at: VelocityKinematics, starts: bool = False
+) -> tuple[dict[str, Array], dict[str, BlockAt]]:
+    """Values of all signals, and blocks with inputs and states, by name.
+
+    Args: starts: at the states that the blocks start with.
+    """
     values, drivers, blocks = measured_at(system, at), drivers_of(system), {}
     for element in system.blocks:
         block = with_driven_fields(element, drivers, values)
@@ -139,12 +144,12 @@ def _with_driven_law(group, drivers, values):
 
 def block_rates(system: System, at: VelocityKinematics) -> list[Array]:
     """Rates of the states of each block that has some, in one vector each, in the order of the records."""
-    return _rates(system, _evaluate(system, at)[1], at)
+    return _rates(system, signals_and_blocks(system, at)[1], at)
 
 
 def signals_and_rates(system: System, at: VelocityKinematics) -> tuple[dict[str, Array], list[Array]]:
     """Values of all signals, and the rates of the states of each block."""
-    values, blocks = _evaluate(system, at)
+    values, blocks = signals_and_blocks(system, at)
     return values, _rates(system, blocks, at)
 
 
@@ -162,7 +167,7 @@ def _rates(system, blocks, at):
 
 def block_starts(system: System, at: VelocityKinematics) -> list[Array]:
     """Initial values of the states of the blocks; the laws of the system are at theirs."""
-    blocks = _evaluate(system, at, starts=True)[1]
+    blocks = signals_and_blocks(system, at, starts=True)[1]
     return [blocks[e.name].s[name].reshape(-1) for e in system.blocks for name, *_ in e.internal]
 
 

@@ -308,7 +308,7 @@ CASES = {
     "hydraulics.CheckValve": in_circuit(
         lambda z: call(2.0, 3.0, 0.5, 0.25), positive="rated_flow rated_drop cracking laminar"
     ),
-    "hydraulics.Pump": in_circuit(lambda z: call(2.0, 0.5), positive="displacement leakage", signal=3.0),
+    "hydraulics.Pump": in_circuit(lambda z: call(2.0, 0.5, 0.25), positive="displacement leakage drag", signal=3.0),
     "hydraulics.Line": in_circuit(
         lambda z: call(2.0, 0.5, 3.0, 0.25, 1.0), positive="length diameter density viscosity loss"
     ),
