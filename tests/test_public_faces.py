@@ -68,7 +68,8 @@ FACES = {
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
         Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
-        contact coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
+        contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
+        forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
         mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
@@ -111,6 +112,9 @@ FACES = {
         free_response mean_of_repeats measured_stiffness noise_variance nonlinearity propagate
         propagate_scalar remove_stiffness rigid_channels sweep_amplitudes sweep_phase sweep_variance
         virtual_point
+    """,
+    "jaxmbs.fatigue": """
+        Cycles SN Spectrum damage equivalent_load rainflow spectral_damage
     """,
     "jaxmbs.fem": """
         CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load element_forces
