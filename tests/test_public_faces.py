@@ -72,8 +72,9 @@ FACES = {
         forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
-        mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
-        runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
+        mass_matrix minimise model modes motion ode position qualification reaction reactions reductions rotation rotations
+        runtime save_model shock_spectrum signals
+        simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes
@@ -151,6 +152,9 @@ FACES = {
     "jaxmbs.motion": """
         Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
         ProjectedSolver Rates Rodas5P SemiImplicitEuler VectorField load_peaks peak simulate vector_field
+    """,
+    "jaxmbs.qualification": """
+        ShockSpectrum miles random_spectrum shock_spectrum
     """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed

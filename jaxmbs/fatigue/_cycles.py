@@ -43,7 +43,7 @@ class Cycles(eqx.Module):
 
 def _in_bins(values, edges):
     edges = as_dtype(edges, values.dtype)
-    return ((values[:, None] >= edges[:-1]) & (values[:, None] < edges[1:])).astype(values.dtype)
+    return ((values[:, None] >= edges[None, :-1]) & (values[:, None] < edges[None, 1:])).astype(values.dtype)
 
 
 def rainflow(signal: ArrayLike, depth: int = DEPTH) -> Cycles:

@@ -47,6 +47,7 @@ def test_equal_and_monotone_samples_are_no_turning_points():
     assert table(fatigue.rainflow(np.ones(5))) == {}
 
 
+@pytest.mark.long
 def test_other_counters_agree():
     rainflow, fatpack = pytest.importorskip("rainflow"), pytest.importorskip("fatpack")
     rng = np.random.default_rng(5)
@@ -65,6 +66,7 @@ def test_other_counters_agree():
     np.testing.assert_allclose(np.sum(ours.counts * ours.ranges**4), inner + outer, rtol=1e-3)  # levels rounded
 
 
+@pytest.mark.long
 def test_a_deep_history_is_refused_or_reported():
     fading = 0.99 ** np.arange(400) * (-1.0) ** np.arange(400)
     with pytest.raises(ValueError, match="larger depth"):
@@ -75,6 +77,7 @@ def test_a_deep_history_is_refused_or_reported():
     assert bool(jax.jit(fatigue.rainflow)(fading).overflow)
 
 
+@pytest.mark.long
 def test_batches_and_single_precision():
     batch = jnp.asarray(np.random.default_rng(1).standard_normal((3, 50)))
     together = jax.vmap(fatigue.rainflow)(batch)

@@ -21,6 +21,7 @@ NAMES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", NAMES)
 def test_flife_agrees(method):
     flife = pytest.importorskip("FLife")
@@ -28,6 +29,7 @@ def test_flife_agrees(method):
     np.testing.assert_allclose(1 / spectral_damage(Spectrum(F, G), SN(1e12, 5.0), method), life, rtol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", NAMES)
 def test_gradient(method):
     sn, bump = SN(1e12, 4.0, knee=40.0, second_slope=6.0, limit=3.0), np.exp(-(((F - 30) / 5) ** 2))
@@ -35,6 +37,7 @@ def test_gradient(method):
     np.testing.assert_allclose(jax.grad(rate)(1.0), (rate(1.001) - rate(0.999)) / 2e-3, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_kinked_curve_by_quadrature():
     sn, psd = SN(1e12, 4.0, knee=40.0, second_slope=6.0, limit=10.0), Spectrum(F, G)
     v = float(psd.moment(0))
@@ -44,6 +47,7 @@ def test_a_kinked_curve_by_quadrature():
     np.testing.assert_allclose(spectral_damage(psd, sn, "narrowband"), float(psd.crossings) * wanted, rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", NAMES)
 def test_narrow_bands_end_in_the_narrow_band_value(method):
     def ratio(w):
@@ -57,6 +61,7 @@ def test_narrow_bands_end_in_the_narrow_band_value(method):
         assert np.isfinite(slope)
 
 
+@pytest.mark.long
 def test_a_simulated_signal():
     step, num = 1 / 500.0, 2**16
     f = np.fft.rfftfreq(num, step)[1:]
@@ -69,9 +74,16 @@ def test_a_simulated_signal():
     np.testing.assert_allclose(spectral_damage(Spectrum(F, G), SN(1e12, 4.0)), rate, rtol=0.1)
 
 
+@pytest.mark.long
 def test_no_stress_and_wrong_names():
     quiet = Spectrum(F, np.zeros_like(F))
     assert spectral_damage(quiet, SN(1e6, 3.0)) == 0
     assert np.all(np.isfinite(jax.grad(lambda g: spectral_damage(Spectrum(F, g), SN(1e6, 3.0)))(np.zeros_like(F))))
     with pytest.raises(ValueError, match="dirlik"):
         spectral_damage(quiet, SN(1e6, 3.0), "rayleigh")
+
+
+def test_narrow_band_by_the_gamma_function():
+    psd = Spectrum([10.0, 10.1], [30.0, 30.0])
+    wanted = float(psd.crossings) / 1e6 * np.sqrt(2 * 3.0) ** 4 * 2
+    np.testing.assert_allclose(spectral_damage(psd, SN(1e6, 4.0), "narrowband"), wanted, rtol=1e-9)
