@@ -72,7 +72,8 @@ FACES = {
         forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
-        mass_matrix minimise model modes motion ode position qualification reaction reactions reductions rotation rotations
+        mass_matrix minimise model modes motion ode position qualification reaction reactions reductions rotation
+        rotations
         runtime save_model shock_spectrum signals
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,

@@ -80,4 +80,4 @@ def _checked(signal):
 def _count(signal, depth):
     pairs = pair_samples(signal, depth)
     x, y = signal[pairs.first], signal[pairs.second]
-    return Cycles(jnp.abs(x - y), 0.5 * (x + y), pairs.count, pairs.overflow)
+    return Cycles(jnp.abs(x - y), 0.5 * (x + y), pairs.counts, pairs.overflow)

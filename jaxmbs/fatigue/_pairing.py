@@ -14,13 +14,13 @@ class Pairing(NamedTuple):
 
     Attributes:
         first, second: (entries,) indices of the samples, int32.
-        count: (entries,) 1 for a cycle, 0.5 for half a cycle, 0 for none.
+        counts: (entries,) 1 for a cycle, 0.5 for half a cycle, 0 for none.
         overflow: () true if more ranges were open at once than the stack could hold.
     """
 
     first: jax.Array
     second: jax.Array
-    count: jax.Array
+    counts: jax.Array
     overflow: jax.Array
 
 

@@ -64,8 +64,8 @@ def shock_spectrum(
 ) -> ShockSpectrum:
     """Shock response spectrum of a base acceleration.
 
-    Between samples the acceleration is straight, and the oscillators' motion exact for that (ramp-invariant: Smallwood
-    1981, ISO 18431-4); peaks are those at the samples.  After the last sample the base moves on without
+    Between samples the acceleration is straight, and the motion of the oscillators exact for that (ramp-invariant:
+    Smallwood 1981, ISO 18431-4); peaks are those at the samples.  After the last sample the base moves on without
     acceleration: that time has no end, and its peaks are exact.
 
     Args:
