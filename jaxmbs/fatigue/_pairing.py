@@ -74,8 +74,8 @@ def _step(s, signal):
         next=s.next + reads.astype(jnp.int32),
         size=jnp.where(half, 2, jnp.where(full, s.size - 2, s.size + push.astype(jnp.int32))),
         overflow=s.overflow | (push & (s.size > len(s.values) + 2)).astype(jnp.int32),
-        top=_moved(s.top, top, full, push, jnp.where(reads, x, c)),
-        at=_moved(s.at, at, full, push, jnp.where(reads, s.next, s.at[2])),
+        top=_shift(s.top, top, full, push, jnp.where(reads, x, c)),
+        at=_shift(s.at, at, full, push, jnp.where(reads, s.next, s.at[2])),
         values=_spill(s, s.values, a, push),
         places=_spill(s, s.places, s.at[0], push),
     )
@@ -89,7 +89,7 @@ def _pop(s, top, below):
     return below[low], below[high]
 
 
-def _moved(top, under, full, push, new):
+def _shift(top, under, full, push, new):
     a, b, c = top
     return (
         jnp.where(full, under[0], jnp.where(push, b, a)),
