@@ -12,6 +12,7 @@ from . import (
     dynamics,
     elements,
     experiment,
+    fatigue,
     fem,
     flexible,
     forces,
@@ -23,6 +24,7 @@ from . import (
     model,
     motion,
     ode,
+    qualification,
     reaction,
     reductions,
     runtime,
@@ -58,6 +60,7 @@ from .kinematics import State, position, rotation, signals, velocity
 from .linear import LinearSystem
 from .model import Pose, System, inertia, rotations
 from .motion import Motion, vector_field
+from .qualification import shock_spectrum
 from .reaction import inverse_dynamics
 from .runtime import cache
 from .runtime import user_jit as jit
@@ -118,6 +121,7 @@ __all__ = [
     "elements",
     "equilibrium",
     "experiment",
+    "fatigue",
     "fem",
     "flexible",
     "forces",
@@ -140,6 +144,7 @@ __all__ = [
     "motion",
     "ode",
     "position",
+    "qualification",
     "reaction",
     "reactions",
     "reductions",
@@ -147,6 +152,7 @@ __all__ = [
     "rotations",
     "runtime",
     "save_model",
+    "shock_spectrum",
     "signals",
     "simulate",
     "statics",

@@ -27,10 +27,10 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "ode",
         "blocksparse",
     ],
-    ["joints", "forces", "contact", "blocks", "hydraulics", "elements", "model"],
+    ["joints", "forces", "contact", "blocks", "hydraulics", "elements", "model", "fatigue"],
     ["linear", "vibration", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reaction", "reductions", "coupling", "flexible"],
-    ["analysis", "motion", "experiment", "bondgraph", "batching", "design", "studies", "verbs"],
+    ["analysis", "motion", "experiment", "bondgraph", "batching", "design", "studies", "qualification", "verbs"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])

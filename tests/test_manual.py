@@ -40,6 +40,7 @@ LONG += (
     "guide/loops",
     "guide/diffrax",
     "guide/hydraulics",
+    "guide/fatigue",
     "start/closed-loop",
     "start/first-design",
     "tasks/everyday",

@@ -68,11 +68,14 @@ FACES = {
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
         Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
-        contact coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
+        contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
+        forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
-        mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
-        runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
+        mass_matrix minimise model modes motion ode position qualification reaction reactions reductions rotation
+        rotations
+        runtime save_model shock_spectrum signals
+        simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
         Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes
@@ -112,6 +115,9 @@ FACES = {
         propagate_scalar remove_stiffness rigid_channels sweep_amplitudes sweep_phase sweep_variance
         virtual_point
     """,
+    "jaxmbs.fatigue": """
+        Cycles SN Spectrum damage equivalent_load rainflow spectral_damage
+    """,
     "jaxmbs.fem": """
         Buckling CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load buckling
         element_forces element_matrices element_stresses gather_rows geometric_stiffness line_load
@@ -148,6 +154,9 @@ FACES = {
     "jaxmbs.motion": """
         Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
         ProjectedSolver Rates Rodas5P SemiImplicitEuler VectorField load_peaks peak simulate vector_field
+    """,
+    "jaxmbs.qualification": """
+        ShockSpectrum miles random_spectrum shock_spectrum
     """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed

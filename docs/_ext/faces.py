@@ -8,9 +8,9 @@ from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
-    runtime ode blocksparse joints forces contact blocks hydraulics elements model linear vibration kinematics builder
-    fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph batching design
-    studies io viz demo
+    runtime ode blocksparse joints forces contact blocks hydraulics elements model fatigue linear vibration kinematics
+    builder fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph
+    batching design studies qualification io viz demo
 """.split()
 
 

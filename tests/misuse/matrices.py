@@ -3,13 +3,39 @@
 import numpy as np
 
 import jaxmbs as mbs
+from jaxmbs import fatigue
 
 from .attempts import call
 from .cases import case
 
 ANY = "any number of frequencies"
 TIMES = "any number of times"
+SIGNALS = "any number of samples"
+CURVE = fatigue.SN(1e6, 3.0)
+STRESS = fatigue.Spectrum([1.0, 2.0, 4.0], [1.0, 2.0, 0.5])
 CASES = {
+    "fatigue.SN": case(lambda z: call(1e6, 3.0, 2.0, 5.0, 1.0), "* nan: shows in the damage", "* inf: a limit"),
+    "fatigue.Spectrum": case(lambda z: call(np.array([1.0, 2.5, 4.0]), np.array([1.5, 2.0, 0.5]))),
+    "fatigue.rainflow": case(lambda z: call(np.array([0.5, 2.0, -1.0, 3.0])), f"signal shape: {SIGNALS}"),
+    "fatigue.damage": case(
+        lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), CURVE, "goodman", 20.5), f"history shape: {SIGNALS}"
+    ),
+    "fatigue.equivalent_load": case(
+        lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), 3.5, 2.5), f"history shape: {SIGNALS}"
+    ),
+    "fatigue.spectral_damage": case(lambda z: call(STRESS, CURVE, "dirlik")),
+    "qualification.miles": case(
+        lambda z: call(np.array([30.5, 100.0]), np.array([0.03, 0.16]), 10.5), "* shape: any that fit"
+    ),
+    "qualification.random_spectrum": case(
+        lambda z: call(np.array([20.5, 50.0, 800.0]), np.array([0.026, 0.16, 0.16]), np.array([30.5, 100.0]), 10.5),
+        "natural shape: any number",
+    ),
+    "qualification.shock_spectrum": case(
+        lambda z: call(np.array([0.0, 1.5, -0.5, 0.25]), 1e-3, np.array([30.5, 100.0]), 10.5),
+        f"signal shape: {SIGNALS}",
+        "frequencies shape: any number",
+    ),
     "linear.LinearSystem": case(
         lambda z: call(
             mass=z.M, stiffness=z.K, damping=z.C, interface=["a"], coordinates=["a", "b", "c", "d"], massless=[3]

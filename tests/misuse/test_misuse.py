@@ -34,6 +34,7 @@ EXEMPT = {
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
         dynamics.CableResult fem.Buckling flexible.GeometricStiffening
+        fatigue.Cycles qualification.ShockSpectrum
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage

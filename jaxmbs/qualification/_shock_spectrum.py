@@ -1,0 +1,131 @@
+"""Shock response spectrum: greatest responses of oscillators on a base with a given acceleration."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..checks import any_concrete, not_positive
+from ..fatigue._arrays import float_array
+from ..math._exponential import expm
+from ..runtime import as_dtype, jit
+from ..typing import ArrayLike
+from ..vibration._modal_equations import _rates
+from ._oscillator_peaks import peaks
+
+KINDS = ("absolute acceleration", "relative displacement", "pseudo velocity")
+
+
+class ShockSpectrum(eqx.Module):
+    """Shock response spectrum of one signal.
+
+    Attributes:
+        frequencies: (f,) natural frequencies [Hz].
+        during: (2, f), greatest and least response while the signal lasts (primary), zero among them.
+        after: (2, f), the same from the last sample on (residual).
+        kind: of the response.
+    """
+
+    frequencies: Float[Array, " f"]
+    during: Float[Array, "2 f"]
+    after: Float[Array, "2 f"]
+    kind: str = eqx.field(static=True)
+
+    @property
+    def primary(self) -> Float[Array, " f"]:
+        """Greatest magnitude while the signal lasts."""
+        return jnp.max(jnp.abs(self.during), axis=0)
+
+    @property
+    def residual(self) -> Float[Array, " f"]:
+        """Greatest magnitude after the signal."""
+        return jnp.max(jnp.abs(self.after), axis=0)
+
+    @property
+    def maximax(self) -> Float[Array, " f"]:
+        """Greatest magnitude at any time."""
+        return jnp.maximum(self.primary, self.residual)
+
+    @property
+    def positive(self) -> Float[Array, " f"]:
+        """Greatest response at any time."""
+        return jnp.maximum(self.during[0], self.after[0])
+
+    @property
+    def negative(self) -> Float[Array, " f"]:
+        """Least response at any time, as a positive number."""
+        return -jnp.minimum(self.during[1], self.after[1])
+
+
+def shock_spectrum(
+    signal: ArrayLike, step: ArrayLike, frequencies: ArrayLike, Q: ArrayLike = 10.0, kind: str = KINDS[0]
+) -> ShockSpectrum:
+    """Shock response spectrum of a base acceleration.
+
+    Between samples the acceleration is straight, and the motion of the oscillators exact for that (ramp-invariant:
+    Smallwood 1981, ISO 18431-4); peaks are those at the samples.  After the last sample the base moves on without
+    acceleration: that time has no end, and its peaks are exact.
+
+    Args:
+        signal: (samples,) [m/s^2, or g], from rest.
+        step: time between samples [s], > 0; a tenth of the shortest period or less.
+        frequencies: (f,) natural frequencies [Hz], > 0, or one.
+        Q: amplification at resonance, > 0.5: the damping ratio is `1 / (2 Q)`; infinite for none.
+        kind: "absolute acceleration" in the signal's unit, "relative displacement" [m for m/s^2], "pseudo velocity",
+            the displacement times `2 pi f`.
+
+    The time of each peak is held in derivatives, as it may be where the response is stationary.
+
+    Raises: ValueError for another kind and, if concrete, numbers out of range and steps longer than half a period.
+    """
+    signal, frequencies = float_array(signal), jnp.atleast_1d(float_array(frequencies))
+    _check(signal, step, frequencies, Q, kind)
+    f = as_dtype(frequencies, signal.dtype)
+    during, after = _extremes(signal, as_dtype(step, signal.dtype), f, as_dtype(Q, signal.dtype), kind)
+    return ShockSpectrum(f, during, after, kind)
+
+
+def _check(signal, step, frequencies, Q, kind):
+    if kind not in KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of {', '.join(map(repr, KINDS))}")
+    if signal.ndim != 1 or len(signal) < 2 or any_concrete(lambda x: ~np.isfinite(x), signal):
+        raise ValueError(f"the signal has shape {signal.shape}: one row of two or more finite samples is needed")
+    if not_positive(step) or not_positive(frequencies) or frequencies.ndim != 1:
+        raise ValueError("step and frequencies must be positive, frequencies a row")
+    if any_concrete(lambda q: ~(q > 0.5), Q):
+        raise ValueError(f"Q = {Q} must be above 0.5: the damping ratio is 1 / (2 Q)")
+    if any_concrete(lambda f, h: f * h > 0.5, frequencies, step):
+        raise ValueError("step is longer than half a period of an oscillator: frequencies are in Hz, the step in s")
+
+
+@jit
+def _extremes(signal, step, f, Q, kind):
+    w, rate = 2 * jnp.pi * f, 2 * jnp.pi * f / Q
+    scale = jnp.maximum(lax.stop_gradient(w), 1 / lax.stop_gradient(step))
+    whole = jax.vmap(lambda w2, r, s: expm(step * _rates(w2, r, s, step))[:2])(w**2, rate, scale)
+    if kind == KINDS[0]:
+        output = jnp.stack([-(w**2), -rate * scale])
+    else:
+        gain = w if kind == KINDS[2] else jnp.ones_like(w)
+        output = jnp.stack([gain, jnp.zeros_like(w)])
+    during, state = peaks(-signal, jnp.moveaxis(whole, 0, -1), output)
+    return during, _free_extremes(state, output, w, rate, scale)
+
+
+def _free_extremes(state, output, w, rate, scale):
+    """Greatest and least value of a damped sinusoid from its state on: at once, or at its first two extremes."""
+    q, v = state[0], state[1] * scale
+    slope = (v, -(w**2) * q - rate * v)
+    y = output[0] * q + output[1] / scale * v
+    dy = output[0] * slope[0] + output[1] / scale * slope[1]
+    decay = 0.5 * rate
+    wd = jnp.sqrt(w**2 - decay**2)
+    a, b = y, (dy + decay * y) / wd
+    angle = lax.stop_gradient(jnp.arctan2(b * wd - decay * a, a * wd + decay * b) % jnp.pi)
+    values = [y]
+    for t in (angle, angle + jnp.pi):
+        values.append(jnp.exp(-decay / wd * t) * (a * jnp.cos(t) + b * jnp.sin(t)))
+    values = jnp.stack(values)
+    return jnp.stack([jnp.max(values, axis=0), jnp.min(values, axis=0)])
