@@ -23,6 +23,7 @@ from . import (
     model,
     motion,
     ode,
+    qualification,
     reaction,
     reductions,
     runtime,
@@ -63,7 +64,7 @@ from .runtime import cache
 from .runtime import user_jit as jit
 from .status import Status
 from .studies import sweep
-from .verbs import check, equilibrium, frequency_response, modes, reactions, simulate
+from .verbs import check, equilibrium, frequency_response, modes, random_response, reactions, simulate
 
 __all__ = [
     "Actuator",
@@ -140,6 +141,8 @@ __all__ = [
     "motion",
     "ode",
     "position",
+    "qualification",
+    "random_response",
     "reaction",
     "reactions",
     "reductions",

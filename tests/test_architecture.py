@@ -30,7 +30,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     ["joints", "forces", "contact", "blocks", "hydraulics", "elements", "model"],
     ["linear", "vibration", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reaction", "reductions", "coupling", "flexible"],
-    ["analysis", "motion", "experiment", "bondgraph", "batching", "design", "studies", "verbs"],
+    ["analysis", "motion", "experiment", "bondgraph", "batching", "design", "studies", "qualification", "verbs"],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])
@@ -40,7 +40,7 @@ EXTRAS = {
     *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize"),
 }
 LAZY = {
-    **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching")},
+    **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching", "qualification")},
     "bondgraph": {"networkx"},
     "design": {"scipy.optimize", "nlopt", "xarray"},
     "studies": {"xarray", "filelock", "distributed"},
