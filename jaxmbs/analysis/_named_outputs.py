@@ -1,5 +1,7 @@
 """Inputs and outputs of a linearisation by name: joints, signals, and fields of force elements and blocks."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
@@ -10,6 +12,7 @@ from ..kinematics._signal_names import check_input_fields, input_fields, signal_
 from ..kinematics._signals import signals_at
 from ..kinematics._state import State
 from ..model._system import System
+from ..reaction._solve import reactions
 
 
 def check_names(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> tuple[str, ...]:
@@ -53,3 +56,32 @@ class NamedOutputs(eqx.Module):
             for part in self.parts
         ]
         return jnp.concatenate([jnp.zeros(0), *values])
+
+
+class LoadOutputs(eqx.Module):
+    """Other outputs, and after them force and moment of joints in their own axes, on the child.
+
+    Attributes:
+        others: `NamedOutputs` or a function of the state and all accelerations.
+        joints: names of the joints.
+        actuators: joints whose efforts make accelerations other than those of the motion.
+    """
+
+    others: NamedOutputs | Callable
+    joints: tuple[str, ...] = eqx.field(static=True)
+    actuators: tuple[str, ...] = eqx.field(static=True)
+
+    def at(self, system: System, at: Configuration, state: State, accelerations: Array) -> Array:
+        """Values (m,) at a state, its configuration and all accelerations (nv,)."""
+        named = isinstance(self.others, NamedOutputs)
+        values = self.others.at(system, at, state) if named else jnp.ravel(self.others(state, accelerations))
+        if not self.joints:
+            return values
+        found = reactions(system, state, frame="joint", accelerations=accelerations, actuators=self.actuators)
+        loads = [part for name in self.joints for part in (found[name].force, found[name].moment)]
+        return jnp.concatenate([values, *loads])
+
+
+def load_names(joints: tuple[str, ...]) -> tuple[str, ...]:
+    """Names "pin force x" of the loads of joints."""
+    return tuple(f"{name} {kind} {d}" for name in joints for kind in ("force", "moment") for d in "xyz")

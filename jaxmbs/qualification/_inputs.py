@@ -91,7 +91,7 @@ def coherence_matrix(names: tuple[str, ...], coherence: Mapping | None) -> Array
     Raises: ModelError for unknown names, pairs given twice with values that are not conjugates, and a matrix that is
     not positive semidefinite.
     """
-    faults, C = [], jnp.eye(len(names), dtype=jnp.result_type(float, jnp.complex64))
+    faults, C = [], jnp.eye(len(names), dtype=jnp.asarray(1j).dtype)
     given = dict(coherence or {})
     for pair, value in given.items():
         if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:

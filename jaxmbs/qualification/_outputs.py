@@ -107,11 +107,12 @@ class BaseForces(eqx.Module):
         if not terms.base:
             raise ModelError(["BaseForces need moved coordinates: BaseAcceleration(..., at=...)"], "the output")
         rows = jnp.asarray(terms.base)
-        x = terms.strained(0) + terms.lag
-        found = x @ system.stiffness[rows].T.astype(x.dtype) + terms.total(2) @ system.mass[rows].T
+        x = terms.strained(0).astype(terms.lag.dtype) + terms.lag
+        mass = terms.total(2) @ system.mass[rows].T
+        found = x @ system.stiffness[rows].T.astype(x.dtype) + mass.astype(x.dtype)
         if system.damping is not None:
-            found = found + terms.strained(1) @ system.damping[rows].T
-        return found - terms.forces[..., rows], tuple(system.label(k) for k in terms.base)
+            found = found + (terms.strained(1) @ system.damping[rows].T).astype(x.dtype)
+        return found - terms.forces[..., rows].astype(x.dtype), tuple(system.label(k) for k in terms.base)
 
 
 class Recovery(eqx.Module):
@@ -158,7 +159,8 @@ class _Answer(NamedTuple):
     motion: Terms
 
     def terms(self, system):
-        x = self.motion.strained(0) + self.motion.lag
+        lag = self.motion.lag
+        x = self.motion.strained(0).astype(lag.dtype) + lag
         return tuple(part.astype(x.dtype) for part in (x, self.motion.strained(1), self.motion.total(2)))
 
     @property
@@ -187,6 +189,6 @@ def output_rows(outputs: Mapping[str, Output], system: LinearSystem, terms: Term
     parts, names = [], []
     for name, output in outputs.items():
         found, labels = output.values(system, terms)
-        parts.append(found)
+        parts.append(found.astype(terms.lag.dtype))
         names += [f"{name} {label}".strip() for label in labels]
     return jnp.concatenate(parts, axis=-1), tuple(names)
