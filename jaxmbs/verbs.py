@@ -29,7 +29,7 @@ from .motion._motion import Motion
 from .motion._simulate import simulate as mechanism_simulate
 from .qualification._random_response import RandomResponse
 from .qualification._random_response import random_response as linear_random
-from .qualification._state_response import random_response_of_mechanism, random_response_of_measured
+from .qualification._state_response import random_response_of_measured, random_response_of_mechanism
 from .reaction._result import Reactions
 from .reaction._solve import reactions as mechanism_reactions
 from .typing import AnyArray, ArrayLike, CoordinateLike, WordedError

@@ -181,7 +181,9 @@ def _with_loads(system, outputs, joints):
     top = system.topology
     for name in joints:
         place_of("joint", name, top.joint_names)
-    own = [top.joints[k].name for k in range(len(top.joints)) if _has_column(top.joints[k], independent_columns(system))]
+    own = [
+        top.joints[k].name for k in range(len(top.joints)) if _has_column(top.joints[k], independent_columns(system))
+    ]
     return LoadOutputs(outputs, joints, tuple(own))
 
 

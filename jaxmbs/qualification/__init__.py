@@ -1,20 +1,27 @@
 """Qualification: responses to random and sine tests, notching, load events."""
 
 from ._inputs import BaseAcceleration, RandomForce
+from ._load_cases import Envelope, LoadCase, load_envelope
 from ._outputs import BaseForces, BondForces, Coordinates, Recovery
 from ._psd import PsdTable, WhiteNoise, psd_table
 from ._random_response import RandomResponse, random_response
+from ._sine_response import SineResponse, sine_response
 
 __all__ = [
     "BaseAcceleration",
     "BaseForces",
     "BondForces",
     "Coordinates",
+    "Envelope",
+    "LoadCase",
     "PsdTable",
     "RandomForce",
     "RandomResponse",
     "Recovery",
+    "SineResponse",
     "WhiteNoise",
+    "load_envelope",
     "psd_table",
     "random_response",
+    "sine_response",
 ]

@@ -7,6 +7,7 @@ from scipy.integrate import quad
 
 from jaxmbs.errors import ModelError
 from jaxmbs.qualification import WhiteNoise, psd_table
+
 from . import read_case
 
 GSFC = [20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026]

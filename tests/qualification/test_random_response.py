@@ -21,6 +21,7 @@ from jaxmbs.qualification import (
     random_response,
 )
 from jaxmbs.vibration import frequency_response, harmonic_response
+
 from . import read_case
 
 GSFC = psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026])
@@ -72,14 +73,18 @@ def test_no_grid_misses_a_peak():
 def test_white_noise_against_scipy():
     system, level = chain(SPRINGS, DAMPERS), 3.0
     found = random_response(
-        system, {"f": RandomForce(WhiteNoise(level, "force"), {"c z": 1.0})}, {"x": Coordinates(NAMES, "displacement")}
+        system,
+        {"f": RandomForce(WhiteNoise(level, "force"), {"c z": 1.0})},
+        {"x": Coordinates(NAMES, "displacement")},
     )
     M, K, C = (np.asarray(A) for A in (system.mass, system.stiffness, system.damping))
     A = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
     B = np.concatenate([np.zeros(3), np.linalg.solve(M, [0, 0, 1.0])])
     P = solve_continuous_lyapunov(A, -np.outer(B, B) * level / 2)
     np.testing.assert_allclose(found.mean_square, np.diag(P)[:3], rtol=1e-8)
-    np.testing.assert_allclose(found.zero_crossing_rate, np.sqrt(np.diag(P)[3:] / np.diag(P)[:3]) / 2 / np.pi, rtol=1e-7)
+    np.testing.assert_allclose(
+        found.zero_crossing_rate, np.sqrt(np.diag(P)[3:] / np.diag(P)[:3]) / 2 / np.pi, rtol=1e-7
+    )
     assert np.all(np.isinf(found.moments[2, 3])) and np.all(np.isfinite(found.moments[0, 3]))
 
 
@@ -197,9 +202,7 @@ def test_moved_coordinates_and_moved_ground_agree():
     """The same chain, on a moved foot, on a moved ground, and bonded to a moved ground: loads and motions agree."""
     free, ground = held_chain(), chain(SPRINGS, DAMPERS)
     out = {"a": Coordinates("c z"), "x": Coordinates("c z", "displacement")}
-    moved = random_response(
-        free, {"base": BaseAcceleration(GSFC, "z", at="interface")}, out | {"foot": BaseForces()}
-    )
+    moved = random_response(free, {"base": BaseAcceleration(GSFC, "z", at="interface")}, out | {"foot": BaseForces()})
     still = random_response(
         ground,
         {"base": BaseAcceleration(GSFC, "z")},
@@ -230,9 +233,7 @@ def test_loads_of_bonds_under_a_force():
 def test_von_mises_of_a_plane_stress():
     inputs = {"base": BaseAcceleration(GSFC, "z")}
     rows = jnp.array([[1.0, 0, 0], [-0.3, 0.2, 0], [0.1, 0, 0.4]])
-    found = random_response(
-        chain(SPRINGS), inputs, {"s": Recovery(rows, ["xx", "yy", "xy"])}, ratios=0.02
-    )
+    found = random_response(chain(SPRINGS), inputs, {"s": Recovery(rows, ["xx", "yy", "xy"])}, ratios=0.02)
     P = np.asarray(found.covariance())
     exact = P[0, 0] + P[1, 1] - P[0, 1] + 3 * P[2, 2]
     np.testing.assert_allclose(found.von_mises_rms(["s xx", "s yy", "s xy"]) ** 2, exact, rtol=1e-12)
