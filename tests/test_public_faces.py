@@ -71,7 +71,7 @@ FACES = {
         contact coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
-        mass_matrix minimise model modes motion ode position reaction reactions reductions rotation rotations
+        mass_matrix minimise model modes motion ode position qualification random_response reaction reactions reductions rotation rotations
         runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
@@ -159,6 +159,10 @@ FACES = {
     "jaxmbs.statics": """
         BodyNetwork BondReaction BondReactions Bonds ReactionFamily ReactionMatrix Redundancy bond_reactions
         reaction_family reaction_matrix redundancy with_redundancy
+    """,
+    "jaxmbs.qualification": """
+        BaseAcceleration BaseForces BondForces Coordinates Envelope LoadCase PsdTable RandomForce RandomResponse
+        Recovery SineResponse WhiteNoise load_envelope psd_table random_response sine_response
     """,
     "jaxmbs.studies": """
         Designs StudyError grid latin_hypercube normal sobol sweep

@@ -10,7 +10,7 @@ from sphinx.util.docutils import SphinxDirective
 ROOMS = """
     runtime ode blocksparse joints forces contact blocks hydraulics elements model linear vibration kinematics builder
     fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph batching design
-    studies io viz demo
+    studies qualification io viz demo
 """.split()
 
 

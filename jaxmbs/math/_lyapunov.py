@@ -1,4 +1,4 @@
-"""Lyapunov equations, by the matrix sign function: no eigenvectors, so that repeated and defective poles are no matter."""
+"""Lyapunov equations by the matrix sign function: it needs no eigenvectors, so that poles may repeat."""
 
 import jax.numpy as jnp
 from jax import lax

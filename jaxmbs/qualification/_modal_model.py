@@ -101,7 +101,7 @@ class ModalModel(eqx.Module):
         return one + first / s + second / s**2 + a + s * (b + s * c)
 
     def unbounded_parts(self) -> tuple:
-        """Parts that must be zero under white noise: integrals of inputs, statics of rows without mass, a loss factor."""
+        """Parts that must be zero under white noise: integrals of inputs, rows without mass, a loss factor."""
         return tuple(A for A in (self.loads[1], self.direct[1:], self.static, self.loss) if A is not None)
 
     def state_space(self) -> tuple[Array, Array, Array, Array]:

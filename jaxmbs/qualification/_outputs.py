@@ -22,8 +22,8 @@ class Terms(NamedTuple):
     Attributes:
         relative: displacement, velocity, acceleration relative to the base.
         carried: those of the motion with the base.
-        elastic: True if the carried displacement strains the structure, as that of moved coordinates may; the ground's
-            does not.
+        elastic: True if the carried displacement may strain the structure, as that of moved coordinates does and
+            that of the ground does not.
         lag: (cases, n) displacement whose elastic forces are those of modal or structural damping.
         forces: (cases, n) loads; given: the same by name, for bonds.
         base: rows that are moved.

@@ -1,8 +1,8 @@
 """Quadrature over frequency that is clustered at poles, so that no resonance can be missed.
 
-The band is cut at the points of the tables, at the resonances, half a bandwidth beside each and half way between them.
-On every piece `f = p + d sinh(u)` with the nearest pole p + i d, and Gauss points in u: there the resonance is a smooth
-`1 / cosh(u)`, however narrow it is.
+The band is cut at the points of the tables, at the resonances, half a bandwidth beside each and half way between
+them.  On every piece `f = p + d sinh(u)` with the nearest pole p + i d, and Gauss points in u: there the resonance is
+a smooth `1 / cosh(u)`, however narrow it is.
 """
 
 from typing import NamedTuple

@@ -260,8 +260,8 @@ def _check_white(model):
     if isinstance(model, MeasuredModel) or cut or _is_unbounded(model):
         raise ModelError(
             [
-                "white noise needs a model with all modes (no `num`), viscous damping (no `loss`), rows with mass and "
-                "outputs relative to the base: absolute displacements and velocities of a white acceleration grow"
+                "white noise needs a model with all modes (no `num`), viscous damping (no `loss`), rows with mass "
+                "and outputs relative to the base: absolute displacements and velocities of a white acceleration grow"
             ],
             "the question",
         )

@@ -157,7 +157,7 @@ def _grid(model: ModalModel, f, points):
 
 
 def _fastest_sweep(model, f):
-    """Least value of `77.6 f / Q^2` octaves per minute over the resonances in the band.  Source: ISO 7626-2 (1990)."""
+    """Least `77.6 f / Q^2` octaves per minute of the resonances in the band.  Source: ISO 7626-2 (1990)."""
     resonances, widths = model.poles()
     inside = (resonances >= f[0]) & (resonances <= f[-1])
     safe = jnp.where(inside, resonances, 1.0)

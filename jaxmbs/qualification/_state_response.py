@@ -151,8 +151,8 @@ def _check_grid(response, model, inputs, coherence, tolerance):
     if error[worst] > tolerance:
         raise ModelError(
             [
-                f"the measured frequencies are too coarse for {model.names[worst]!r}: every second one changes its RMS "
-                f"by {100 * error[worst]:.2g} %.  Measure finer, or allow it by `tolerance`"
+                f"the measured frequencies are too coarse for {model.names[worst]!r}: every second one changes its "
+                f"RMS by {100 * error[worst]:.2g} %.  Measure finer, or allow it by `tolerance`"
             ],
             "the question",
         )

@@ -35,6 +35,13 @@ EXEMPT = {
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
         dynamics.CableResult
     """,
+    "spectra, sine tests and load cases, whose wrong use is tested in tests/qualification": """
+        qualification.BaseAcceleration qualification.BaseForces qualification.BondForces qualification.Coordinates
+        qualification.Envelope qualification.LoadCase qualification.PsdTable qualification.RandomForce
+        qualification.RandomResponse qualification.Recovery qualification.SineResponse qualification.WhiteNoise
+        qualification.load_envelope qualification.psd_table qualification.random_response
+        qualification.sine_response jaxmbs.random_response
+    """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
         hydraulics.AbstractTwoPort

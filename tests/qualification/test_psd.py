@@ -45,7 +45,7 @@ def test_derivative_by_levels_and_frequencies():
 
     f, S = np.array([10.0, 20.0, 45.0]), np.array([1.0, 0.5, 0.9])
     found = jax.grad(area, (0, 1))(f, S)
-    for which, place in ((0, f), (1, S)):
+    for which in (0, 1):
         for k in range(3):
             step = 1e-5 * np.eye(3)[k]
             more, less = [(f + s, S) if which == 0 else (f, S + s) for s in (step, -step)]
