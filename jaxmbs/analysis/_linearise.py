@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..blocks import StateSpace
-from ..checks import place_of
 from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
@@ -41,7 +40,7 @@ from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
-from ._named_outputs import LoadOutputs, NamedOutputs, check_names, load_names
+from ._named_outputs import LoadOutputs, NamedOutputs, check_names, numbered, output_names, with_loads
 from ._release_drives import release_drives
 
 
@@ -156,14 +155,14 @@ def linearise(
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)
     outputs = outputs if callable(outputs) else NamedOutputs.of(system, outputs)
-    outputs = _with_loads(system, outputs, tuple(loads))
+    outputs = with_loads(system, outputs, tuple(loads))
     found = _linearise(system, state, accelerations, inputs, driven, outputs, fields)
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
     internal = tuple(entry for record in system.topology.internal for entry in record.entries)
-    columns = tuple(_numbered(_input_of_columns(system, inputs)))
-    rows = _output_names(system, outputs, len(found.state_space.C))
+    columns = tuple(numbered(_input_of_columns(system, inputs)))
+    rows = output_names(system, outputs, len(found.state_space.C))
     return dataclasses.replace(
         found,
         names=names,
@@ -172,44 +171,6 @@ def linearise(
         input_names=columns,
         output_names=rows,
     )
-
-
-def _with_loads(system, outputs, joints):
-    """Outputs with the loads of joints.  Raises: UnknownNameError."""
-    if not joints:
-        return outputs
-    top = system.topology
-    for name in joints:
-        place_of("joint", name, top.joint_names)
-    own = [
-        top.joints[k].name for k in range(len(top.joints)) if _has_column(top.joints[k], independent_columns(system))
-    ]
-    return LoadOutputs(outputs, joints, tuple(own))
-
-
-def _has_column(joint, columns):
-    return any(joint.velocities.start <= k < joint.velocities.stop for k in columns)
-
-
-def _output_names(system, outputs, count):
-    """Names of the rows of outputs."""
-    loads = load_names(outputs.joints) if isinstance(outputs, LoadOutputs) else ()
-    outputs = outputs.others if isinstance(outputs, LoadOutputs) else outputs
-    count -= len(loads)
-    if not isinstance(outputs, NamedOutputs):
-        return (*(f"output {k}" for k in range(count)), *loads)
-    names = {joint.coordinates.start: joint.name for joint in system.topology.joints}
-    sizes = [1 if isinstance(part, str) else part[1] - part[0] for part in outputs.parts]
-    found = [part if isinstance(part, str) else names[part[0]] for part in outputs.parts]
-    if sum(sizes) != count:  # signals of several values
-        return (*(f"output {k}" for k in range(count)), *loads)
-    return (*_numbered(np.repeat(np.asarray(found, dtype=object), sizes)), *loads)
-
-
-def _numbered(names):
-    """Names, those given several times with a number."""
-    names = [str(name) for name in names]
-    return [name if names.count(name) == 1 else f"{name} {names[:k].count(name)}" for k, name in enumerate(names)]
 
 
 def _column_names(topology, columns):

@@ -4,10 +4,12 @@ from collections.abc import Callable
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..checks import place_of
 from ..kinematics._configuration import Configuration, with_velocities
+from ..kinematics._kic import independent_columns
 from ..kinematics._signal_names import check_input_fields, input_fields, signal_names
 from ..kinematics._signals import signals_at
 from ..kinematics._state import State
@@ -85,3 +87,41 @@ class LoadOutputs(eqx.Module):
 def load_names(joints: tuple[str, ...]) -> tuple[str, ...]:
     """Names "pin force x" of the loads of joints."""
     return tuple(f"{name} {kind} {d}" for name in joints for kind in ("force", "moment") for d in "xyz")
+
+
+def with_loads(system, outputs, joints):
+    """Outputs with the loads of joints.  Raises: UnknownNameError."""
+    if not joints:
+        return outputs
+    top = system.topology
+    for name in joints:
+        place_of("joint", name, top.joint_names)
+    own = [
+        top.joints[k].name for k in range(len(top.joints)) if _has_column(top.joints[k], independent_columns(system))
+    ]
+    return LoadOutputs(outputs, joints, tuple(own))
+
+
+def _has_column(joint, columns):
+    return any(joint.velocities.start <= k < joint.velocities.stop for k in columns)
+
+
+def output_names(system, outputs, count):
+    """Names of the rows of outputs."""
+    loads = load_names(outputs.joints) if isinstance(outputs, LoadOutputs) else ()
+    outputs = outputs.others if isinstance(outputs, LoadOutputs) else outputs
+    count -= len(loads)
+    if not isinstance(outputs, NamedOutputs):
+        return (*(f"output {k}" for k in range(count)), *loads)
+    names = {joint.coordinates.start: joint.name for joint in system.topology.joints}
+    sizes = [1 if isinstance(part, str) else part[1] - part[0] for part in outputs.parts]
+    found = [part if isinstance(part, str) else names[part[0]] for part in outputs.parts]
+    if sum(sizes) != count:  # signals of several values
+        return (*(f"output {k}" for k in range(count)), *loads)
+    return (*numbered(np.repeat(np.asarray(found, dtype=object), sizes)), *loads)
+
+
+def numbered(names):
+    """Names, those given several times with a number."""
+    names = [str(name) for name in names]
+    return [name if names.count(name) == 1 else f"{name} {names[:k].count(name)}" for k, name in enumerate(names)]
