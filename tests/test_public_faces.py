@@ -71,7 +71,8 @@ FACES = {
         contact coupling design dynamics elements equilibrium experiment fem flexible forces forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
-        mass_matrix minimise model modes motion ode position qualification random_response reaction reactions reductions rotation rotations
+        mass_matrix minimise model modes motion ode position qualification
+        random_response reaction reactions reductions rotation rotations
         runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
