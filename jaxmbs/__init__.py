@@ -66,7 +66,7 @@ from .runtime import cache
 from .runtime import user_jit as jit
 from .status import Status
 from .studies import sweep
-from .verbs import check, equilibrium, frequency_response, modes, reactions, simulate
+from .verbs import check, equilibrium, frequency_response, modes, random_response, reactions, simulate
 
 __all__ = [
     "Actuator",
@@ -145,6 +145,7 @@ __all__ = [
     "ode",
     "position",
     "qualification",
+    "random_response",
     "reaction",
     "reactions",
     "reductions",

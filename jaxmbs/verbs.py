@@ -27,6 +27,9 @@ from .motion._event import EventLike
 from .motion._formulation import Formulation
 from .motion._motion import Motion
 from .motion._simulate import simulate as mechanism_simulate
+from .qualification._random_response import RandomResponse
+from .qualification._random_response import random_response as linear_random
+from .qualification._state_response import random_response_of_measured, random_response_of_mechanism
 from .reaction._result import Reactions
 from .reaction._solve import reactions as mechanism_reactions
 from .typing import AnyArray, ArrayLike, CoordinateLike, WordedError
@@ -211,3 +214,33 @@ def simulate(
 @_dispatch(mechanism_simulate, linear_simulate)
 def simulate(system: Any, *args: Any, **options: Any) -> Any:
     """Motion in time: of a mechanism from a state on, or of a linear system under forces."""
+
+
+@overload
+def random_response(
+    system: LinearSystem,
+    inputs: Mapping[str, Any],
+    out: Any,
+    coherence: Mapping | None = None,
+    ratios: ArrayLike | None = None,
+    loss: ArrayLike = 0.0,
+    num: int | None = None,
+    order: int = 24,
+) -> RandomResponse: ...
+@overload
+def random_response(
+    linearisation: Linearisation, inputs: Mapping[str, Any], coherence: Mapping | None = None, order: int = 24
+) -> RandomResponse: ...
+@overload
+def random_response(
+    network: MeasuredNetwork,
+    inputs: Mapping[str, Any],
+    out: Any,
+    coherence: Mapping | None = None,
+    loss: ArrayLike = 0.0,
+    tolerance: float = 0.02,
+    **regular: Any,
+) -> RandomResponse: ...
+@_dispatch(random_response_of_mechanism, linear_random, random_response_of_measured)
+def random_response(system: Any, *args: Any, **options: Any) -> Any:
+    """Response to stationary random inputs: RMS, spectra and rates of motions and loads, by name."""

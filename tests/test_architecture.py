@@ -40,7 +40,7 @@ EXTRAS = {
     *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize"),
 }
 LAZY = {
-    **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching")},
+    **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching", "qualification")},
     "bondgraph": {"networkx"},
     "design": {"scipy.optimize", "nlopt", "xarray"},
     "studies": {"xarray", "filelock", "distributed"},

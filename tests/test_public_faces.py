@@ -72,9 +72,8 @@ FACES = {
         forward_dynamics
         frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
-        mass_matrix minimise model modes motion ode position qualification reaction reactions reductions rotation
-        rotations
-        runtime save_model shock_spectrum signals
+        mass_matrix minimise model modes motion ode position qualification random_response
+        reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
@@ -155,9 +154,6 @@ FACES = {
         Diagnostics Event EventRecord Formulation Gauss4 ImplicitMidpoint LoadPeaks Motion Peak PhaseState
         ProjectedSolver Rates Rodas5P SemiImplicitEuler VectorField load_peaks peak simulate vector_field
     """,
-    "jaxmbs.qualification": """
-        ShockSpectrum miles random_spectrum shock_spectrum
-    """,
     "jaxmbs.reductions": """
         AbstractReduction Characteristic CraigBampton CraigChang Cyclic Guyan Hurty MacNeal Mirror Mixed
         Reduced Rubin SymmetrySubspace Unreduced VirtualMotions averaged_motion averaged_transformation
@@ -169,6 +165,11 @@ FACES = {
     "jaxmbs.statics": """
         BodyNetwork BondReaction BondReactions Bonds ReactionFamily ReactionMatrix Redundancy bond_reactions
         reaction_family reaction_matrix redundancy with_redundancy
+    """,
+    "jaxmbs.qualification": """
+        BaseAcceleration BaseForces BondForces Coordinates Envelope LoadCase PsdTable RandomForce RandomResponse
+        Recovery ShockSpectrum SineResponse WhiteNoise load_envelope miles psd_table random_response
+        random_spectrum shock_spectrum sine_response
     """,
     "jaxmbs.studies": """
         Designs StudyError grid latin_hypercube normal sobol sweep

@@ -40,7 +40,7 @@ from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
-from ._named_outputs import NamedOutputs, check_names
+from ._named_outputs import LoadOutputs, NamedOutputs, check_names, numbered, output_names, with_loads
 from ._release_drives import release_drives
 
 
@@ -60,6 +60,7 @@ class Linearisation(eqx.Module):
         position_names: likewise of the independent coordinates, the same but where rows of velocity restrict the
             motion.
         internal_names: of the internal states, in their own units.
+        input_names, output_names: of the columns of B and the rows of C (static).
         stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
             out, see `flexible.stiffening`.
     """
@@ -74,6 +75,8 @@ class Linearisation(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True, default=())
     position_names: tuple[str, ...] = eqx.field(static=True, default=())
     internal_names: tuple[str, ...] = eqx.field(static=True, default=())
+    input_names: tuple[str, ...] = eqx.field(static=True, default=())
+    output_names: tuple[str, ...] = eqx.field(static=True, default=())
     stiffening: dict = eqx.field(default_factory=dict)
 
     @property
@@ -119,7 +122,11 @@ class Linearisation(eqx.Module):
 
 
 def linearise(
-    system: System, state: State, inputs: Iterable[str] = (), outputs: Iterable[str] | Callable = ()
+    system: System,
+    state: State,
+    inputs: Iterable[str] = (),
+    outputs: Iterable[str] | Callable = (),
+    loads: Iterable[str] = (),
 ) -> Linearisation:
     """Linear equations about a state.
 
@@ -130,6 +137,7 @@ def linearise(
             functions of time, "motor.voltage", "loop.target": a number added to their values.
         outputs: joint names, for their coordinates; measures, blocks and internal states, for their signals; or one
             function `f(state, accelerations (nv,)) -> (m,)`.
+        loads: joint names, for the force and moment on the child in the joint's axes: six more outputs of each.
 
     Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.  It is on the
     freedoms of the state asked, where these are others than those counted at build; within a trace, where shapes are
@@ -147,12 +155,22 @@ def linearise(
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)
     outputs = outputs if callable(outputs) else NamedOutputs.of(system, outputs)
+    outputs = with_loads(system, outputs, tuple(loads))
     found = _linearise(system, state, accelerations, inputs, driven, outputs, fields)
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
     internal = tuple(entry for record in system.topology.internal for entry in record.entries)
-    return dataclasses.replace(found, names=names, position_names=position_names, internal_names=internal)
+    columns = tuple(numbered(_input_of_columns(system, inputs)))
+    rows = output_names(system, outputs, len(found.state_space.C))
+    return dataclasses.replace(
+        found,
+        names=names,
+        position_names=position_names,
+        internal_names=internal,
+        input_names=columns,
+        output_names=rows,
+    )
 
 
 def _column_names(topology, columns):
@@ -211,8 +229,11 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
         need, u, u_dot = unbalanced_efforts(here, moved, w, a)
         internal = None if s is None else InternalStates(s, top.internal)
         there = State(t, psi, u, structure=top.structure, internal=internal)
-        named = isinstance(outputs, NamedOutputs)
-        output = outputs.at(here, moved, there) if named else outputs(there, u_dot)
+        if isinstance(outputs, LoadOutputs):
+            output = outputs.at(here, moved, there, u_dot)
+        else:
+            named = isinstance(outputs, NamedOutputs)
+            output = outputs.at(here, moved, there) if named else outputs(there, u_dot)
         rates = None if s is None else internal_rates(here, with_velocities(here, moved, u))
         return (need, coordinate_rate(top, psi, u), output), rates
 

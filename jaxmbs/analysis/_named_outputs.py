@@ -1,15 +1,20 @@
 """Inputs and outputs of a linearisation by name: joints, signals, and fields of force elements and blocks."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..checks import place_of
 from ..kinematics._configuration import Configuration, with_velocities
+from ..kinematics._kic import independent_columns
 from ..kinematics._signal_names import check_input_fields, input_fields, signal_names
 from ..kinematics._signals import signals_at
 from ..kinematics._state import State
 from ..model._system import System
+from ..reaction._solve import reactions
 
 
 def check_names(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> tuple[str, ...]:
@@ -53,3 +58,70 @@ class NamedOutputs(eqx.Module):
             for part in self.parts
         ]
         return jnp.concatenate([jnp.zeros(0), *values])
+
+
+class LoadOutputs(eqx.Module):
+    """Other outputs, and after them force and moment of joints in their own axes, on the child.
+
+    Attributes:
+        others: `NamedOutputs` or a function of the state and all accelerations.
+        joints: names of the joints.
+        actuators: joints whose efforts make accelerations other than those of the motion.
+    """
+
+    others: NamedOutputs | Callable
+    joints: tuple[str, ...] = eqx.field(static=True)
+    actuators: tuple[str, ...] = eqx.field(static=True)
+
+    def at(self, system: System, at: Configuration, state: State, accelerations: Array) -> Array:
+        """Values (m,) at a state, its configuration and all accelerations (nv,)."""
+        named = isinstance(self.others, NamedOutputs)
+        values = self.others.at(system, at, state) if named else jnp.ravel(self.others(state, accelerations))
+        if not self.joints:
+            return values
+        found = reactions(system, state, frame="joint", accelerations=accelerations, actuators=self.actuators)
+        loads = [part for name in self.joints for part in (found[name].force, found[name].moment)]
+        return jnp.concatenate([values, *loads])
+
+
+def load_names(joints: tuple[str, ...]) -> tuple[str, ...]:
+    """Names "pin force x" of the loads of joints."""
+    return tuple(f"{name} {kind} {d}" for name in joints for kind in ("force", "moment") for d in "xyz")
+
+
+def with_loads(system, outputs, joints):
+    """Outputs with the loads of joints.  Raises: UnknownNameError."""
+    if not joints:
+        return outputs
+    top = system.topology
+    for name in joints:
+        place_of("joint", name, top.joint_names)
+    own = [
+        top.joints[k].name for k in range(len(top.joints)) if _has_column(top.joints[k], independent_columns(system))
+    ]
+    return LoadOutputs(outputs, joints, tuple(own))
+
+
+def _has_column(joint, columns):
+    return any(joint.velocities.start <= k < joint.velocities.stop for k in columns)
+
+
+def output_names(system, outputs, count):
+    """Names of the rows of outputs."""
+    loads = load_names(outputs.joints) if isinstance(outputs, LoadOutputs) else ()
+    outputs = outputs.others if isinstance(outputs, LoadOutputs) else outputs
+    count -= len(loads)
+    if not isinstance(outputs, NamedOutputs):
+        return (*(f"output {k}" for k in range(count)), *loads)
+    names = {joint.coordinates.start: joint.name for joint in system.topology.joints}
+    sizes = [1 if isinstance(part, str) else part[1] - part[0] for part in outputs.parts]
+    found = [part if isinstance(part, str) else names[part[0]] for part in outputs.parts]
+    if sum(sizes) != count:  # signals of several values
+        return (*(f"output {k}" for k in range(count)), *loads)
+    return (*numbered(np.repeat(np.asarray(found, dtype=object), sizes)), *loads)
+
+
+def numbered(names):
+    """Names, those given several times with a number."""
+    names = [str(name) for name in names]
+    return [name if names.count(name) == 1 else f"{name} {names[:k].count(name)}" for k, name in enumerate(names)]

@@ -36,6 +36,13 @@ EXEMPT = {
         dynamics.CableResult fem.Buckling flexible.GeometricStiffening
         fatigue.Cycles qualification.ShockSpectrum
     """,
+    "spectra, sine tests and load cases, whose wrong use is tested in tests/qualification": """
+        qualification.BaseAcceleration qualification.BaseForces qualification.BondForces qualification.Coordinates
+        qualification.Envelope qualification.LoadCase qualification.PsdTable qualification.RandomForce
+        qualification.RandomResponse qualification.Recovery qualification.SineResponse qualification.WhiteNoise
+        qualification.load_envelope qualification.psd_table qualification.random_response
+        qualification.sine_response jaxmbs.random_response
+    """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
         hydraulics.AbstractTwoPort

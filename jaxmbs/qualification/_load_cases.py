@@ -1,0 +1,179 @@
+"""Load events: extremes of each, their envelope with the case and the time or frequency that determine it."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import not_positive
+from ..errors import ModelError
+from ..tables import format_number, table_repr
+from ..typing import ArrayLike
+from ._random_response import RandomResponse
+from ._sine_response import SineResponse
+
+
+class LoadCase(eqx.Module):
+    """One load event: its name, its largest and least loads and the places of both, and an uncertainty factor.
+
+    Args:
+        name: of the event.
+        loads: `RandomResponse` (three sigma, both signs), `SineResponse` (amplitudes, both signs), or a history
+            (times, components), as of `reactions` along a motion.
+        names: of the components of a history.
+        times: (times,) [s] of a history.
+        factor: uncertainty factor on all loads.
+        sigmas: multiple of the RMS of a random response.
+
+    Histories from `simulate` with `ModalSuperposition` and loads by `reactions` are those of mode acceleration.
+
+    Raises: ModelError with every fault.
+    """
+
+    highest: Float[Array, " components"]
+    lowest: Float[Array, " components"]
+    at_highest: Float[Array, " components"]
+    at_lowest: Float[Array, " components"]
+    factor: Float[Array, ""]
+    name: str = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
+    unit: str = eqx.field(static=True)
+
+    def __init__(
+        self,
+        name: str,
+        loads: Any,
+        names: Iterable[str] | None = None,
+        times: ArrayLike | None = None,
+        factor: ArrayLike = 1.0,
+        sigmas: ArrayLike = 3.0,
+    ) -> None:
+        if not_positive(factor) or not_positive(sigmas):
+            raise ModelError([f"{name}: factor and sigmas must be positive"], "the load case")
+        self.name, self.factor = name, jnp.asarray(factor, float)
+        found = _extremes(name, loads, names, times, sigmas)
+        self.names, self.unit = found.names, found.unit
+        self.highest, self.lowest = found.highest, found.lowest
+        self.at_highest, self.at_lowest = found.at_highest, found.at_lowest
+
+
+class _Extremes(NamedTuple):
+    names: tuple[str, ...]
+    unit: str
+    highest: Array
+    lowest: Array
+    at_highest: Array
+    at_lowest: Array
+
+
+def _extremes(name, loads, names, times, sigmas):
+    if isinstance(loads, RandomResponse):
+        size = sigmas * loads.rms
+        return _Extremes(loads.names, "Hz", size, -size, loads.zero_crossing_rate, loads.zero_crossing_rate)
+    if isinstance(loads, SineResponse):
+        where = loads.frequencies[jnp.argmax(loads.amplitudes, axis=0)]
+        return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
+    loads = jnp.asarray(loads)
+    names = tuple(names or ())
+    faults = []
+    if loads.ndim != 2 or len(names) != loads.shape[-1]:
+        faults.append(f"{name}: loads of shape {loads.shape} are not (times, components) of {len(names)} names")
+    elif times is None or np.shape(times) != loads.shape[:1]:
+        faults.append(f"{name}: times of shape {np.shape(times)} are not those of loads of shape {loads.shape}")
+    if faults:
+        raise ModelError(faults, "the load case")
+    times = jnp.asarray(times, loads.dtype)
+    where = times[jnp.argmax(loads, axis=0)], times[jnp.argmin(loads, axis=0)]
+    return _Extremes(names, "s", jnp.max(loads, axis=0), jnp.min(loads, axis=0), *where)
+
+
+def _table_rows(envelope):
+    """Summary line and table of an envelope, as coupled-loads analysts print it."""
+    rows = []
+    columns = (envelope.highest, envelope.at_highest, envelope.lowest, envelope.at_lowest)
+    high, at_high, low, at_low = (np.asarray(part) for part in columns)
+    first, second = np.asarray(envelope.case_highest), np.asarray(envelope.case_lowest)
+    for k, name in enumerate(envelope.names):
+        cases = [(envelope.cases[c], envelope.units[c]) for c in (first[k], second[k])]
+        (a, unit_a), (b, unit_b) = cases
+        rows.append(
+            (
+                name,
+                format_number(high[k]),
+                f"{format_number(at_high[k])} {unit_a}",
+                a,
+                format_number(low[k]),
+                f"{format_number(at_low[k])} {unit_b}",
+                b,
+            )
+        )
+    title = ("component", "maximum", "at", "case", "minimum", "at", "case")
+    return f"{len(rows)} components over {len(envelope.cases)} load cases", [title, *rows]
+
+
+class Envelope(eqx.Module):
+    """Extremes of all components over load cases, uncertainty factors included.
+
+    Attributes:
+        highest, lowest: (components,); at_highest, at_lowest: time [s] or frequency [Hz] of each.
+        case_highest, case_lowest: (components,) numbers of the cases.
+        names, cases, units: of components, cases, and the places of each case (static).
+    """
+
+    highest: Float[Array, " components"]
+    lowest: Float[Array, " components"]
+    at_highest: Float[Array, " components"]
+    at_lowest: Float[Array, " components"]
+    case_highest: Array
+    case_lowest: Array
+    names: tuple[str, ...] = eqx.field(static=True)
+    cases: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = table_repr(_table_rows)
+
+    @property
+    def limits(self) -> Float[Array, " components"]:
+        """Limit loads (components,): the larger magnitude of both extremes."""
+        return jnp.maximum(jnp.abs(self.highest), jnp.abs(self.lowest))
+
+    def margins(self, allowed: ArrayLike) -> Float[Array, " components"]:
+        """Margins of safety `allowed / limit - 1` (components,)."""
+        return jnp.asarray(allowed, self.highest.dtype) / self.limits - 1.0
+
+
+def load_envelope(cases: Iterable[LoadCase]) -> Envelope:
+    """Envelope of load cases that have the same components.
+
+    Its derivative is that of the cases that determine it.
+
+    Raises: ModelError for no case, different components, and names given twice.
+    """
+    cases = list(cases)
+    faults = [] if cases else ["no load case is given"]
+    wrong = [case for case in cases if not isinstance(case, LoadCase)]
+    faults += [f"{case!r} is no LoadCase" for case in wrong]
+    if not faults:
+        own = [case.name for case in cases]
+        faults += [f"two load cases are named {name!r}" for name in sorted({n for n in own if own.count(n) > 1})]
+        faults += [f"{case.name!r} has other components" for case in cases if case.names != cases[0].names]
+    if faults:
+        raise ModelError(faults, "the load cases")
+    high = jnp.stack([case.factor * case.highest for case in cases])
+    low = jnp.stack([case.factor * case.lowest for case in cases])
+    first, second = jnp.argmax(high, axis=0), jnp.argmin(low, axis=0)
+    pick = lambda values, which: jnp.take_along_axis(values, which[None], axis=0)[0]  # noqa: E731
+    return Envelope(
+        pick(high, first),
+        pick(low, second),
+        pick(jnp.stack([case.at_highest for case in cases]), first),
+        pick(jnp.stack([case.at_lowest for case in cases]), second),
+        first,
+        second,
+        cases[0].names,
+        tuple(case.name for case in cases),
+        tuple(case.unit for case in cases),
+    )

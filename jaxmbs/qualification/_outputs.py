@@ -1,0 +1,194 @@
+"""Outputs of responses by name: motions of coordinates, loads of bonds and of the base, stresses, rows of users."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..coupling._network import reactions
+from ..errors import ModelError
+from ..linear._system import LinearSystem
+from ..typing import CoordinateLike
+
+KINDS = ("displacement", "velocity", "acceleration")
+
+
+class Terms(NamedTuple):
+    """Motion on which outputs depend linearly; each part (cases, n).
+
+    Attributes:
+        relative: displacement, velocity, acceleration relative to the base.
+        carried: those of the motion with the base.
+        elastic: True if the carried displacement may strain the structure, as that of moved coordinates does and
+            that of the ground does not.
+        lag: (cases, n) displacement whose elastic forces are those of modal or structural damping.
+        forces: (cases, n) loads; given: the same by name, for bonds.
+        base: rows that are moved.
+    """
+
+    relative: tuple[Array, Array, Array]
+    carried: tuple[Array, Array, Array]
+    elastic: bool
+    lag: Array
+    forces: Array
+    given: tuple
+    base: tuple[int, ...]
+
+    def total(self, power: int) -> Array:
+        """Absolute displacement (0), velocity (1) or acceleration (2)."""
+        return self.relative[power] + self.carried[power]
+
+    def strained(self, power: int) -> Array:
+        """Displacement (0) or velocity (1) on which stiffness and damping act."""
+        return self.total(power) if self.elastic else self.relative[power]
+
+
+class Coordinates(eqx.Module):
+    """Motion of coordinates.
+
+    Args:
+        names: as in `LinearSystem.outputs`: "tip z", or a node for all of its coordinates.
+        kind: "displacement", "velocity" or "acceleration".
+        relative: to the base.  By default displacements and velocities are, accelerations are absolute.
+
+    Raises: ModelError for an unknown kind.
+    """
+
+    names: tuple = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+    relative: bool = eqx.field(static=True)
+
+    def __init__(
+        self,
+        names: CoordinateLike | Iterable[CoordinateLike],
+        kind: str = "acceleration",
+        relative: bool | None = None,
+    ) -> None:
+        if kind not in KINDS:
+            raise ModelError([f"unknown kind {kind!r}: the kinds are {', '.join(KINDS)}"], "the output")
+        self.names = (names,) if isinstance(names, str) else tuple(names)
+        self.kind, self.relative = kind, kind != "acceleration" if relative is None else bool(relative)
+
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+        rows, labels = system.outputs(*self.names)
+        power = KINDS.index(self.kind)
+        x = terms.relative[power] if self.relative else terms.total(power)
+        return x @ rows.T.astype(x.dtype), labels if len(labels) > 1 else ("",)
+
+
+class BondForces(eqx.Module):
+    """Loads of bonds of a network, on their first ends.
+
+    Args: bonds: their names, default all.
+
+    On a moving ground the masses of coordinates that are tied to it are not in these loads: where they matter, move
+    those coordinates, `BaseAcceleration(..., at=...)`, and ask for `BaseForces`.
+    """
+
+    bonds: tuple[str, ...] | None = eqx.field(static=True)
+
+    def __init__(self, *bonds: str) -> None:
+        self.bonds = tuple(bonds) or None
+
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+        found = reactions(system, _Answer(terms))
+        names = list(found) if self.bonds is None else self.bonds
+        labels = [f"{name} {label}" if len(names) > 1 else label for name in names for label in found[name].labels]
+        return jnp.concatenate([found[name].on_first for name in names], axis=-1), tuple(labels)
+
+
+class BaseForces(eqx.Module):
+    """Forces that move the base: on every coordinate that is moved."""
+
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+        if not terms.base:
+            raise ModelError(["BaseForces need moved coordinates: BaseAcceleration(..., at=...)"], "the output")
+        rows = jnp.asarray(terms.base)
+        x = terms.strained(0).astype(terms.lag.dtype) + terms.lag
+        mass = terms.total(2) @ system.mass[rows].T
+        found = x @ system.stiffness[rows].T.astype(x.dtype) + mass.astype(x.dtype)
+        if system.damping is not None:
+            found = found + (terms.strained(1) @ system.damping[rows].T).astype(x.dtype)
+        return found - terms.forces[..., rows].astype(x.dtype), tuple(system.label(k) for k in terms.base)
+
+
+class Recovery(eqx.Module):
+    """Any linear function of the displacements that strain the structure: stresses, element forces, rows of a user.
+
+    Args:
+        function: of displacements (n,) to an array, or a matrix (k, n).
+        labels: names of the values.
+        kind: "displacement", or "acceleration" for a function of absolute accelerations.
+
+    A function must be linear without a constant part, as `lambda x: element_stresses(structure, x)["plate"][3]`.
+
+    Raises: ModelError for an unknown kind.
+    """
+
+    function: Callable | Array
+    labels: tuple[str, ...] | None = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+
+    def __init__(
+        self, function: Callable | Array, labels: Iterable[str] | None = None, kind: str = "displacement"
+    ) -> None:
+        if kind not in ("displacement", "acceleration"):
+            raise ModelError([f"kind = {kind!r} must be 'displacement' or 'acceleration'"], "the output")
+        self.function, self.kind = function, kind
+        self.labels = None if labels is None else tuple(labels)
+
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+        x = terms.strained(0) if self.kind == "displacement" else terms.total(2)
+        function = self.function if callable(self.function) else lambda x: jnp.asarray(self.function, x.dtype) @ x
+        found = jax.vmap(lambda x: jnp.ravel(function(x)))(x)
+        labels = self.labels or (tuple(map(str, range(found.shape[1]))) if found.shape[1] > 1 else ("",))
+        if len(labels) != found.shape[1]:
+            raise ModelError([f"{len(labels)} labels for {found.shape[1]} values of a Recovery"], "the output")
+        return found, labels
+
+
+Output = Coordinates | BondForces | BaseForces | Recovery
+
+
+class _Answer(NamedTuple):
+    """Terms as `reactions` reads them."""
+
+    motion: Terms
+
+    def terms(self, system):
+        lag = self.motion.lag
+        x = self.motion.strained(0).astype(lag.dtype) + lag
+        return tuple(part.astype(x.dtype) for part in (x, self.motion.strained(1), self.motion.total(2)))
+
+    @property
+    def forces(self):
+        return self.motion.given
+
+
+def named_outputs(out: Mapping[str, Any] | Iterable) -> dict[str, Output]:
+    """Outputs by name; a sequence of names of coordinates stands for their absolute accelerations.
+
+    Raises: ModelError for something else.
+    """
+    if isinstance(out, str):
+        out = [out]
+    if not isinstance(out, Mapping):
+        out = {name if isinstance(name, str) else " ".join(map(str, name)): Coordinates([name]) for name in out}
+    wrong = [name for name, given in out.items() if not isinstance(given, Output)]
+    if wrong or not out:
+        what = f"{wrong[0]!r} is no output" if wrong else "no output is given"
+        raise ModelError([f"{what}: give Coordinates, BondForces, BaseForces or Recovery by name"], "the outputs")
+    return dict(out)
+
+
+def output_rows(outputs: Mapping[str, Output], system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+    """Values (cases, k) of all outputs, and their names."""
+    parts, names = [], []
+    for name, output in outputs.items():
+        found, labels = output.values(system, terms)
+        parts.append(found.astype(terms.lag.dtype))
+        names += [f"{name} {label}".strip() for label in labels]
+    return jnp.concatenate(parts, axis=-1), tuple(names)

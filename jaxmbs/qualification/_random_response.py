@@ -1,0 +1,380 @@
+"""Response to stationary random inputs: spectra and their exact integrals over frequency."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Complex, Float
+
+from ..checks import is_concrete, no_such
+from ..errors import ModelError, UnknownNameError
+from ..linear._system import LinearSystem
+from ..math._lyapunov import lyapunov
+from ..runtime import jit
+from ..tables import format_number, table_repr
+from ..typing import ArrayLike
+from ._inputs import WhiteNoise, coherence_matrix, spectral_matrix
+from ._modal_model import ModalModel, _rate, modal_model
+from ._outputs import named_outputs
+from ._quadrature import ORDER, Quadrature, pole_quadrature
+from ._state_model import MeasuredModel
+
+#: Powers of the frequency of the spectral moments.
+POWERS = (0, 1, 2, 4)
+#: Nodes computed together.
+CHUNK = 128
+#: Halfwidth over frequency below which a mode counts as undamped.
+UNDAMPED = 1e-9
+
+
+def _table_rows(response):
+    """Summary line and table of a random response."""
+    rms, rate = np.asarray(response.rms), np.asarray(response.zero_crossing_rate)
+    rows = [
+        (name, format_number(r), format_number(3 * r), format_number(f))
+        for name, r, f in zip(response.names, rms, rate, strict=True)
+    ]
+    summary = f"{len(rows)} responses to {len(response.inputs)} random inputs"
+    return summary, [("output", "rms", "3 sigma", "zero crossings [Hz]"), *rows]
+
+
+class RandomResponse(eqx.Module):
+    """Response to random inputs; all numbers in SI units, spectra one-sided per Hz.
+
+    Attributes:
+        moments: (outputs, 4) spectral moments `integral f^n S df` for n = 0, 1, 2, 4; of white noise infinite where
+            the integral diverges, and NaN for n = 1.
+        inputs: the inputs, by name.
+        coherence: (inputs, inputs), complex.
+        model: transfer functions from inputs to outputs.
+        order: points of the quadrature by piece (static).
+    """
+
+    moments: Float[Array, "outputs 4"]
+    inputs: dict[str, Any]
+    coherence: Complex[Array, "inputs inputs"]
+    model: Any
+    order: int = eqx.field(static=True)
+
+    __repr__, _repr_html_ = table_repr(_table_rows)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return self.model.names
+
+    def place(self, name: str) -> int:
+        """Number of an output.  Raises: UnknownNameError."""
+        if name not in self.names:
+            raise UnknownNameError(no_such("output", name, self.names))
+        return self.names.index(name)
+
+    @property
+    def mean_square(self) -> Float[Array, " outputs"]:
+        """Mean squares (outputs,)."""
+        return self.moments[:, 0]
+
+    @property
+    def rms(self) -> Float[Array, " outputs"]:
+        """Roots of the mean squares (outputs,)."""
+        return _safe_sqrt(self.moments[:, 0])
+
+    @property
+    def three_sigma(self) -> Float[Array, " outputs"]:
+        """Three times the RMS (outputs,): of a normal distribution 0.27 % of the time is above."""
+        return 3.0 * self.rms
+
+    @property
+    def zero_crossing_rate(self) -> Float[Array, " outputs"]:
+        """Upward zero crossings per second (outputs,): `sqrt(m2 / m0)`."""
+        return _safe_sqrt(_quotient(self.moments[:, 2], self.moments[:, 0]))
+
+    @property
+    def peak_rate(self) -> Float[Array, " outputs"]:
+        """Peaks per second (outputs,): `sqrt(m4 / m2)`.
+
+        The fourth moment of an absolute acceleration grows with the upper end of the table, as the structure does not
+        filter it: there the rate is a property of the table.
+        """
+        return _safe_sqrt(_quotient(self.moments[:, 3], self.moments[:, 2]))
+
+    def expected_maximum(self, duration: ArrayLike) -> Float[Array, " outputs"]:
+        """Expected largest magnitude (outputs,) within a duration [s].
+
+        `rms (c + 0.5772 / c)` with `c^2 = 2 ln(2 v T)`, v the zero crossing rate.  Source: Davenport (1964).
+        """
+        count = jnp.maximum(2.0 * self.zero_crossing_rate * duration, 1.5)
+        c = jnp.sqrt(2.0 * jnp.log(count))
+        return self.rms * (c + np.euler_gamma / c)
+
+    def psd(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
+        """Power spectral densities (frequencies, outputs) at frequencies [Hz]."""
+        f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
+        found = _map_nodes(lambda f: _densities(self, f), f)
+        return found.reshape(-1, found.shape[-1])[: len(f)]
+
+    def cross_spectrum(self, first: str, second: str, frequencies: ArrayLike) -> Complex[Array, " frequencies"]:
+        """Cross-spectral density (frequencies,) of two outputs: `S_ab = H_a S H_b*`."""
+        f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
+        H = self.model.transfer(f)[:, np.array([self.place(first), self.place(second)])]
+        S = spectral_matrix(self.inputs, self.coherence, f)
+        return jnp.einsum("wi,wij,wj->w", H[:, 0], S.astype(H.dtype), jnp.conj(H[:, 1]))
+
+    def covariance(self, names: Iterable[str] | None = None) -> Float[Array, "k k"]:
+        """Covariance (k, k) of outputs, all by default; the real part of the integral of the cross-spectra."""
+        rows = np.array([self.place(name) for name in (self.names if names is None else names)], int)
+        if _is_white(self.inputs):
+            A, B, C, D = self.model.state_space()
+            return C[rows] @ _state_covariance(self, A, B) @ C[rows].T
+
+        def piece(f, w):
+            H = self.model.transfer(f)[:, rows]
+            S = spectral_matrix(self.inputs, self.coherence, f).astype(H.dtype)
+            return jnp.einsum("w,wki,wij,wlj->kl", w.astype(H.dtype), H, S, jnp.conj(H)).real
+
+        return _integrate(piece, _nodes(self))
+
+    def cumulative_rms(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
+        """RMS (frequencies, outputs) of what lies below each frequency [Hz]; exact at each of them."""
+        self._refuse_white("cumulative_rms")
+        f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
+        nodes = _nodes(self, f)
+        found = _map_nodes(lambda f: _densities(self, f), nodes.frequencies)
+        found = found.reshape(-1, found.shape[-1])[: nodes.weights.size].reshape(*nodes.weights.shape, -1)
+        parts = jnp.einsum("pw,pwk->pk", nodes.weights, found)
+        below = nodes.ends[None] <= f[:, None] * (1 + 16 * jnp.finfo(f.dtype).eps)
+        return _safe_sqrt(below.astype(f.dtype) @ parts)
+
+    def mode_shares(self) -> Float[Array, "outputs modes"]:
+        """Shares (outputs, modes) of the modes in the mean squares: `Re integral Y_k Y*`, relative to the whole.
+
+        Correlated modes may have negative shares; what is missing to 1 follows the base and forces statically.
+
+        Raises: ModelError where there are no modes: damping couples them, or the system is no LinearSystem.
+        """
+        self._refuse_white("mode_shares")
+        model = self.model
+        if not isinstance(model, ModalModel) or model.is_coupled:
+            raise ModelError(["shares of modes need a linear system whose damping does not couple the modes"])
+
+        def piece(f, w):
+            q, H = model.amplitudes(f), model.transfer(f)
+            S = spectral_matrix(self.inputs, self.coherence, f).astype(H.dtype)
+            other = jnp.einsum("w,wij,wkj->wik", w.astype(H.dtype), S, jnp.conj(H))
+            rows = model.modal_rows(_rate(f, model.loss.dtype))
+            return jnp.einsum("wkm,wmi,wik->km", rows, q, other).real[:, : model.num]
+
+        return _quotient(_integrate(piece, _nodes(self)), self.mean_square[:, None])
+
+    def _refuse_white(self, what):
+        if _is_white(self.inputs):
+            raise ModelError([f"{what} needs tables: white noise has no upper frequency"], "the question")
+
+    def von_mises_rms(self, names: Iterable[str]) -> Float[Array, ""]:
+        """RMS () of the von Mises stress of the components x y xy (plane), or x y z xy yz zx.
+
+        Three times this value is no 3 sigma: the von Mises stress is not normally distributed, but a root of a sum of
+        squares; levels of given probability lie between 2 and 3 times the RMS, by the number of independent
+        components.  Source: Segalman et al. (1998).
+        """
+        names = tuple(names)
+        if len(names) not in (3, 6):
+            raise ModelError([f"the von Mises stress has 3 or 6 components, not {len(names)}"], "the question")
+        normal = 2 if len(names) == 3 else 3
+        A = np.diag([1.0] * normal + [3.0] * (len(names) - normal))
+        A[:normal, :normal] -= 0.5 * (1 - np.eye(normal))
+        return _safe_sqrt(jnp.sum(self.covariance(names) * A))
+
+    def to_xarray(self, frequencies: ArrayLike) -> Any:
+        """An `xarray.Dataset`: `psd` over `frequency` [Hz] and `output`, and `rms` by output."""
+        import xarray
+
+        data = {
+            "psd": (("frequency", "output"), np.asarray(self.psd(frequencies))),
+            "rms": ("output", np.asarray(self.rms)),
+        }
+        return xarray.Dataset(data, {"frequency": np.asarray(frequencies), "output": list(self.names)})
+
+
+def random_response(
+    system: LinearSystem,
+    inputs: Mapping[str, Any],
+    out: Any,
+    coherence: Mapping | None = None,
+    ratios: ArrayLike | None = None,
+    loss: ArrayLike = 0.0,
+    num: int | None = None,
+    order: int = ORDER,
+) -> RandomResponse:
+    """Response of a linear system to stationary random inputs.
+
+    Args:
+        inputs: by name, `BaseAcceleration(psd_table(...), "z")` or `RandomForce(psd_table(...), {"tip z": 1.0})`.
+        out: by name, `Coordinates`, `BondForces`, `BaseForces` or `Recovery`; or names of coordinates, for their
+            absolute accelerations.
+        coherence: by pair of names of inputs, the complex coherence `S_ab / sqrt(S_a S_b)`: its squared size is the
+            ordinary coherence, its angle the phase; the other inputs are uncorrelated.
+        ratios: damping ratios of the modes, one or (modes,), in place of the system's damping.
+        loss: loss factor of the whole stiffness.
+        num: number of modes that move, default all; the others follow statically (mode acceleration).
+        order: Gauss points of each piece of the band.
+
+    Integrals over the band are exact to rounding: the pieces of the band are clustered at the poles, whatever the
+    damping.  Derivatives by all parameters are those of the integrals, also where frequencies repeat.
+
+    Raises: ModelError with every fault; for undamped modes in the band, if concrete.
+    Source: S1 (40)-(41).
+    """
+    outputs = named_outputs(out)
+    model = modal_model(system, inputs, outputs, ratios, loss, num)
+    return respond(model, inputs, coherence, order)
+
+
+def respond(model: Any, inputs: Mapping, coherence: Mapping | None, order: int = ORDER) -> RandomResponse:
+    """Response of a model with poles to inputs."""
+    _check_spectra(inputs)
+    gamma = coherence_matrix(tuple(inputs), coherence)
+    response = RandomResponse(jnp.zeros((len(model.names), len(POWERS))), dict(inputs), gamma, model, order)
+    if _is_white(inputs):
+        _check_white(model)
+        return eqx.tree_at(lambda r: r.moments, response, _white_moments(response))
+    _check_damped(model, inputs)
+    return eqx.tree_at(lambda r: r.moments, response, _moments(response))
+
+
+def _check_spectra(inputs):
+    faults = [f"input {name!r} has no spectrum" for name, given in inputs.items() if given.spectrum is None]
+    white = {isinstance(given.spectrum, WhiteNoise) for given in inputs.values()}
+    if len(white) > 1:
+        faults.append("white noise and tables do not go together: ask them one by one and add the mean squares")
+    if faults:
+        raise ModelError(faults, "the question")
+
+
+def _check_white(model):
+    cut = isinstance(model, ModalModel) and model.num < len(model.stiffness)
+    if isinstance(model, MeasuredModel) or cut or _is_unbounded(model):
+        raise ModelError(
+            [
+                "white noise needs a model with all modes (no `num`), viscous damping (no `loss`), rows with mass "
+                "and outputs relative to the base: absolute displacements and velocities of a white acceleration grow"
+            ],
+            "the question",
+        )
+
+
+def _is_unbounded(model):
+    parts = model.unbounded_parts()
+    return is_concrete(parts) and bool(_any_nonzero(parts))
+
+
+def _any_nonzero(parts):
+    return jnp.any(jnp.stack([jnp.any(part != 0) for part in parts])) if parts else jnp.zeros((), bool)
+
+
+def _is_white(inputs):
+    return any(isinstance(given.spectrum, WhiteNoise) for given in inputs.values())
+
+
+def _check_damped(model, inputs):
+    if isinstance(model, MeasuredModel):
+        return
+    p, d = model.poles()
+    tables = [given.spectrum for given in inputs.values()]
+    if not is_concrete(p, d, *[table.frequencies for table in tables]):
+        return
+    p, d = np.asarray(p), np.asarray(d)
+    low, high = min(float(t.frequencies[0]) for t in tables), max(float(t.frequencies[-1]) for t in tables)
+    lost = (p >= low) & (p <= high) & (d <= UNDAMPED * p)
+    if np.any(lost):
+        raise ModelError(
+            [
+                f"the mode at {p[lost][0]:.6g} Hz lies in the band and is not damped: its response grows without "
+                "bound.  Give `ratios`, `loss`, or the system a damping"
+            ],
+            "the question",
+        )
+
+
+def _nodes(response, more=None) -> Quadrature:
+    """Nodes of the band of all tables, cut at all their points."""
+    breaks = jnp.concatenate([given.spectrum.frequencies for given in response.inputs.values()])
+    model, low, high = response.model, jnp.min(breaks), jnp.max(breaks)
+    if isinstance(model, MeasuredModel):
+        more = model.frequencies if more is None else jnp.concatenate([model.frequencies, more])
+        p = d = jnp.ones(1, breaks.dtype)
+        d = 1e6 * high * d  # no pole between the points of the grid: the pieces are even
+    else:
+        p, d = model.poles()
+    if more is not None:
+        breaks = jnp.concatenate([breaks, jnp.clip(more, low, high)])
+    return pole_quadrature(breaks, p.astype(breaks.dtype), d.astype(breaks.dtype), response.order)
+
+
+def _densities(response, f):
+    """Spectra (frequencies, outputs) at nodes [Hz]."""
+    H = response.model.transfer(f)
+    S = spectral_matrix(response.inputs, response.coherence, f).astype(H.dtype)
+    through = jnp.einsum("wki,wij->wkj", H, S)
+    return jnp.sum(through.real * H.real + through.imag * H.imag, axis=-1)
+
+
+def _map_nodes(function, *columns):
+    """Values of a function of chunks of nodes (CHUNK,), one after the other: memory does not grow with the band."""
+    count = columns[0].size
+    size = min(CHUNK, count)
+    rows = -(-count // size)
+    padded = [
+        jnp.pad(x.reshape(-1), (0, rows * size - count), mode="edge" if k == 0 else "constant")
+        for k, x in enumerate(columns)
+    ]
+    kept = jax.checkpoint(lambda row: function(*row))
+    return lax.map(kept, tuple(x.reshape(rows, size) for x in padded))
+
+
+def _integrate(function, nodes):
+    return jnp.sum(_map_nodes(function, nodes.frequencies, nodes.weights), axis=0)
+
+
+@jit
+def _moments(response):
+    powers = jnp.asarray(POWERS)
+
+    def piece(f, w):
+        return (w[:, None] * f[:, None] ** powers.astype(f.dtype)[None]).T @ _densities(response, f)
+
+    return _integrate(piece, _nodes(response)).T
+
+
+def _state_covariance(response, A, B):
+    """Covariance (n, n) of the states under white noise; a two-sided level is half of the one-sided one."""
+    W = spectral_matrix(response.inputs, response.coherence, jnp.zeros(1))[0].real / 2
+    return lyapunov(A, B @ W.astype(B.dtype) @ B.T)
+
+
+@jit
+def _white_moments(response):
+    A, B, C, D = response.model.state_space()
+    P, found = _state_covariance(response, A, B), []
+    P = jnp.where(_any_nonzero(response.model.unbounded_parts()), jnp.nan, P)
+    finite = jnp.ones(len(C), bool)
+    for power in range(3):
+        reach = jnp.sum(jnp.abs(C), axis=1) * jnp.max(jnp.abs(B)) + jnp.sum(jnp.abs(D), axis=1)
+        finite = finite & (jnp.max(jnp.abs(D), axis=1) <= 1e3 * jnp.finfo(D.dtype).eps * reach)
+        square = jnp.einsum("ki,ij,kj->k", C, P, C) / (2 * jnp.pi) ** (2 * power)
+        found.append(jnp.where(finite, square, jnp.inf))
+        C, D = C @ A, C @ B
+    return jnp.stack([found[0], jnp.full_like(found[0], jnp.nan), *found[1:]], axis=1)
+
+
+def _safe_sqrt(x):
+    positive = x > 0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), jnp.where(jnp.isnan(x), x, 0.0))
+
+
+def _quotient(a, b):
+    return jnp.where(b == 0, 0.0, a / jnp.where(b == 0, 1.0, b))

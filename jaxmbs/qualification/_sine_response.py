@@ -1,0 +1,164 @@
+"""Sine tests: levels over frequency, responses to dwell, automatic notching, the effect of the sweep rate."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Complex, Float
+
+from ..checks import any_concrete, no_such, not_positive
+from ..errors import ModelError
+from ..linear._system import LinearSystem
+from ..runtime import jit
+from ..typing import ArrayLike
+from ._inputs import BaseAcceleration, RandomForce
+from ._modal_model import ModalModel, modal_model
+from ._outputs import named_outputs
+from ._psd import STANDARD_GRAVITY
+
+#: Units of the levels of sine tests: their size in SI units.
+SINE_UNITS = {"g": STANDARD_GRAVITY, "m/s^2": 1.0, "N": 1.0}
+
+
+class SineResponse(eqx.Module):
+    """Steady response to a sine at every frequency, and the input that remains after notching.
+
+    Attributes:
+        frequencies: (frequencies,) [Hz].
+        levels: (frequencies,) specified amplitudes [SI]; input: the notched ones.
+        response: (frequencies, outputs) complex amplitudes under the notched input.
+        limiting: (frequencies,) number of the limit that determines the input, -1 where there is no notch.
+        limits: names of the limits, names: of the outputs (static).
+        fastest_sweep: () [octaves/min] rate up to which a sweep counts as a dwell, at the sharpest resonance in the
+            band.
+    """
+
+    frequencies: Float[Array, " frequencies"]
+    levels: Float[Array, " frequencies"]
+    input: Float[Array, " frequencies"]
+    response: Complex[Array, "frequencies outputs"]
+    limiting: Array
+    fastest_sweep: Float[Array, ""]
+    limits: tuple[str, ...] = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    @property
+    def amplitudes(self) -> Float[Array, "frequencies outputs"]:
+        """Sizes (frequencies, outputs) of the responses."""
+        size = self.response.real**2 + self.response.imag**2
+        return jnp.where(size > 0, jnp.sqrt(jnp.where(size > 0, size, 1.0)), 0.0)
+
+    @property
+    def peaks(self) -> Float[Array, " outputs"]:
+        """Largest amplitudes (outputs,) over the frequencies."""
+        return jnp.max(self.amplitudes, axis=0)
+
+    @property
+    def notch_depth(self) -> Float[Array, " frequencies"]:
+        """Notched over specified input (frequencies,): 1 where there is no notch."""
+        return self.input / self.levels
+
+
+def sine_response(
+    system: LinearSystem,
+    levels: tuple[ArrayLike, ArrayLike],
+    out: Any,
+    source: BaseAcceleration | RandomForce | None = None,
+    notch: Mapping[str, ArrayLike] | None = None,
+    unit: str = "g",
+    frequencies: ArrayLike | None = None,
+    ratios: ArrayLike | None = None,
+    loss: ArrayLike = 0.0,
+    num: int | None = None,
+    points: int = 64,
+) -> SineResponse:
+    """Response of a linear system to a sine test, with automatic notching to limits of responses and loads.
+
+    Args:
+        levels: frequencies [Hz] and amplitudes of the specification, straight on log-log paper.
+        out: as of `random_response`.
+        source: direction or pattern of the input, `BaseAcceleration(None, "z")` by default.
+        notch: largest amplitude [SI] by name of an output, or of a group of outputs for each of them.
+        unit: of the levels: "g", "m/s^2" or "N".
+        frequencies: (frequencies,) [Hz] to answer at; default `points` per octave and all resonances in the band.
+        ratios, loss, num: as of `random_response`.
+
+    The response is that of a dwell.  A sweep at up to `fastest_sweep` has nearly the same one; a faster one stays
+    below it at resonances and reaches its peak late.
+
+    Raises: ModelError with every fault.  Source: S1 (40)-(41).
+    """
+    source = BaseAcceleration(None, "z") if source is None else source
+    f, level = (jnp.asarray(part, float) for part in levels)
+    outputs = named_outputs(out)
+    _check_levels(f, level, unit, source)
+    model = modal_model(system, {"sine": source}, outputs, ratios, loss, num)
+    limits = _limits(model.names, notch or {})
+    grid = _grid(model, f, points) if frequencies is None else jnp.asarray(frequencies, f.dtype)
+    inside = jnp.clip(grid, f[0], f[-1])
+    specified = jnp.exp(jnp.interp(jnp.log(inside), jnp.log(f), jnp.log(level))) * SINE_UNITS[unit]
+    gain = _gains(model, grid)
+    allowed, limiting = specified, jnp.full(grid.shape, -1)
+    for number, (_, place, limit) in enumerate(limits):
+        size = jnp.abs(gain[:, place])
+        most = jnp.where(size > 0, limit / jnp.where(size > 0, size, 1.0), jnp.inf)
+        limiting = jnp.where(most < allowed, number, limiting)
+        allowed = jnp.minimum(allowed, most)
+    response = gain * allowed[:, None].astype(gain.dtype)
+    fastest = _fastest_sweep(model, f)
+    names = tuple(name for name, _, _ in limits)
+    return SineResponse(grid, specified, allowed, response, limiting, fastest, names, model.names)
+
+
+@jit
+def _gains(model, grid):
+    return model.transfer(grid)[:, :, 0]
+
+
+def _check_levels(f, level, unit, source):
+    faults = []
+    if f.ndim != 1 or f.shape != level.shape or f.size < 2:
+        faults.append(f"levels are frequencies and as many amplitudes, not of shapes {f.shape} and {level.shape}")
+    elif not_positive(f) or not_positive(level) or any_concrete(lambda f: f[1:] <= f[:-1], f):
+        faults.append("frequencies must be positive and increasing, amplitudes positive")
+    if unit not in SINE_UNITS:
+        faults.append(f"unknown unit {unit!r}: the units are {', '.join(SINE_UNITS)}")
+    elif (unit == "N") != isinstance(source, RandomForce):
+        faults.append(f"levels in {unit} do not fit a source that is a {type(source).__name__}")
+    if faults:
+        raise ModelError(faults, "the sine test")
+
+
+def _limits(names, notch):
+    """Limits as (name of an output, its number, limit)."""
+    faults, found = [], []
+    for given, limit in notch.items():
+        own = [k for k, name in enumerate(names) if name == given or name.startswith(f"{given} ")]
+        if not own:
+            faults.append(f"notch: {no_such('output', given, names)}")
+        if not_positive(limit):
+            faults.append(f"notch: the limit of {given!r} must be positive, not {limit}")
+        found += [(names[k], k, jnp.asarray(limit, float)) for k in own]
+    if faults:
+        raise ModelError(faults, "the sine test")
+    return found
+
+
+def _grid(model: ModalModel, f, points):
+    """Frequencies at equal ratios with every resonance, and those half a bandwidth beside it."""
+    low, high = lax.stop_gradient((f[0], f[-1]))
+    resonances, widths = model.poles()
+    octaves = 10 if not_positive(low) or not any_concrete(lambda x: x > 0, low) else float(jnp.log2(high / low))
+    even = low * (high / low) ** jnp.linspace(0.0, 1.0, int(points * octaves) + 2, dtype=f.dtype)
+    beside = jnp.concatenate([resonances + k * widths for k in (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0)])
+    return jnp.sort(jnp.concatenate([even, jnp.clip(beside, low, high)]))
+
+
+def _fastest_sweep(model, f):
+    """Least `77.6 f / Q^2` octaves per minute of the resonances in the band.  Source: ISO 7626-2 (1990)."""
+    resonances, widths = model.poles()
+    inside = (resonances >= f[0]) & (resonances <= f[-1])
+    safe = jnp.where(inside, resonances, 1.0)
+    return jnp.min(jnp.where(inside, 77.6 * safe * (2 * widths / safe) ** 2, jnp.inf), initial=jnp.inf)

@@ -1,0 +1,47 @@
+"""Envelopes over load cases: values, places and cases, factors, derivatives."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.errors import ModelError
+from jaxmbs.qualification import LoadCase, load_envelope
+
+T = np.linspace(0.0, 1.0, 5)
+FIRST = np.array([[0.0, 1, -1, 2, 0], [5.0, 0, 0, -7, 0]]).T
+SECOND = np.array([[0.0, 0, 1.5, 0, -4], [0.0, 1, 0, 0, 0]]).T
+
+
+def envelope(first, second, factor=1.5):
+    names = ["bolt x", "bolt y"]
+    return load_envelope(
+        [LoadCase("lift-off", first, names, T), LoadCase("landing", second, names, T, factor=factor)]
+    )
+
+
+def test_values_places_and_cases():
+    found = envelope(FIRST, SECOND)
+    np.testing.assert_allclose(found.highest, [2.25, 5.0])
+    np.testing.assert_allclose(found.lowest, [-6.0, -7.0])
+    np.testing.assert_allclose(found.at_highest, [0.5, 0.0])
+    np.testing.assert_allclose(found.at_lowest, [1.0, 0.75])
+    assert list(np.asarray(found.case_highest)) == [1, 0] and list(np.asarray(found.case_lowest)) == [1, 0]
+    np.testing.assert_allclose(found.margins([12.0, 14.0]), [1.0, 1.0])
+    assert "landing" in str(found) and "bolt x" in str(found)
+
+
+def test_derivative_is_that_of_the_case_that_determines_it():
+    found = jax.grad(lambda x: envelope(jnp.asarray(FIRST), x).limits[0])(jnp.asarray(SECOND))
+    expected = np.zeros((5, 2))
+    expected[4, 0] = -1.5
+    np.testing.assert_allclose(found, expected)
+
+
+def test_faults():
+    with pytest.raises(ModelError, match="no load case"):
+        load_envelope([])
+    with pytest.raises(ModelError, match="two load cases"):
+        load_envelope([LoadCase("a", FIRST, ["x", "y"], T)] * 2)
+    with pytest.raises(ModelError, match="times of shape"):
+        LoadCase("a", FIRST, ["x", "y"], T[:3])

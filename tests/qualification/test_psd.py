@@ -1,0 +1,60 @@
+"""Tables of power spectral density: exact areas, units, faults."""
+
+import jax
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from jaxmbs.errors import ModelError
+from jaxmbs.qualification import WhiteNoise, psd_table
+
+from . import read_case
+
+GSFC = [20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026]
+
+
+def test_overall_level_of_the_published_spectrum():
+    values = read_case("RV2_gsfc_spectrum_oscillators")
+    table = psd_table(*GSFC)
+    np.testing.assert_allclose(table.rms / 9.80665, values["qualification spectrum: overall g rms (published 14.1)"])
+    np.testing.assert_allclose(table.scale(-10 * np.log10(2)).rms / 9.80665, 9.995388317033177, rtol=1e-12)
+
+
+def test_area_of_any_slope_against_quadrature():
+    for slope in (-1.0, -1.0 + 1e-6, -3.0, 0.0, 2.3):
+        table = psd_table([10.0, 40.0], [2.0, 2.0 * 4.0**slope], "N^2/Hz")
+        area = quad(lambda f, n=slope: 2.0 * (f / 10.0) ** n, 10.0, 40.0, epsrel=1e-13)[0]
+        np.testing.assert_allclose(table.mean_square, area, rtol=1e-12)
+        np.testing.assert_allclose(table.at([5.0, 20.0, 50.0]), [0.0, 2.0 * 2.0**slope, 0.0], rtol=1e-12)
+
+
+def test_units_and_sides():
+    one = psd_table([10.0, 40.0], [2.0, 3.0], "N^2/Hz")
+    two = psd_table([10.0, 40.0], [1.0, 1.5], "N^2/Hz", sides=2)
+    turned = psd_table(
+        [20 * np.pi, 80 * np.pi], [2.0 / (2 * np.pi), 3.0 / (2 * np.pi)], "N^2/Hz", frequency_unit="rad/s"
+    )
+    for other in (two, turned):
+        np.testing.assert_allclose(other.mean_square, one.mean_square, rtol=1e-14)
+    assert one.quantity == "force" and psd_table(*GSFC).quantity == "acceleration"
+
+
+def test_derivative_by_levels_and_frequencies():
+    def area(f, S):
+        return psd_table(f, S, "N^2/Hz").mean_square
+
+    f, S = np.array([10.0, 20.0, 45.0]), np.array([1.0, 0.5, 0.9])
+    found = jax.grad(area, (0, 1))(f, S)
+    for which in (0, 1):
+        for k in range(3):
+            step = 1e-5 * np.eye(3)[k]
+            more, less = [(f + s, S) if which == 0 else (f, S + s) for s in (step, -step)]
+            np.testing.assert_allclose(found[which][k], (area(*more) - area(*less)) / 2e-5, rtol=1e-8)
+
+
+def test_all_faults_in_one_report():
+    with pytest.raises(ModelError) as error:
+        psd_table([20.0, 10.0], [1.0, -1.0], "g/Hz", frequency_unit="rpm", sides=3)
+    assert len(error.value.faults) == 5
+    with pytest.raises(ModelError, match="positive"):
+        WhiteNoise(0.0)

@@ -1,0 +1,41 @@
+"""Sine tests: amplification of an oscillator, notches to a limit, their derivative."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmbs.errors import ModelError
+from jaxmbs.qualification import Coordinates, sine_response
+
+from .test_random_response import oscillator
+
+pytestmark = pytest.mark.long
+OUT = {"a": Coordinates("m z")}
+LEVELS = [5.0, 100.0], [1.0, 1.0]
+
+
+def test_amplification_and_notch():
+    found = sine_response(oscillator(40.0), LEVELS, OUT)
+    np.testing.assert_allclose(jnp.max(found.amplitudes), 9.80665 * np.sqrt(101) * 1.0, rtol=2e-3)
+    assert np.all(np.asarray(found.limiting) == -1) and np.all(found.notch_depth == 1.0)
+    limited = sine_response(oscillator(40.0), LEVELS, OUT, notch={"a": 50.0})
+    np.testing.assert_allclose(limited.peaks[0], 50.0, rtol=1e-12)
+    inside = np.asarray(limited.limiting) == 0
+    np.testing.assert_allclose(limited.amplitudes[inside, 0], 50.0, rtol=1e-12)
+    np.testing.assert_allclose(limited.notch_depth[~inside], 1.0)
+    np.testing.assert_allclose(limited.fastest_sweep, 77.6 * 40.0 / 100, rtol=2e-3)
+
+
+def test_derivative_of_a_notched_input():
+    def level(f):
+        return sine_response(oscillator(f), LEVELS, OUT, notch={"a": 50.0}, frequencies=jnp.array([41.0])).input[0]
+
+    np.testing.assert_allclose(jax.grad(level)(40.0), (level(40.001) - level(39.999)) / 0.002, rtol=1e-6)
+
+
+def test_faults():
+    with pytest.raises(ModelError, match="did you mean|there is no output"):
+        sine_response(oscillator(40.0), LEVELS, OUT, notch={"b": 50.0})
+    with pytest.raises(ModelError, match="unknown unit"):
+        sine_response(oscillator(40.0), LEVELS, OUT, unit="dB")
