@@ -29,6 +29,7 @@ NAMES = (
     "wishbone_limits",
     "published_decks",
     "hydraulic_arm",
+    "contact",
 )
 
 

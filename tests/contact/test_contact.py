@@ -90,7 +90,7 @@ def test_energy_and_dissipation(name):
 
 @parametrise
 def test_derivatives_in_every_regime(name):
-    """To 1e-8 of differences; grazing, the force starts with the sixth power of the depth, so that steps are short."""
+    """To 1e-8 of differences; grazing, steps are short, as the force starts with a high power."""
     for depth, speed in itertools.product(DEPTHS, SPEEDS):
         R, d = pose(name, depth)
         steps = np.r_[np.full(3, 1e-8 if depth == 0.0 else 2e-6), np.full(6, 2e-5 if speed < 0.1 else 2e-3)]

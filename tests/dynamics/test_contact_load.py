@@ -11,7 +11,7 @@ K, A, MU, WEAR, RADIUS = 1e7, 0.4, 0.3, 2e-15, 0.05
 
 def model(pair, **options):
     b = mbs.SystemBuilder()
-    b.body("part", 1.0)
+    b.body("part", 1.0, inertia=1e-3)
     b.joint("part", mbs.Free(), "ground", "part")
     b.contact("touch", pair, "part", "ground", HuntCrossley(K, 1.5, A), DryFriction(MU, 1.0, 1e-3), **options)
     return b.build()
