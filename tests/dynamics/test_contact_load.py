@@ -20,7 +20,7 @@ def model(pair, **options):
 def test_a_sliding_ball():
     system, depth = model(SphereOnPlane(RADIUS), wear=WEAR), 1e-4
     state = mbs.State.at(
-        system, {"part": (0.0, 0.0, RADIUS - depth, 1.0, 0.0, 0.0, 0.0)}, {"part": (0.0, 0.0, 0.0, 0.3, 0.4, -0.02)}
+        system, {"part": (0.0, 0.0, RADIUS - depth, 1.0, 0.0, 0.0, 0.0)}, {"part": (0.3, 0.4, -0.02, 0.0, 0.0, 0.0)}
     )
     found = mbs.dynamics.contact_load(system, state, "touch")
     sliding = np.asarray(found.sliding[0])
@@ -40,7 +40,7 @@ def test_a_turning_journal_and_one_apart():
     """A journal rubs at its radius; apart all loads are zero."""
     pair = JournalInBush(0.01, 1e-3, 0.02, sections=1)
     system, depth = model(pair, wear=WEAR), 1e-4
-    velocities = {"part": (0.0, 0.0, 50.0, 0.0, 0.0, 0.0)}
+    velocities = {"part": (0.0, 0.0, 0.0, 0.0, 0.0, 50.0)}
     pressed = mbs.State.at(system, {"part": (1e-3 + depth, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}, velocities)
     found = mbs.dynamics.contact_load(system, pressed, "touch")
     speed, normal = 50.0 * (0.01 - depth / 2), K * depth**1.5
