@@ -30,6 +30,7 @@ NAMES = (
     "published_decks",
     "hydraulic_arm",
     "states",
+    "contact",
 )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..checks import any_concrete, faults_if, negative
 from ..forces._fields import number, value_faults
+from ..forces._one_sided import one_sided, one_sided_slope
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 
 _SOFT = 0.05  # damping factor below which it bends smoothly to zero, where bodies would be drawn together
@@ -19,7 +20,7 @@ class HuntCrossley(eqx.Module):
     """Normal force `k d^n (1 + a rate of d)` of the depth d, never a pull.
 
     For n = 1.5 and `hertz_stiffness` it is the contact of Hertz.  The force has no jump, and its derivative has none
-    for n > 1.  With a `transition` it starts by a smooth depth, twice differentiable: 0 at the touch, the depth less
+    for n > 1.  With a `transition` it starts by a smooth depth with three derivatives: 0 at the touch, the depth less
     half the transition beyond it.  Use it where n = 1, or where second derivatives are wanted.
 
     The damping leaves from an impact at speed v the share `restitution(v)` of it, about `1 - 2 a v / 3`.
@@ -46,7 +47,7 @@ class HuntCrossley(eqx.Module):
     def force(self, depth: ScalarLike, rate: ScalarLike) -> Scalar:
         """Force [N] that presses the bodies apart, at a depth [m] and its rate [m/s]."""
         smooth, slope = self._smooth_depth(depth)
-        return self.stiffness * _power(smooth, self.exponent) * slope * _not_negative(1.0 + self.damping * rate)
+        return self.stiffness * _power(smooth, self.exponent) * slope * one_sided(1.0 + self.damping * rate, _SOFT)
 
     def restitution(self, speed: ArrayLike) -> jax.Array:
         """Coefficient of restitution (...) of a free impact at a speed of approach (...) >= 0 [m/s].
@@ -78,12 +79,12 @@ class HuntCrossley(eqx.Module):
 
     def _smooth_depth(self, depth):
         """The smooth depth and its derivative by the depth."""
-        width = self.transition
-        within = (depth > 0) & (depth < width)
-        u = jnp.where(within, depth / jnp.where(within, width, 1.0), 0.0)
-        beyond = (depth > 0) & ~within
-        smooth = jnp.where(beyond, depth - width / 2, width * u**3 * (1.0 - u / 2))
-        return smooth, jnp.where(beyond, 1.0, u**2 * (3.0 - 2.0 * u))
+        half = self.transition / 2
+        is_smooth = half > 0
+        safe = jnp.where(is_smooth, half, 1.0)
+        beyond, sharp = depth - half, depth > 0
+        smooth = jnp.where(is_smooth, one_sided(beyond, safe), jnp.where(sharp, beyond, 0.0))
+        return smooth, jnp.where(is_smooth, one_sided_slope(beyond, safe), jnp.where(sharp, 1.0, 0.0))
 
 
 def hertz_stiffness(
@@ -118,10 +119,3 @@ def _power(depth, exponent):
     """`max(depth, 0) ** exponent` with finite derivatives in both, also apart."""
     touching = depth > 0
     return jnp.where(touching, jnp.where(touching, depth, 1.0) ** exponent, 0.0)
-
-
-def _not_negative(factor):
-    """max(factor, 0), twice differentiable by a quartic of half width `_SOFT` about zero."""
-    u = jnp.clip(factor / _SOFT, -1.0, 1.0)
-    blend = _SOFT / 16 * (3.0 + u * (8.0 + u * (6.0 - u * u)))
-    return jnp.where(factor > _SOFT, factor, blend)

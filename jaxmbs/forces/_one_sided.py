@@ -6,24 +6,20 @@ from jax import Array
 
 def one_sided(x, width) -> Array:
     """`max(x, 0)` with a smooth corner: exact for |x| >= width, C3 between; `f(x) - f(-x) = x`."""
-    y = _inside(x, width)
-    bend = width * (y / 2 + 15 / 16 * y**2 * (1 / 2 - y**2 / 6 + y**4 / 30) + 5 / 32)
-    return jnp.where(x >= width, x, jnp.where(x <= -width, 0.0, bend))
+    p = _share(x, width)
+    return jnp.where(x >= width, x, 2.0 * width * p**4 * (2.5 + p * (p - 3.0)))
 
 
 def one_sided_slope(x, width) -> Array:
     """Derivative of `one_sided`, from 0 to 1."""
-    y = _inside(x, width)
-    bend = 1 / 2 + 15 / 16 * y * (1 - 2 * y**2 / 3 + y**4 / 5)
-    return jnp.where(x >= width, 1.0, jnp.where(x <= -width, 0.0, bend))
+    p = _share(x, width)
+    return p**3 * (10.0 + p * (6.0 * p - 15.0))
 
 
 def one_sided_integral(x, width) -> Array:
     """Integral of `one_sided` from minus infinity."""
-    y = _inside(x, width)
-    bend = y**2 / 4 + 15 / 16 * y**3 * (1 / 6 - y**2 / 30 + y**4 / 210) + 5 / 32 * y + 1 / 28
-    above = x**2 / 2 + width**2 / 14
-    return jnp.where(x >= width, above, jnp.where(x <= -width, 0.0, width**2 * bend))
+    p = _share(x, width)
+    return jnp.where(x >= width, x**2 / 2 + width**2 / 14, 4.0 * width**2 * p**5 * (0.5 + p * (p / 7 - 0.5)))
 
 
 def passive_sum(elastic, resisting) -> Array:
@@ -36,7 +32,7 @@ def passive_sum(elastic, resisting) -> Array:
     return jnp.where(width > 0, one_sided(elastic + resisting, safe), 0.0)
 
 
-def _inside(x, width):
-    """x / width, held between -1 and 1 so that no branch overflows."""
+def _share(x, width):
+    """Part of the bend from -width to width that lies below x, from 0 to 1; no branch overflows."""
     y = x / width
-    return jnp.where(jnp.abs(y) < 1.0, y, jnp.sign(y))
+    return 0.5 * (1.0 + jnp.where(jnp.abs(y) < 1.0, y, jnp.sign(y)))
