@@ -1,7 +1,7 @@
 """Friction of joints from their own loads: a four-bar with no, one and four rubbing joints, and case FR2.
 
-Of the four-bar: one rate, one step and one motion, its first call, and its gradient; of FR2 the torque of the drive at
-every degree of a turn, a thousand turns in all, with its derivative by the coefficient of friction.
+Of the four-bar: one rate, one step and one motion, its first call, and its gradient; of FR2 the torque of the drive
+at 36 angles of each of a thousand turns, with its derivative by the coefficient of friction.
 """
 
 import common
@@ -71,9 +71,7 @@ def four_bar_rows(rounds):
             common.row(case, "one step", step[name], "s CPU", plain, step[plain], "<=2"),
             common.row(case, "motion", seconds[name, "motion"], "s CPU", plain, seconds[plain, "motion"], "<=2"),
             common.row(case, "first call", first_call[name], "s CPU", plain, first_call[plain], "<=1.5"),
-            common.row(
-                case, "gradient", seconds[name, "gradient"], "s CPU", "value", seconds[name, "motion"], "<=4"
-            ),
+            common.row(case, "gradient", seconds[name, "gradient"], "s CPU", "value", seconds[name, "motion"], "<=4"),
         ]
     return rows
 

@@ -6,6 +6,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..forces._fields import number, value_faults
+from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed
 from ..typing import ArrayLike, Scalar
 
 
@@ -48,8 +49,8 @@ class DryFriction(eqx.Module):
         s, rise = self.transition_speed, self.static_ratio - 1.0
         square = jnp.sum(velocity * velocity) / s**2
         if self.model == "coulomb":
-            return self.mu / s * (1.0 + rise * jnp.exp(-square / 100.0)) * _tanh_over(square)
-        return self.mu / s * (4.0 * _tanh_over(16.0 * square) + rise / (square / 4.0 + 0.75) ** 2)
+            return self.mu / s * coulomb_over_speed(square, rise)
+        return self.mu / s * brown_mcphee_over_speed(square, rise)
 
     def faults(self) -> list[str]:
         """It dissipates."""
@@ -58,11 +59,3 @@ class DryFriction(eqx.Module):
             (any_concrete(lambda r: r < 1, self.static_ratio), "static_ratio must be at least 1"),
             (not_positive(self.transition_speed), "transition_speed must be positive"),
         )
-
-
-def _tanh_over(square):
-    """`tanh(x) / x` of the square of x, with its derivatives at zero."""
-    small = square < 1e-3
-    x = jnp.sqrt(jnp.where(small, 1.0, square))
-    series = 1.0 - square * (1 / 3 - square * (2 / 15 - square * (17 / 315 - square * (62 / 2835))))
-    return jnp.where(small, series, jnp.tanh(x) / x)
