@@ -75,7 +75,8 @@ FACES = {
         runtime save_model signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
-        Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes
+        Equilibrium ImpendingMotion Linearisation StateSpace Stiffness equilibrium frequency_response
+        impending_motion linearise modes
         stiffness
     """,
     "jaxmbs.blocksparse": """
