@@ -38,7 +38,7 @@ class FrictionLoads(eqx.Module):
             universal joint.  NaN where the mechanism jams.
         efforts: (..., n) [N or N m] of the friction along the joint's freedoms, on the child; of a planar joint along
             the axes of its parent.
-        powers: (...) [W], never positive.
+        powers: (...) [W], never positive but where bristles spring back.
         contraction: (...) spectral radius of the derivative of the loads by the loads: from 1 on they have no unique
             solution.
         jammed: (...) true for the joints whose loads have none, as those of a drawer pulled at its corner.
