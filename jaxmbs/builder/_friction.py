@@ -39,6 +39,8 @@ def friction_faults(item: Friction, joints: dict[str, Joint], others: dict[str, 
             f"got {item.model!r}"
         )
     else:
+        shapes = {name: np.shape(value) for name, value in vars(item.model).items()}
+        found += [f"{where}: {name} must be one number, got shape {s}" for name, s in shapes.items() if s]
         found += [f"{where}: {fault}" for fault in item.model.faults()]
     twice = [other.name for other in others.values() if other.joint == item.joint and other is not item]
     if twice:
