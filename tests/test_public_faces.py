@@ -77,7 +77,8 @@ FACES = {
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
-        Equilibrium Linearisation StateSpace Stiffness equilibrium frequency_response linearise modes
+        Equilibrium ImpendingMotion Linearisation StateSpace Stiffness equilibrium frequency_response
+        impending_motion linearise modes
         stiffness
     """,
     "jaxmbs.blocksparse": """
@@ -128,12 +129,13 @@ FACES = {
         interface_loads mass_properties stiffening
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw
-        AbstractScalarLaw AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw
-        AbstractSystemStateLaw Actuator AirSpring Attachment BumpStop Bushing Cable Constant CoulombFriction
-        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder
-        InternalState LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Sheave Spline SpringDamper Step
-        Table Torque WrapCylinder WrapSphere Wrench Zener
+        AbstractBodyLaw AbstractBodyStateLaw AbstractJointFriction AbstractLaw AbstractPathLaw
+        AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw AbstractScalarStateLaw AbstractSignal
+        AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
+        BearingFriction BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic
+        ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState
+        JointLuGre LuGre Maxwell Motor PD Polynomial Prony PronyBushing Ramp Sheave SmoothCoulomb Spline
+        SpringDamper Step Table Torque WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.hydraulics": """
         AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump

@@ -1,17 +1,20 @@
 """Analyses of a mechanism at a state: equilibrium, linearisation, modes, frequency response, stiffness."""
 
 from ._equilibrium import Equilibrium, equilibrium
+from ._impending_motion import ImpendingMotion, impending_motion
 from ._linearise import Linearisation, StateSpace, frequency_response, linearise
 from ._mechanism_modes import modes
 from ._stiffness import Stiffness, stiffness
 
 __all__ = [
     "Equilibrium",
+    "ImpendingMotion",
     "Linearisation",
     "StateSpace",
     "Stiffness",
     "equilibrium",
     "frequency_response",
+    "impending_motion",
     "linearise",
     "modes",
     "stiffness",

@@ -11,6 +11,7 @@ from ..forces._ports import JointPort, PathPort, port_of
 from ..forces._signals import as_signal
 from ..forces._state_laws import internal_layout
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
+from ..model._friction import bristle_groups
 from ..model._internal_states import internal_records
 from ..model._pose import Pose
 from ..model._rows import CoupledJoints, Drive, UserPositionRows, UserVelocityRows
@@ -68,6 +69,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
     record = {r.name: r for r in records}
     measures = make_measures(model, lambda name, body, pose: frames.add(name, body, rotation_and_position(pose)))
     blocks = make_blocks(model)
+    rubbing = joint_friction_of(model.friction, joints, record)
     force_groups = _force_groups(model.forces, frames, record, bodies, named)
     closures, rows, row_names, slip_rows = _constraint_groups(
         model.constraints, joints, cuts, record, frames, bodies, named
@@ -90,7 +92,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         row_joint=row_names,
         slip_rows=slip_rows,
         guess=tuple((name, tuple(np.atleast_1d(x).astype(float).tolist())) for name, x in (guess or {}).items()),
-        internal=internal_records((*force_groups, *blocks)),
+        internal=internal_records((*force_groups, *bristle_groups(rubbing), *blocks)),
     )
     return System(
         topology=topology,
@@ -108,7 +110,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         measures=measures,
         blocks=blocks,
         elastic=elastic_groups(_group_by_structure(elastic_items(model.elastic, index, record))),
-        friction=joint_friction_of(model.friction, joints, record),
+        friction=rubbing,
     )
 
 

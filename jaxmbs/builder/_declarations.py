@@ -12,6 +12,7 @@ from jax import Array
 
 from ..blocks import AbstractBlock
 from ..forces._base import AbstractLaw
+from ..forces._joint_friction_models import AbstractJointFriction, SmoothCoulomb
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import AbstractClosure, Coupler, PositionRows, VelocityRows
 from ..joints._base import AbstractJoint
@@ -88,6 +89,7 @@ class Friction:
     preload: Annotated[Any, ArrayLike] = 0.0
     transition_speed: Annotated[Any, ArrayLike] = 0.01
     length: Annotated[Any, ArrayLike | None] = None
+    model: Annotated[Any, AbstractJointFriction] = field(default_factory=SmoothCoulomb)
 
 
 @dataclass

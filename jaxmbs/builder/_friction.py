@@ -3,6 +3,8 @@
 import numpy as np
 
 from ..checks import any_concrete, is_concrete, no_such
+from ..forces import AbstractJointFriction
+from ..kinematics._friction_surfaces import SURFACES
 from ..model._friction import JointFriction
 from ._arrays import stack, to_numpy
 from ._declarations import Friction, Joint
@@ -31,6 +33,15 @@ def friction_faults(item: Friction, joints: dict[str, Joint], others: dict[str, 
         found.append(f"{where}: joint {item.joint!r} is a Prismatic, which does not turn; leave radius out")
     if kind not in _HAVE_LENGTH and item.length is not None:
         found.append(f"{where}: joint {item.joint!r} is a {kind}, whose friction has no length; leave it out")
+    if not isinstance(item.model, AbstractJointFriction):
+        found.append(
+            f"{where}: model must be a SmoothCoulomb, BrownMcPhee, BearingFriction or JointLuGre of jaxmbs.forces, "
+            f"got {item.model!r}"
+        )
+    else:
+        shapes = {name: np.shape(value) for name, value in vars(item.model).items()}
+        found += [f"{where}: {name} must be one number, got shape {s}" for name, s in shapes.items() if s]
+        found += [f"{where}: {fault}" for fault in item.model.faults()]
     twice = [other.name for other in others.values() if other.joint == item.joint and other is not item]
     if twice:
         found.append(f"{where}: joint {item.joint!r} has the friction {twice[0]!r} already")
@@ -80,6 +91,9 @@ def joint_friction_of(friction: dict[str, Friction], joints: dict[str, Joint], r
         given = [getattr(item, field) for item in items]
         return stack([default if value is None else value for value in given], float)
 
+    def own(field, default=0.0):
+        return stack([item.model.numbers().get(field, default) for item in items], float)
+
     return JointFriction(
         names=names,
         joints=tuple(index[item.joint] for item in items),
@@ -96,6 +110,15 @@ def joint_friction_of(friction: dict[str, Friction], joints: dict[str, Joint], r
         preload=numbers("preload"),
         transition_speed=numbers("transition_speed"),
         pitch=stack([joints[item.joint].kind.lead() for item in items], float),
+        models=tuple(item.model.key for item in items),
+        bristle_sizes=tuple(
+            len(SURFACES[kind].slips) if item.model.key == "lugre" else 0
+            for kind, item in zip(kinds, items, strict=True)
+        ),
+        viscous=own("viscous"),
+        seal=own("seal"),
+        stiffness=own("stiffness", 1.0),
+        damping=own("damping"),
     )
 
 

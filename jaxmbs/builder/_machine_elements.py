@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 
 from ..contact import AbstractPair, Contact, DryFriction, HuntCrossley
-from ..forces import GearPair
+from ..forces import AbstractJointFriction, GearPair, SmoothCoulomb
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
@@ -51,6 +51,7 @@ class MachineElements:
         preload: ArrayLike = 0.0,
         transition_speed: ArrayLike = 0.01,
         length: ArrayLike | None = None,
+        model: WordedError[AbstractJointFriction | None] = None,
     ) -> None:
         """Friction of a joint, from the load N that the joint itself carries.
 
@@ -69,10 +70,13 @@ class MachineElements:
             length: between the two ends of the bearing, centred at the joint's frame on the child [m]; moments across
                 the axis then load both ends, and an axial force loads the collar of a pin.  Of a Planar, the side of
                 its square pad.  By default moments and, on a pin, axial forces do not rub.
+            model: `forces.SmoothCoulomb`, which is the default and the equation above, `forces.BrownMcPhee`,
+                `forces.BearingFriction`, or `forces.JointLuGre`, which holds at rest.
 
         `jaxmbs.dynamics.joint_friction` gives the loads and whether they are unique.
         """
         item = declared.Friction(name, joint, mu, static_ratio, radius, preload, transition_speed, length)
+        item.model = SmoothCoulomb() if model is None else model
         self._add("friction", self._model.friction, item)
 
     def contact(

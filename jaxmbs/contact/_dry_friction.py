@@ -5,8 +5,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative, not_positive
-from ..forces._brown_mcphee import brown_mcphee, smooth_coulomb
 from ..forces._fields import number, value_faults
+from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed
 from ..typing import ArrayLike, Scalar
 
 
@@ -46,9 +46,11 @@ class DryFriction(eqx.Module):
 
     def resistance(self, velocity: Float[Array, " 3"]) -> Scalar:
         """Friction over normal force and speed [s/m], at a sliding velocity (3,) [m/s]."""
-        curve = smooth_coulomb if self.model == "coulomb" else brown_mcphee
-        square = jnp.sum(velocity * velocity) / self.transition_speed**2
-        return self.mu / self.transition_speed * curve(square, self.static_ratio)
+        s, rise = self.transition_speed, self.static_ratio - 1.0
+        square = jnp.sum(velocity * velocity) / s**2
+        if self.model == "coulomb":
+            return self.mu / s * coulomb_over_speed(square, rise)
+        return self.mu / s * brown_mcphee_over_speed(square, rise)
 
     def faults(self) -> list[str]:
         """It dissipates."""

@@ -11,13 +11,13 @@ from ..errors import ModelError
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
+from ..kinematics._friction_surfaces import SURFACES, surface_rows
 from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
 from ..math._linalg import few_columns
 from ..model._entry_points import state_function
 from ..model._system import System
 from ..runtime import segment_sum_static
-from ._friction_surfaces import SURFACES, surface_rows
 from ._joint_friction import FrictionSolution, carriers, joint_axes
 from ._newton_euler import motion_with_friction, saddle_solver
 from ._normal_loads import spectral_radius
@@ -38,7 +38,7 @@ class FrictionLoads(eqx.Module):
             universal joint.  NaN where the mechanism jams.
         efforts: (..., n) [N or N m] of the friction along the joint's freedoms, on the child; of a planar joint along
             the axes of its parent.
-        powers: (...) [W], never positive.
+        powers: (...) [W], never positive but where bristles spring back.
         contraction: (...) spectral radius of the derivative of the loads by the loads: from 1 on they have no unique
             solution.
         jammed: (...) true for the joints whose loads have none, as those of a drawer pulled at its corner.

@@ -16,9 +16,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed, tanh_over
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
-from ..kinematics._poses import frame_twists
+from ..kinematics._friction_surfaces import surface_rows
+from ..kinematics._slips import bristle_rates, bristle_slips, slips_of
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import few_columns
 from ..math._spatial import cross
@@ -26,32 +28,29 @@ from ..model._friction import JointFriction
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
-from ._friction_surfaces import surface_rows
 from ._loads import Loads
 from ._normal_loads import LoadMap, NormalLoads, normal_loads
 
-#: The bump of static friction fades over so many transition speeds, as that of `CoulombFriction`.
-_BUMP = 10.0
-
 
 class Rubbing(NamedTuple):
-    """Surfaces at a configuration.
+    """Surfaces at a configuration.  Friction is resistance times a unit, which for the smooth models is the slip and
+    for bristles what their bend and its rate give per unit load.
 
     Attributes:
         bears: (loads, 6) components of the loads per world wrench of the joint on its child.
-        wrench: (n, 6) world wrench of the friction on the child per unit load.
+        wrench: (n, 6) world wrench of the friction on the child per unit resistance.
         efforts: (n, nv) of it on the columns of the tree.
-        slip: (slips,) components of the slip [m/s]; speed: (n,) their magnitudes squared; grip: (n,) friction over
-            load, per unit slip [s/m].
-        thread: (n,) what friction adds to the normal load of a screw's thread, per unit load; zero for all others.
+        power: (n,) of it, per unit resistance.
+        grip: (n,) resistance over load; own: (n,) resistance that follows no load.
+        thread: (n,) what friction adds to the normal load of a screw's thread, per unit resistance; zero for others.
     """
 
     bears: Array
     wrench: Array
     efforts: Array
-    slip: Array
-    speed: Array
+    power: Array
     grip: Array
+    own: Array
     thread: Array
 
 
@@ -72,48 +71,41 @@ class FrictionSolution(NamedTuple):
 
 def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     """The surfaces of all joints at a configuration with velocities."""
-    f, dtype = system.friction, at.u.dtype
-    rows = surface_rows(f.kinds, dtype)
-    arm = jnp.where(rows.is_thread, f.radius, 1.0)
-    lean = jnp.hypot(arm, f.pitch)
-    cosine, sine = arm / lean, f.pitch / lean  # of the angle of a thread; one and zero for all others
-    of, on = rows.surface_of_load, rows.surface_of_slip
-    bears = rows.load / gather_static(cosine, of)[:, None]
-    bears = bears + rows.load_by_length / gather_static(f.length, of)[:, None]
-    slips = rows.slip + gather_static(f.radius * cosine, on)[:, None] * rows.slip_by_radius
-    slips = slips + gather_static(sine, on)[:, None] * (np.eye(1, 6, 5) * rows.is_thread[on][:, None]).astype(dtype)
-    first, second = _in_world(f, at, np.concatenate([of, on]), jnp.concatenate([bears, slips]).astype(dtype))
-    m = len(of)
-    bears = jnp.concatenate([first[:m], second[:m] + cross(gather_static(at.x, _of(f.points, of)), first[:m])], 1)
-    turns, slides = first[m:], second[m:]
-    slips = jnp.concatenate([turns + cross(gather_static(at.x, _of(f.points, on)), slides), slides], axis=1)
-    frames = frame_twists(system, at.V)
-    twist = gather_static(frames, _of(f.children, on)) - gather_static(frames, _of(f.parents, on))
-    slip = jnp.sum(slips * twist, axis=1)
-    speed = segment_sum_static(slip * slip, on, len(f.joints))
-    grip = _grip(f, speed)
-    friction = -gather_static(grip, on) * slip
-    wrench = segment_sum_static(friction[:, None] * slips, on, len(f.joints))
+    f, dtype, found = system.friction, at.u.dtype, slips_of(system, at)
+    on, number = found.rows.surface_of_slip, len(f.joints)
+    grip, own = _resistance(f, found.square)
+    unit = -found.slip
+    if f.bristles is not None:
+        places = bristle_slips(f)
+        mine = on[places]
+        force = gather_static(f.stiffness, mine) * f.bristles
+        force = force + gather_static(f.damping, mine) * bristle_rates(f, found)
+        force = force + gather_static(f.viscous, mine) * gather_static(found.slip, places)
+        unit = unit.at[places].set(-force)
+    wrench = segment_sum_static(unit[:, None] * found.directions, on, number)
     path = jnp.asarray(_paths(system.topology, f.children) - _paths(system.topology, f.parents), dtype)
     efforts = jnp.sum(wrench[:, None, :] * at.S[None], axis=2) * path
     # the axial force is that of the thread's normal and of its friction: n = F / cos - f tan
-    thread = -segment_sum_static(friction, on, len(f.joints)) * sine / cosine
-    return Rubbing(bears, wrench, efforts, slip, speed, grip, thread)
+    thread = -segment_sum_static(unit, on, number) * found.tangent
+    power = segment_sum_static(unit * found.slip, on, number)
+    return Rubbing(found.bears, wrench, efforts, power, grip, own, thread)
 
 
-def _of(frames, surfaces):
-    """Frames of the surfaces."""
-    return np.asarray(frames)[surfaces]
-
-
-def _in_world(f: JointFriction, at, surfaces, rows):
-    """World components of the two vectors (k, 3) of rows (k, 6) in the axes of their surfaces."""
-    basis = gather_static(f.basis.astype(rows.dtype), surfaces)
-    R = gather_static(at.R, _of(f.axes, surfaces))
-    both = rows.reshape(-1, 2, 1, 3)
-    inner = jnp.sum(basis[:, None] * both, axis=3)
-    both = jnp.sum(R[:, None] * inner[:, :, None, :], axis=3)
-    return both[:, 0], both[:, 1]
+def _resistance(f: JointFriction, square):
+    """Friction over load and slip (n,) [s/m], and friction over slip that follows no load (n,) [N s/m], from squared
+    slips (n,); of bristles one and zero."""
+    scaled, rise = square / f.transition_speed**2, f.static_ratio - 1.0
+    models = np.array(f.models)
+    grip = f.mu / f.transition_speed * coulomb_over_speed(scaled, rise)
+    if "brown-mcphee" in f.models:
+        other = f.mu / f.transition_speed * brown_mcphee_over_speed(scaled, rise)
+        grip = jnp.where(models == "brown-mcphee", other, grip)
+    if "lugre" in f.models:
+        grip = jnp.where(models == "lugre", 1.0, grip)
+    own = jnp.zeros_like(square)
+    if "bearing" in f.models:
+        own = jnp.where(models == "bearing", f.viscous + f.seal / f.transition_speed * tanh_over(scaled), own)
+    return grip, own
 
 
 def joint_axes(f: JointFriction, at, wrench):
@@ -121,16 +113,6 @@ def joint_axes(f: JointFriction, at, wrench):
     R = gather_static(at.R, f.axes) @ f.basis.astype(wrench.dtype)
     moment = wrench[:, :3] - cross(gather_static(at.x, f.points), wrench[:, 3:])
     return jnp.einsum("nji,nj->ni", R, moment), jnp.einsum("nji,nj->ni", R, wrench[:, 3:])
-
-
-def _grip(f: JointFriction, speed):
-    """Friction over load and slip (n,) from squared speeds (n,): mu tanh(s / v) (1 + bump) / s, smooth at rest."""
-    square = speed / f.transition_speed**2
-    small = square < 1e-4  # four terms are exact to rounding there
-    root = jnp.sqrt(jnp.where(small, 1.0, square))
-    series = 1.0 - square * (1.0 / 3.0 - square * (2.0 / 15.0 - square * (17.0 / 315.0)))
-    along = jnp.where(small, series, jnp.tanh(root) / root) / f.transition_speed
-    return f.mu * along * (1.0 + (f.static_ratio - 1.0) * jnp.exp(-square / _BUMP**2))
 
 
 def _paths(top, frames):
@@ -180,7 +162,7 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     Args:
         at: `closures.with_directions`; F (nodes, 6): wrenches of the force elements.
         a (1 + n, nv), multipliers (1 + n, rows): of the motion without friction, and of each surface's friction alone
-            per unit load.
+            per unit resistance.
     """
     f, to, dtype = system.friction, carriers(system), a.dtype
     targets, top = node_targets(system), system.topology
@@ -204,26 +186,28 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     loads = jnp.sum(rub.bears[:, None] * carried, axis=2)
     own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of].astype(dtype)
     thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
+    moved = loads[:, 1:] + own + thread  # by each surface's unit resistance
     found = normal_loads(
         LoadMap.of(
-            loads[:, 0],
-            loads[:, 1:] + own + thread,
+            loads[:, 0] + jnp.sum(moved * rub.own[None], axis=1),
+            moved * rub.grip[None],
             f.preload,
             np.arange(rows.patch_of_load.max() + 1)[:, None] == rows.patch_of_load[None],
             np.arange(len(f.joints))[:, None] == rows.surface_of_patch[None],
         )
     )
     total = found.load + f.preload
+    resistance = rub.grip * total + rub.own
     return FrictionSolution(
-        a[0] + total @ a[1:],
-        multipliers[0] + total @ multipliers[1:],
+        a[0] + resistance @ a[1:],
+        multipliers[0] + resistance @ multipliers[1:],
         jnp.zeros_like(multipliers[0]),
         rub,
         found,
         total,
-        total[:, None] * rub.wrench,
-        total[:, None] * rub.efforts,
-        -total * rub.grip * rub.speed,
+        resistance[:, None] * rub.wrench,
+        resistance[:, None] * rub.efforts,
+        resistance * rub.power,
     )
 
 

@@ -91,18 +91,20 @@ def normal_loads(loads: LoadMap) -> NormalLoads:
 
     def newton(_, N):
         start = (0, N, *fixed.value_and_slope(N), jnp.zeros((), bool))
-        return lax.while_loop(lambda carry: ~carry[4] & (carry[0] < _MOST_STEPS), step, start)[1]
+        _, N, value, slope, _ = lax.while_loop(lambda carry: ~carry[4] & (carry[0] < _MOST_STEPS), step, start)
+        return N, (value, slope)
 
     def tangent(linear, y):
         return solve_small(jax.jacobian(linear)(jnp.zeros_like(y)), y)
 
-    N = lax.custom_root(lambda N: loads.value(N) - N, fixed.value(-loads.preload), newton, tangent)
-    solved = lax.stop_gradient(N)
-    value, slope = fixed.value_and_slope(solved)
-    missed = jnp.max(jnp.abs(value - solved))
-    unique = (_power_norm(slope)[0] < 1.0) & (missed <= _SOLVED[dtype.itemsize] * jnp.max(solved + fixed.smooth))
-    # the value, which no rounding makes negative
-    return NormalLoads(jnp.where(unique, loads.value(N), jnp.nan), slope, unique)
+    start = fixed.value(-loads.preload)
+    N, (value, slope) = lax.custom_root(lambda N: loads.value(N) - N, start, newton, tangent, has_aux=True)
+    value, slope = lax.stop_gradient((value, slope))
+    left = value - lax.stop_gradient(N)
+    solved = jnp.max(jnp.abs(left)) <= _SOLVED[dtype.itemsize] * jnp.max(value + fixed.smooth)
+    unique = contracts(slope) & solved
+    # the value in place of N, which rounding may make negative
+    return NormalLoads(jnp.where(unique, N + left, jnp.nan), slope, unique)
 
 
 def solve_small(A, b):
@@ -122,20 +124,30 @@ def solve_small(A, b):
     return jnp.stack(x)
 
 
-def _power_norm(C):
-    """Norm () of the 256th power of C (n, n), and that of C over its largest entry, with the entry."""
+def contracts(C):
+    """True () where the spectral radius of C (n, n) is below one: where a power of it has a norm below one."""
     if len(C) == 1:
-        return jnp.abs(C[0, 0]), jnp.ones((), C.dtype), jnp.abs(C[0, 0])
-    largest = jnp.maximum(jnp.max(jnp.abs(C)), jnp.finfo(C.dtype).tiny)
-    power = C / largest
-    for _ in range(_SQUARINGS):
-        power = few_columns(power, power)
-    size = jnp.sqrt(jnp.sum(power * power))
-    return largest ** (2**_SQUARINGS) * size, size, largest
+        return jnp.abs(C[0, 0]) < 1.0
+
+    def is_open(carry):
+        return ~(_norm(carry[1]) < 1.0) & (carry[0] < _SQUARINGS)  # true for what is not a number
+
+    def squared(carry):
+        return carry[0] + 1, few_columns(carry[1], carry[1])
+
+    return _norm(lax.while_loop(is_open, squared, (0, C))[1]) < 1.0
+
+
+def _norm(C):
+    return jnp.sqrt(jnp.sum(C * C))
 
 
 def spectral_radius(C):
     """Spectral radius () of C (n, n), from above; zero where it is far below the largest entry."""
-    _, size, largest = _power_norm(C)
+    largest = jnp.maximum(jnp.max(jnp.abs(C)), jnp.finfo(C.dtype).tiny)
+    power = C / largest
+    for _ in range(_SQUARINGS):
+        power = few_columns(power, power)
+    size = _norm(power)
     root = jnp.exp(jnp.log(jnp.maximum(size, jnp.finfo(C.dtype).tiny)) / 2**_SQUARINGS)
-    return jnp.where(size > 0.0, largest * root, 0.0)
+    return jnp.where(size == 0.0, 0.0, largest * root)

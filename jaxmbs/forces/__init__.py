@@ -21,6 +21,7 @@ from ._friction import CoulombFriction
 from ._gear_pair import GearPair
 from ._generalised import GeneralisedEffort
 from ._hydraulic_cylinder import HydraulicCylinder
+from ._joint_friction_models import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
 from ._lugre import LuGre
 from ._maxwell import Maxwell
 from ._motor import Motor
@@ -41,6 +42,7 @@ from ._zener import Zener
 __all__ = [
     "AbstractBodyLaw",
     "AbstractBodyStateLaw",
+    "AbstractJointFriction",
     "AbstractLaw",
     "AbstractPathLaw",
     "AbstractPoseLaw",
@@ -54,6 +56,8 @@ __all__ = [
     "Actuator",
     "AirSpring",
     "Attachment",
+    "BearingFriction",
+    "BrownMcPhee",
     "BumpStop",
     "Bushing",
     "Cable",
@@ -68,6 +72,7 @@ __all__ = [
     "Harmonic",
     "HydraulicCylinder",
     "InternalState",
+    "JointLuGre",
     "LuGre",
     "Maxwell",
     "Motor",
@@ -77,6 +82,7 @@ __all__ = [
     "PronyBushing",
     "Ramp",
     "Sheave",
+    "SmoothCoulomb",
     "Spline",
     "SpringDamper",
     "Step",

@@ -7,6 +7,7 @@ from ..checks import any_concrete, faults_if, negative, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
+from ._friction_laws import bristle_rate
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
 
 
@@ -40,7 +41,7 @@ class LuGre(AbstractScalarStateLaw):
 
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """`v - |v| z / g(v)` [m/s or rad/s]."""
-        return {"bristle": v - jnp.abs(v) * s["bristle"] / self._steady_bend(v)}
+        return {"bristle": bristle_rate(v, jnp.abs(v), s["bristle"], self._steady_bend(v))}
 
     def _steady_bend(self, v):
         bump = 1.0 + (self.static_ratio - 1.0) * jnp.exp(-((v / self.stribeck_speed) ** 2))

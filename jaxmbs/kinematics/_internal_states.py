@@ -21,11 +21,12 @@ from ..model._internal_states import (
     with_internal,
 )
 from ..model._system import System
-from ..runtime import jit
+from ..runtime import gather_static, jit
 from ._configuration import VelocityKinematics, at_state, with_velocities
 from ._element_flows import element_flows
 from ._sampling import with_held_outputs
 from ._signals import block_starts, signals_and_rates, with_driven
+from ._slips import bristle_rates, slips_of
 
 
 def group_rates(group, displacement, flow, t) -> dict[str, Array]:
@@ -50,7 +51,12 @@ def internal_rates(system: System, at: VelocityKinematics) -> Array:
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         return join_states(group, group_rates(group, displacement, flow, at.t))
 
-    return stacked([*(of_group(group) for group in system.forces if group.internal), *rates])
+    bends = [bristle_rates(system.friction, slips_of(system, at))] if _has_bristles(system) else []
+    return stacked([*(of_group(group) for group in system.forces if group.internal), *bends, *rates])
+
+
+def _has_bristles(system):
+    return system.friction is not None and any(system.friction.bristle_sizes)
 
 
 def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
@@ -70,6 +76,8 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
         return join_states(group, jax.vmap(of_one)(group.law, displacement, flow))
 
     values = [of_group(group) for group in system.forces if group.internal]
+    if _has_bristles(system):
+        values.append(jnp.zeros(sum(system.friction.bristle_sizes), at.psi.dtype))
     if system.blocks:
         number = sum(group_size(element) for element in system.blocks)
         at_laws = with_internal(system, jnp.concatenate([*values, jnp.zeros(number, at.psi.dtype)]))
@@ -80,6 +88,9 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
 def internal_scale(system: System) -> Array:
     """Scales (ns,) of all internal states."""
     laws = [join_states(group, declared_scales(group)) for group in system.forces if group.internal]
+    if _has_bristles(system):
+        f = system.friction
+        laws.append(gather_static(f.mu / f.stiffness, np.repeat(np.arange(len(f.names)), f.bristle_sizes)))
     return stacked([*laws, *(join_states(e, block_scales(e)) for e in system.blocks if e.internal)])
 
 

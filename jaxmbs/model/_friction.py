@@ -1,5 +1,7 @@
 """Friction in joints, fed by the loads that the joints carry: parameters and places of all rubbing joints."""
 
+from typing import NamedTuple
+
 import equinox as eqx
 from jaxtyping import Array, Float
 
@@ -11,13 +13,17 @@ class JointFriction(eqx.Module):
 
     Attributes:
         names: of the surfaces, those of the friction elements; joints: index of each joint.
-        kinds: key of each surface's geometry in `dynamics._friction_surfaces`.
+        kinds: key of each surface's geometry in `kinematics._friction_surfaces`; models: key of each surface's model.
         axes, points: frames whose axes and whose origin each surface has; parents, children: frames of the joint.
         basis: (n, 3, 3) from the surface's axes, z along its own axis, to those of its frame.
         mu, static_ratio: sliding coefficient, and breakaway over sliding friction.
         radius: at which a rotation rubs [m]; length: between the two ends of the bearing [m].
         preload: load that is there without any other [N]; transition_speed: below which the surface creeps [m/s].
         pitch: advance of a screw [m/rad], zero for all others.
+        viscous, seal, stiffness, damping: of `forces.BearingFriction` and `forces.JointLuGre`, zero for all
+            others, but a stiffness of one.
+        bristles: (ns,) their bends [m], None where none has bristles or their state is not given.
+        bristle_sizes: components of the slip of each surface with bristles, zero for all others.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -27,6 +33,8 @@ class JointFriction(eqx.Module):
     points: tuple[int, ...] = eqx.field(static=True)
     parents: tuple[int, ...] = eqx.field(static=True)
     children: tuple[int, ...] = eqx.field(static=True)
+    models: tuple[str, ...] = eqx.field(static=True)
+    bristle_sizes: tuple[int, ...] = eqx.field(static=True)
     basis: Float[Array, "n 3 3"]
     mu: Float[Array, " n"]
     static_ratio: Float[Array, " n"]
@@ -35,6 +43,32 @@ class JointFriction(eqx.Module):
     preload: Float[Array, " n"]
     transition_speed: Float[Array, " n"]
     pitch: Float[Array, " n"]
+    viscous: Float[Array, " n"]
+    seal: Float[Array, " n"]
+    stiffness: Float[Array, " n"]
+    damping: Float[Array, " n"]
+    bristles: Float[Array, " ns"] | None = None
+
+    @property
+    def groups(self) -> tuple["BristleGroup", ...]:
+        """The surfaces with bristles."""
+        return tuple(
+            BristleGroup((name,), (("bristle", () if size == 1 else (size,), "m"),))
+            for name, size in zip(self.names, self.bristle_sizes, strict=True)
+            if size
+        )
+
+
+class BristleGroup(NamedTuple):
+    """A surface with bristles as the layout of internal states takes it: names and (name, shape, unit) of states."""
+
+    names: tuple[str, ...]
+    internal: tuple[tuple[str, tuple[int, ...], str], ...]
+
+
+def bristle_groups(friction) -> tuple[BristleGroup, ...]:
+    """Surfaces with bristles of the friction of a system, none where it has none."""
+    return () if friction is None else friction.groups
 
 
 def refuse_friction(system, what: str, instead: str) -> None:

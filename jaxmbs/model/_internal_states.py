@@ -126,6 +126,9 @@ def with_internal(system, internal: Any, law_at: Callable | None = None):
         first = end
     if groups:
         system = eqx.tree_at(lambda s: s.forces, system, tuple(groups))
+    if system.friction is not None and (number := sum(system.friction.bristle_sizes)):
+        at_bends = replace_field(system.friction, "bristles", values[first : first + number])
+        system, first = replace_field(system, "friction", at_bends), first + number
     return _with_block_states(system, values[first:]) if system.blocks else system
 
 
@@ -151,7 +154,8 @@ def replace_field(module, name: str, value):
 def has_internal(system) -> bool:
     """True if the laws of the system are at their internal states, or have none."""
     laws = all(hasattr(group.law, "s") for group in system.forces if group.internal)
-    return laws and all(element.s is not None for element in system.blocks if element.internal)
+    rubs = system.friction is None or not any(system.friction.bristle_sizes) or system.friction.bristles is not None
+    return laws and rubs and all(element.s is not None for element in system.blocks if element.internal)
 
 
 def stacked(values) -> Array:

@@ -48,6 +48,24 @@ def test_stick_slip(solver):
     check([v.max(), friction.max()], [LARGEST_SPEED, LARGEST_FRICTION], [1e-5, 1e-3])
 
 
+@pytest.mark.long
+def test_stick_slip_of_bristles_under_the_load_of_the_guide():
+    """The same mass on a level guide whose own reaction presses the bristles."""
+    weight = 9.81
+    b = mbs.SystemBuilder(gravity=(0, 0, -weight))
+    b.body("mass", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "mass")
+    b.force("spring", mbs.PD(mbs.Ramp(0.0, 0.1), kp=2.0), joint="x")
+    model = F.JointLuGre(1e5 / weight, np.sqrt(1e5) / weight, 0.4 / weight)
+    b.friction("friction", "x", 1.0 / weight, 1.5, transition_speed=1e-3, model=model)
+    system = b.build()
+    options = dict(rtol=1e-9, atol=1e-10, solver=diffrax.Kvaerno5())
+    motion = run(system, mbs.State.at(system, x=0.0), np.r_[0.0, TIMES], **options)
+    check(coordinates(system, motion, "x")[1:, 0], X, 1e-6)
+    check(rates(system, motion, "x")[1:, 0], V, 1e-5)
+    assert abs(float(motion.diagnostics.energy_residual[-1])) < 1e-6
+
+
 @pytest.mark.slow
 def test_the_first_creep():
     """Two seconds of sticking: micrometres, and bristles that carry the spring."""

@@ -97,6 +97,7 @@ CASES = {
     "jaxmbs.equilibrium": case(lambda z: call(z.hanging, z.near_rest)),
     "analysis.linearise": case(lambda z: call(z.bars, z.state, ["A"], ["D"])),
     "analysis.stiffness": of_state(),
+    "analysis.impending_motion": case(lambda z: call(z.rubbing, z.swinging, ["pin"])),
     "analysis.modes": of_state(),
     "jaxmbs.modes": case(lambda z: call(z.lin)),
     "analysis.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),

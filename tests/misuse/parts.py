@@ -49,6 +49,13 @@ def _joint(kind):
     return b.build()
 
 
+def _rub(model):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("z"), "arm", "hand")
+    b.friction("rub", "wrist", 0.1, radius=0.02, model=model)
+    return b.build()
+
+
 def _law(**port):
     def use(law):
         b = _two_bodies()
@@ -234,6 +241,9 @@ CASES = {
         positive="mu static_ratio transition_speed",
         through=_through(lambda friction: _contact(SphereOnPlane(0.5), friction=friction)),
     ),
+    **{f"forces.{name}": case(lambda z: call(), through=_through(_rub)) for name in ("SmoothCoulomb", "BrownMcPhee")},
+    "forces.BearingFriction": case(lambda z: call(2.0, 0.5), positive="viscous seal", through=_through(_rub)),
+    "forces.JointLuGre": case(lambda z: call(1e4, 2.0, 0.5), positive="sigma0 sigma1 sigma2", through=_through(_rub)),
     "contact.Contact": case(
         lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), DryFriction(0.5), 0.25, 0.5),
         "friction none: smooth surfaces",

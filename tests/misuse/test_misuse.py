@@ -33,7 +33,7 @@ EXEMPT = {
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
-        dynamics.CableResult fem.Buckling flexible.GeometricStiffening
+        analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
         fatigue.Cycles qualification.ShockSpectrum
     """,
     "spectra, sine tests and load cases, whose wrong use is tested in tests/qualification": """
@@ -45,7 +45,7 @@ EXEMPT = {
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
-        hydraulics.AbstractTwoPort
+        hydraulics.AbstractTwoPort forces.AbstractJointFriction
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
         forces.AbstractPathLaw
@@ -98,6 +98,7 @@ LONG = """
     reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation
     forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
     linear.equilibrium experiment.decouple dynamics.joint_friction
+    analysis.impending_motion forces.BearingFriction forces.BrownMcPhee forces.JointLuGre forces.SmoothCoulomb
     blocks.Delay blocks.FirstOrder blocks.Function blocks.LookUp blocks.PI blocks.PID blocks.RateLimit
     blocks.Saturation blocks.StateSpace blocks.TransferFunction hydraulics.Accumulator hydraulics.CheckValve
     hydraulics.Line hydraulics.Orifice hydraulics.Pump hydraulics.ReliefValve hydraulics.Tank hydraulics.Valve

@@ -56,6 +56,10 @@ class Zoo:
         return mbs.State.at(self.hanging, pin=-1.25)
 
     @cached_property
+    def swinging(self):
+        return mbs.State.at(self.hanging, pin=-1.25, velocities={"pin": 0.5})
+
+    @cached_property
     def motion(self):
         return mbs.simulate(self.bars, self.state, ts=np.array([0.0, 0.1, 0.2]))
 

@@ -1,0 +1,122 @@
+"""Impending motion: the band of holding efforts within which the friction of joints keeps a mechanism at rest."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Bool, Float
+
+from ..dynamics._efforts import efforts
+from ..dynamics._joint_friction import rubbing, solve_friction
+from ..errors import ModelError
+from ..kinematics._configuration import at_state, with_velocities
+from ..kinematics._slips import slips_of
+from ..kinematics._state import State
+from ..model._entry_points import check_single_state
+from ..model._internal_states import replace_field, with_internal
+from ..model._system import System
+from ..reaction._inverse_dynamics import ROUNDING_TOLERANCE, actuated_columns, balance_efforts, tree_efforts
+from ..reaction._without_drives import without_drives
+from ..runtime import jit
+
+#: Part of the largest slip at which friction has its full value.
+_FULL = 1e-9
+
+
+class ImpendingMotion(eqx.Module):
+    """Limits of the efforts that hold a mechanism at rest, by name of the actuators (n,) [N or N m].
+
+    Attributes:
+        forward: efforts at which it starts along the velocities of the state, such as those that raise a load.
+        backward: efforts at which it starts against them, such as those at which a load begins to sink.
+        frictionless: efforts in balance without friction in the joints.
+        efficiency: () power of the frictionless efforts over that of the forward ones, of a slow motion.
+        self_locking: () true where it rests without the actuators.
+        ok: () true where both limits exist: the loads of the joints are unique, and the actuators balance them.
+    """
+
+    forward: dict[str, Float[Array, " n"]]
+    backward: dict[str, Float[Array, " n"]]
+    frictionless: dict[str, Float[Array, " n"]]
+    efficiency: Float[Array, ""]
+    self_locking: Bool[Array, ""]
+    ok: Bool[Array, ""]
+
+
+def impending_motion(system: System, state: State, actuators: Sequence[str]) -> ImpendingMotion:
+    """The band of holding efforts at a pose, between motion that impends along the velocities of a state and against
+    them; friction is at its breakaway value `mu static_ratio` at every joint that would slip.
+
+    Args:
+        state: one State; its velocities give the direction alone, `State.at(system, velocities={"screw": 1.0})`.
+        actuators: names of joints whose efforts replace all drives.
+
+    Raises: ModelError for a system without friction in its joints, for a state without velocities, and as
+    `inverse_dynamics` for its actuators.
+    """
+    check_single_state(system, state)
+    if system.friction is None:
+        raise ModelError(
+            ["no joint rubs: declare friction by SystemBuilder.friction(name, joint, mu)"], "the question"
+        )
+    columns = actuated_columns(system, actuators)
+    speed = state.velocities
+    if not isinstance(speed, jax.core.Tracer) and not np.any(np.asarray(speed)):
+        raise ModelError(
+            ["the state is at rest, so that no motion impends: give velocities= in the direction of motion"],
+            "impending_motion",
+        )
+    forward, backward, frictionless, ok = _limits(system, state, columns)
+    own = jnp.concatenate([speed[a:b] for a, b in columns])
+    power, against = jnp.sum(forward * own), jnp.sum(backward * own)
+    ends = np.cumsum([0, *(b - a for a, b in columns)])
+
+    def named(values):
+        return {name: values[a:b] for name, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
+
+    locks = (power >= 0.0) & (against <= 0.0)
+    parts = named(forward), named(backward), named(frictionless)
+    return ImpendingMotion(*parts, jnp.sum(frictionless * own) / power, locks, ok)
+
+
+@jit
+def _limits(system, state, columns):
+    here = without_drives(with_internal(system, state.internal))
+    none = jnp.zeros_like(state.velocities)
+    rest = with_velocities(here, at_state(here, state), none)
+    loads = efforts(here, rest)[:2]
+    need = tree_efforts(here, rest, none, loads)
+    plain = balance_efforts(here, rest, need, columns)
+
+    def limit(sign):
+        moving = with_velocities(here, rest, sign * state.velocities)
+        rub = rubbing(_at_breakaway(here, moving), moving)
+        every = jnp.concatenate([need[None], -rub.efforts])
+        held = jax.vmap(lambda b: balance_efforts(here, rest, b, columns).multipliers)(every)
+        a = jnp.zeros((len(every), len(none)), need.dtype)
+        found = solve_friction(here, rest, rub, loads[0], a, held)
+        balance = balance_efforts(here, rest, need - jnp.sum(found.efforts, axis=0), columns)
+        return balance.efforts, found.loads.unique & (balance.gap <= ROUNDING_TOLERANCE[need.dtype.itemsize])
+
+    (forward, first), (backward, second) = limit(1.0), limit(-1.0)
+    return forward, backward, plain.efforts, first & second
+
+
+def _at_breakaway(system, at):
+    """The system whose joints rub with their breakaway friction at any slip of a configuration that is not zero."""
+    f = system.friction
+    full = _FULL * jnp.sqrt(jnp.max(lax.stop_gradient(slips_of(system, at).square))) * jnp.ones_like(f.mu)
+    changes = {
+        "mu": f.mu * f.static_ratio,
+        "static_ratio": jnp.ones_like(f.mu),
+        "transition_speed": jnp.maximum(full, jnp.finfo(full.dtype).tiny),
+        "models": tuple("bearing" if model == "bearing" else "coulomb" for model in f.models),
+        "viscous": jnp.zeros_like(f.mu),
+        "bristles": None,
+    }
+    for name, value in changes.items():
+        f = replace_field(f, name, value)
+    return replace_field(system, "friction", f)
