@@ -13,10 +13,11 @@ import abc
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..math._linalg import direction, safe_norm
+from ..math._linalg import direction, safe_norm, skew
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._element_bonds import Bonds
 from ._fields import value_faults
@@ -175,6 +176,19 @@ class AbstractPathLaw(AbstractLaw):
     def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
         """Stored energy [J]."""
         return jnp.zeros((), positions.dtype)
+
+    def storage_power(
+        self,
+        rotations: Float[Array, "n 3 3"],
+        positions: Float[Array, "n 3"],
+        angular_velocities: Float[Array, "n 3"],
+        velocities: Float[Array, "n 3"],
+        t: ScalarLike,
+    ) -> Scalar:
+        """Power [W] into the stored energy at constant time, by differentiation; arguments as of `wrench`.  Laws that
+        have a quicker expression, linear in the velocities, give it."""
+        rates = (jax.vmap(skew)(angular_velocities) @ rotations, velocities)
+        return jax.jvp(lambda R, x: self.potential(R, x, t), (rotations, positions), rates)[1]
 
 
 class AbstractSystemLaw(AbstractLaw):

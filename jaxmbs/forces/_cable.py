@@ -16,6 +16,7 @@ from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw
 from ._cable_friction import tension_ratios
 from ._cable_path import CablePath, Layout, cable_path
+from ._cable_slopes import length_slopes
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 from ._signals import Constant, as_signal, value_and_rate
@@ -117,13 +118,16 @@ class Cable(AbstractPathLaw):
 
     def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
         """The path through frames of these poses."""
+        return cable_path(self.layout, *self._circles(rotations), positions)
+
+    def _circles(self, rotations):
+        """Radii (n,) and axes (n, 3) of all elements in world axes, zero at points."""
         own = self.layout.circles
+        radii, axes = jnp.zeros_like(rotations[:, 0, 0]), jnp.zeros_like(rotations[:, 0])
         if not own.size:
-            zero = jnp.zeros_like(positions)
-            return cable_path(self.layout, zero[:, 0], zero, positions)
-        radii = jnp.zeros_like(positions[:, 0]).at[own].set(self.radii)
+            return radii, axes
         turned = jnp.einsum("nij,nj->ni", rotations[own], self.axes)
-        return cable_path(self.layout, radii, jnp.zeros_like(positions).at[own].set(turned), positions)
+        return radii.at[own].set(self.radii), axes.at[own].set(turned)
 
     def wrench(
         self,
@@ -154,6 +158,20 @@ class Cable(AbstractPathLaw):
         k, stretch, _ = self._stretch(self.path(rotations, positions).length, t)
         return k * (one_sided_integral(stretch, self.transition) if self.slack else stretch**2 / 2)
 
+    def storage_power(
+        self,
+        rotations: Float[Array, "n 3 3"],
+        positions: Float[Array, "n 3"],
+        angular_velocities: Float[Array, "n 3"],
+        velocities: Float[Array, "n 3"],
+        t: ScalarLike,
+    ) -> Scalar:
+        """Elastic tension times the rate of the length [W]; arguments as of `wrench`."""
+        if self.is_wound:
+            return jnp.zeros((), positions.dtype)
+        _, length, rate, *_ = self._length(rotations, positions, angular_velocities, velocities)
+        return self._elastic(*self._stretch(length, t)[:2]) * rate
+
     def state(
         self,
         rotations: Float[Array, "n 3 3"],
@@ -173,14 +191,10 @@ class Cable(AbstractPathLaw):
     def _length(self, R, x, spin, velocity):
         """(path, length, its rate, its derivatives (n, 3) by the places and by small turns of the frames)."""
 
-        def length(R, x):
-            path = self.path(R, x)
-            return path.length, path
-
-        (found, path), (by_R, on_x) = jax.value_and_grad(length, (0, 1), has_aux=True)(R, x)
-        M = by_R @ jnp.swapaxes(R, 1, 2)
-        on_turn = jnp.stack([M[:, 2, 1] - M[:, 1, 2], M[:, 0, 2] - M[:, 2, 0], M[:, 1, 0] - M[:, 0, 1]], axis=1)
-        return path, found, jnp.sum(on_x * velocity) + jnp.sum(on_turn * spin), on_x, on_turn
+        radii, axes = self._circles(R)
+        path = cable_path(self.layout, radii, axes, x)
+        on_x, on_turn = length_slopes(self.layout, radii, axes, x, path)
+        return path, path.length, jnp.sum(on_x * velocity) + jnp.sum(on_turn * spin), on_x, on_turn
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""
@@ -191,10 +205,13 @@ class Cable(AbstractPathLaw):
     def _tension(self, length, rate, t):
         k, stretch, paid = self._stretch(length, t)
         resisting = self.damping * (rate - paid)
+        elastic = self._elastic(k, stretch)
         if not self.slack:
-            return k * stretch + resisting
-        elastic = k * one_sided(stretch, self.transition)
+            return elastic + resisting
         return passive_sum(elastic, resisting * one_sided_slope(stretch, self.transition))
+
+    def _elastic(self, k, stretch):
+        return k * (one_sided(stretch, self.transition) if self.slack else stretch)
 
     def _tensions(self, path, tension, x, spin, velocity, t):
         """Tensions (m,) of the spans, whose mean by length is the tension."""

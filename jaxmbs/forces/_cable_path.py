@@ -13,9 +13,8 @@ from jax import Array, lax
 
 from ..math._linalg import direction, safe_norm
 
-#: Rounds of Newton of a span between two circles, from the tangent of parallel axes; the derivative passes the last
-#: two alone, which makes derivatives up to the third exact.
-_FROZEN, _DIFFERENTIATED = 3, 2
+#: Rounds of Newton of a span between two circles, from the tangent of parallel axes.
+_ROUNDS = 4
 #: Wraps between minus this angle and a full turn less it are told apart from the directions alone [rad].
 _LEAST_WRAP = np.pi / 2
 
@@ -55,12 +54,14 @@ class CablePath(NamedTuple):
         start, end: (m, 3) points where the spans leave an element and reach the next [m].
         wrap: (n,) angle about each element, zero at points; negative where the cable has left it [rad].
         arc: (n,) length on each element [m].
+        normals: (m, 2, 3) unit vectors from the axes to both ends of the spans, zero at points.
     """
 
     start: Array
     end: Array
     wrap: Array
     arc: Array
+    normals: Array
 
     @property
     def spans(self) -> Array:
@@ -82,7 +83,7 @@ def cable_path(layout: Layout, radii: Array, axes: Array, x: Array) -> CablePath
     """The path through circles at x (n, 3) of radii (n,) about unit axes (n, 3) in world axes; zero at points."""
     axes = _axes_of_spheres(layout, axes, x)
     first, second = layout.spans
-    sense = np.asarray(layout.senses, float)
+    sense = jnp.asarray(layout.senses, x.dtype)
     leaving = jax.vmap(_tangent)(x[second] - x[first], radii[first], axes[first], -sense[first])
     arriving = jax.vmap(_tangent)(x[first] - x[second], radii[second], axes[second], sense[second])
     both = np.flatnonzero([layout.kinds[a] != "point" != layout.kinds[b] for a, b in zip(first, second, strict=True)])
@@ -93,7 +94,7 @@ def cable_path(layout: Layout, radii: Array, axes: Array, x: Array) -> CablePath
         leaving, arriving = leaving.at[both].set(one), arriving.at[both].set(other)
     start, end = x[first] + radii[first, None] * leaving, x[second] + radii[second, None] * arriving
     wrap = _wraps(layout, axes, leaving, arriving)
-    path = CablePath(start, end, wrap, radii * wrap)
+    path = CablePath(start, end, wrap, radii * wrap, jnp.stack([leaving, arriving], axis=1))
     return _climb_cylinders(layout, axes, x, path) if "cylinder" in layout.kinds else path
 
 
@@ -114,42 +115,90 @@ def _tangent(p, radius, axis, side):
 
     `n = (r p + side sqrt(d^2 - r^2) axis x p) / d^2` with p in the circle's plane, of length d.
     """
-    p = p - jnp.dot(axis, p) * axis
-    square = jnp.dot(p, p)
+    p = p - _dot(axis, p) * axis
+    square = _dot(p, p)
     square = jnp.where(square > 0, square, 1.0)
     free = square - radius**2
     reach = jnp.where(free > 0, jnp.sqrt(jnp.where(free > 0, free, 1.0)), 0.0)
     return (radius * p + side * reach * jnp.cross(axis, p)) / square
 
 
+@jax.custom_jvp
 def _common_tangent(first, second):
-    """Normals (3,) of two circles at the points where the span between them touches both."""
-    frozen = lax.stop_gradient((first, second))
-    (x, r, a, s), (y, q, b, z) = frozen
-    same = -s * z * jnp.sign(jnp.dot(a, b))  # +1 for an outer tangent of parallel axes, -1 for a crossing one
+    """Normals (3,) of two circles (centre, radius, axis, side) at the points where the span touches both."""
+    (x, r, a, s), (y, q, b, z) = first, second
+    same = -s * z * jnp.sign(_dot(a, b))  # +1 for an outer tangent of parallel axes, -1 for a crossing one
     n = _tangent(y - x, r - same * q, a, s)
-    m = direction(same * (n - jnp.dot(n, b) * b))
-    for _ in range(_FROZEN):
-        n, m = _newton(frozen, n, m)
-    n, m = lax.stop_gradient((n, m))
-    n, m = (direction(v - jnp.dot(v, axis) * axis) for v, axis in ((n, first[2]), (m, second[2])))
-    for _ in range(_DIFFERENTIATED):
-        n, m = _newton((first, second), n, m)
-    return n, m
-
-
-def _newton(ends, n, m):
-    """Normals turned so that the span is at right angles to both: Newton in the two angles."""
-    (x, r, a, _), (y, q, b, _) = ends
+    m = direction(same * (n - _dot(n, b) * b))
     u, v = jnp.cross(a, n), jnp.cross(b, m)
-    span = y + q * m - x - r * n
-    wrong = (jnp.dot(n, span), jnp.dot(m, span))
-    matrix = ((jnp.dot(u, span), q * jnp.dot(n, v)), (-r * jnp.dot(m, u), jnp.dot(v, span)))
-    det = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0]
+    one, other = _meeting_angles(_Planes(*(_dot(*pair) for pair in _pairs(y - x, n, u, m, v))), r, q)
+    return one[0] * n + one[1] * u, other[0] * m + other[1] * v
+
+
+class _Planes(NamedTuple):
+    """Products of the vector p between two centres and the axes n, u and m, v of the planes of the circles."""
+
+    pn: Array
+    pu: Array
+    pm: Array
+    pv: Array
+    nm: Array
+    nv: Array
+    um: Array
+    uv: Array
+
+
+def _pairs(p, n, u, m, v):
+    return (p, n), (p, u), (p, m), (p, v), (n, m), (n, v), (u, m), (u, v)
+
+
+def _meeting_angles(k, r, q):
+    """Cosines and sines of the angles of both normals in their planes by Newton, numbers alone: quick to compile."""
+
+    def turn(_, angles):
+        (c, s), (d, e) = angles
+        nm, nv = c * (k.nm * d + k.nv * e) + s * (k.um * d + k.uv * e), c * (k.nv * d - k.nm * e)
+        nv = nv + s * (k.uv * d - k.um * e)
+        um = c * (k.um * d + k.uv * e) - s * (k.nm * d + k.nv * e)
+        wrong = c * k.pn + s * k.pu + q * nm - r, d * k.pm + e * k.pv + q - r * nm
+        along = c * k.pu - s * k.pn + q * um, d * k.pv - e * k.pm - r * nv
+        one, other = _turns(along[0], q * nv, -r * um, along[1], wrong)
+        return _turned(c, s, one), _turned(d, e, other)
+
+    start = (jnp.ones_like(k.nm), jnp.zeros_like(k.nm))
+    return lax.fori_loop(0, _ROUNDS, turn, (start, start))
+
+
+def _turned(c, s, angle):
+    """Cosine and sine after a turn by about a small angle."""
+    c, s = c - angle * s, s + angle * c
+    scale = lax.rsqrt(c * c + s * s)
+    return c * scale, s * scale
+
+
+@_common_tangent.defjvp
+def _common_tangent_rate(ends, rates):
+    """By the conditions that the span is at right angles to both normals, so that derivatives of every order hold."""
+    (x, r, a, _), (y, q, b, _) = ends
+    (dx, dr, da, _), (dy, dq, db, _) = rates
+    n, m = _common_tangent(*ends)
+    u, v, span = jnp.cross(a, n), jnp.cross(b, m), y + q * m - x - r * n
+    tilt, lean = -_dot(n, da) * a, -_dot(m, db) * b  # normals stay at right angles to their axes
+    change = dy + dq * m + q * lean - dx - dr * n - r * tilt
+    wrong = _dot(tilt, span) + _dot(n, change), _dot(lean, span) + _dot(m, change)
+    one, other = _turns(_dot(u, span), q * _dot(n, v), -r * _dot(m, u), _dot(v, span), wrong)
+    return (n, m), (tilt + one * u, lean + other * v)
+
+
+def _turns(aa, ab, ba, bb, wrong):
+    """Small turns of both normals that take away the projections of the span on them: a system of two equations."""
+    det = aa * bb - ab * ba
     det = jnp.where(det == 0, 1.0, det)
-    one = (matrix[0][1] * wrong[1] - matrix[1][1] * wrong[0]) / det
-    other = (matrix[1][0] * wrong[0] - matrix[0][0] * wrong[1]) / det
-    return direction(n + one * u), direction(m + other * v)
+    return (ab * wrong[1] - bb * wrong[0]) / det, (ba * wrong[0] - aa * wrong[1]) / det
+
+
+def _dot(a, b):
+    return jnp.sum(a * b, axis=-1)
 
 
 def _wraps(layout, axes, leaving, arriving):

@@ -245,6 +245,9 @@ class PathPort(AbstractPort):
         force, moment = law.wrench(*displacement, *_spins_and_velocities(flow), t)
         return jnp.concatenate([moment, force], axis=1).reshape(-1)
 
+    def storage_power(self, law, displacement, flow, t):
+        return law.storage_power(*displacement, *_spins_and_velocities(flow), t)
+
     def reading(self, seen, effort):
         return jax.vmap(to_public_order)(effort.reshape(-1, 6)).reshape(-1), None, None
 

@@ -188,6 +188,48 @@ def test_gradients_against_differences():
         np.testing.assert_allclose(found[name], difference, rtol=1e-6, err_msg=name)
 
 
+REGIMES = {"taut": (1.0, 2.0), "slack": (1.0, 12.0), "grazing": (0.02, 1.9), "corner": (1.0, None)}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("regime", REGIMES)
+def test_gradients_on_a_grid_of_regimes(regime):
+    """Forces by the height of a wheel: taut, slack, in the corner between them, and with hardly any wrap."""
+    height, free = REGIMES[regime]
+    path = [Attachment(""), Sheave("", 0.2, "+", (0.0, 1.0, 0.1)), Attachment("")]
+    ends = [[-1.0, 0.0, -0.2], [1.0, 0.1, -0.2]]
+
+    def poses(z):
+        return at([ends[0], jnp.array([0.0, 0.0, z - 0.2]), ends[1]])
+
+    free = float(law_of(path).path(*poses(height)).length) - 2e-4 if free is None else free
+    law = law_of(path, free_length=free, transition=1e-3)
+    force = jax.jit(lambda z: jnp.stack(law.wrench(*poses(z), *still(3), 0.0)).reshape(-1))
+    slope = jax.jit(jax.jacfwd(force))
+    for z in height + np.array([0.0, 1e-5, 1e-4]):
+        h = 1e-5 if regime == "corner" else 1e-4
+        # Richardson: fourth and higher differences of the step vanish
+        one, two, four = ((force(z + k * h) - force(z - k * h)) / (2 * k * h) for k in (1, 2, 4))
+        better = (64 * one - 20 * two + four) / 45
+        scale = max(1.0, float(jnp.abs(better).max()))
+        np.testing.assert_allclose(slope(z) / scale, better / scale, atol=1e-8)
+        assert (regime == "slack") == (scale == 1.0)
+
+
+def test_slopes_of_the_length_against_differentiation():
+    """The closed form beside derivatives of the length itself, of wheels whose planes differ."""
+    law = law_of(CRANE[0])
+    R, x = moved(law, 0.02 * jnp.asarray(np.random.default_rng(4).normal(size=(6, 6))))
+
+    @jax.jit
+    def both(R, x):
+        length = lambda d: law.path(jax.vmap(rotation_matrix)(d[:, 3:]) @ R, x + d[:, :3]).length  # noqa: E731
+        return jax.grad(length)(jnp.zeros((6, 6))), law._length(R, x, *still(6))[3:]
+
+    expected, found = both(R, x)
+    np.testing.assert_allclose(np.concatenate(found, axis=1), expected, atol=1e-13)
+
+
 def test_values_that_no_cable_has():
     ends = [Attachment("a"), Attachment("b")]
     b = mbs.SystemBuilder()
