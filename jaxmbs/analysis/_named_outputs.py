@@ -75,8 +75,10 @@ class LoadOutputs(eqx.Module):
 
     def at(self, system: System, at: Configuration, state: State, accelerations: Array) -> Array:
         """Values (m,) at a state, its configuration and all accelerations (nv,)."""
-        named = isinstance(self.others, NamedOutputs)
-        values = self.others.at(system, at, state) if named else jnp.ravel(self.others(state, accelerations))
+        if isinstance(self.others, NamedOutputs):
+            values = self.others.at(system, at, state)
+        else:
+            values = jnp.ravel(self.others(state, accelerations))
         if not self.joints:
             return values
         found = reactions(system, state, frame="joint", accelerations=accelerations, actuators=self.actuators)

@@ -13,6 +13,9 @@ from ..typing import AnyArray
 from ._assembly import assemble_dense, sum_dense
 from ._structure import Structure, scatter_rows
 
+#: Softening, over the largest stiffening or softening, that is rounding.
+ROUNDING = {8: 1e-10, 4: 1e-4}
+
 
 class Buckling(NamedTuple):
     """Buckling of a structure.
@@ -74,6 +77,6 @@ def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
     x = spd_solve(K, load)
     softening, shapes = eigh(geometric_stiffness(structure, x), K)
     # K_g x = -(1 / factor) K x: the most negative value is the lowest factor
-    buckles = softening[:num] < 0
+    buckles = softening[:num] < -ROUNDING[softening.dtype.itemsize] * jnp.max(jnp.abs(softening))
     factors = jnp.where(buckles, -1.0 / jnp.where(buckles, softening[:num], -1.0), jnp.inf)
     return Buckling(factors, shapes[:, :num], x)

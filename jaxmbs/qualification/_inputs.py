@@ -130,5 +130,5 @@ def spectral_matrix(inputs: Mapping, coherence: Array, frequencies: ArrayLike) -
 def level_at(spectrum: Spectrum, frequencies: ArrayLike) -> Array:
     """Levels (frequencies,) of a table or of white noise."""
     if isinstance(spectrum, WhiteNoise):
-        return jnp.broadcast_to(spectrum.level, jnp.shape(frequencies))
+        return jnp.broadcast_to(spectrum.level, jnp.asarray(frequencies).shape)
     return spectrum.at(frequencies)

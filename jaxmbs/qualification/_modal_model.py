@@ -48,7 +48,7 @@ class ModalModel(eqx.Module):
     mass: Array
     damping: Array | None
     loss: Array
-    loads: tuple[Array, Array | None]
+    loads: tuple[Array | None, ...]
     rows: Array
     direct: Array
     static: Array
@@ -61,7 +61,7 @@ class ModalModel(eqx.Module):
         """Resonances and halfwidths [Hz] of the modes that move; constants."""
         K, C = (lax.stop_gradient(A) for A in (self.stiffness, self.damping))
         k = jnp.diagonal(K)[: self.num]
-        if self.is_coupled:
+        if self.is_coupled and C is not None:
             M = lax.stop_gradient(self.mass)[: self.num, : self.num]
             K, C = (jnp.linalg.solve(M, A[: self.num, : self.num]) for A in (K, C))
             eye = jnp.eye(self.num, dtype=K.dtype)

@@ -1,11 +1,12 @@
 """Outputs of responses by name: motions of coordinates, loads of bonds and of the base, stresses, rows of users."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from ..coupling._network import reactions
@@ -69,7 +70,7 @@ class Coordinates(eqx.Module):
     ) -> None:
         if kind not in KINDS:
             raise ModelError([f"unknown kind {kind!r}: the kinds are {', '.join(KINDS)}"], "the output")
-        self.names = (names,) if isinstance(names, str) else tuple(names)
+        self.names = (names,) if isinstance(names, str | int | np.integer) else tuple(names)
         self.kind, self.relative = kind, kind != "acceleration" if relative is None else bool(relative)
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
@@ -94,7 +95,7 @@ class BondForces(eqx.Module):
         self.bonds = tuple(bonds) or None
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
-        found = reactions(system, _Answer(terms))
+        found = reactions(system, cast(Any, _Answer(terms)))
         names = list(found) if self.bonds is None else self.bonds
         labels = [f"{name} {label}" if len(names) > 1 else label for name in names for label in found[name].labels]
         return jnp.concatenate([found[name].on_first for name in names], axis=-1), tuple(labels)

@@ -107,7 +107,7 @@ class RandomResponse(eqx.Module):
 
         `rms (c + 0.5772 / c)` with `c^2 = 2 ln(2 v T)`, v the zero crossing rate.  Source: Davenport (1964).
         """
-        count = jnp.maximum(2.0 * self.zero_crossing_rate * duration, 1.5)
+        count = jnp.maximum(2.0 * self.zero_crossing_rate * jnp.asarray(duration), 1.5)
         c = jnp.sqrt(2.0 * jnp.log(count))
         return self.rms * (c + np.euler_gamma / c)
 

@@ -28,22 +28,22 @@ def blade_structure(n=24, length=1.0, EI=1.0, EA=1e8, line_mass=1.0):
     return fem.Structure(nodes, {"beam": (section, [(k, k + 1) for k in range(n)])})
 
 
-def on_a_hub(frame, drive):
+def on_a_hub(frame, drive, like=None):
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     b.elastic("blade", frame.body)
     b.joint("hub", mbs.Revolute("z"), "ground", "blade.0", drive=drive)
-    return b.build()
+    return b.build(like=like)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("flaps", list(RITZ))
 def test_frequencies_of_a_rotating_blade_of_one_body(flaps):
-    frame = floating_frame(blade_structure(), ["0"], 2 * flaps, stiffening=True)
+    frame = floating_frame(blade_structure(48), ["0"], 2 * flaps, stiffening=True)
     system = on_a_hub(frame, lambda t: 12.0 * t)
     omega = 2 * np.pi * np.sort(np.asarray(mbs.modes(system, mbs.State.at(system)).frequencies))
     found = omega[np.argmin(np.abs(omega - RITZ[flaps]))]
     np.testing.assert_allclose(found, RITZ[flaps], rtol=1e-4)
-    np.testing.assert_allclose(found, FLAP, rtol={2: 1e-2, 3: 3e-3, 4: 1.1e-3}[flaps])
+    np.testing.assert_allclose(found, FLAP, rtol={2: 1e-2, 3: 3e-3, 4: 1e-3}[flaps])
     np.testing.assert_allclose(omega[0], np.sqrt(found**2 - 144.0), rtol=1e-3)  # lag is flap less the speed
 
 
@@ -93,7 +93,9 @@ def test_energy_is_kept_by_the_accelerations(flying, size):
     np.testing.assert_allclose(kinetic, -potential, rtol=1e-9)
     M = mbs.dynamics.mass_matrix(flying, state)
     assert np.linalg.eigvalsh(M)[0] > 0
-    np.testing.assert_allclose(0.5 * state.velocities @ M @ state.velocities, energies(*state[1:3])[0], rtol=1e-10)
+    np.testing.assert_allclose(
+        0.5 * state.velocities @ M @ state.velocities, energies(state.coordinates, state.velocities)[0], rtol=1e-10
+    )
 
 
 @pytest.mark.long
@@ -118,12 +120,15 @@ def test_a_pinned_beam_under_tension(share):
 
 @pytest.mark.long
 def test_gradient_of_a_frequency_of_a_blade_is_that_of_differences():
-    def first(EI):
+    drive = mbs.forces.Ramp(0.0, 3.0)
+    like = on_a_hub(floating_frame(blade_structure(8), ["0"], 4, stiffening=True), drive)
+
+    def first(EI, like=None):
         frame = floating_frame(blade_structure(8, EI=EI), ["0"], 4, stiffening=True)
-        system = on_a_hub(frame, lambda t: 3.0 * t)
+        system = on_a_hub(frame, drive, like)
         return mbs.modes(system, mbs.State.at(system)).frequencies[2]
 
-    slope = jax.jit(jax.grad(first))(1.1)
+    slope = jax.jit(jax.grad(lambda EI: first(EI, like)))(1.1)
     np.testing.assert_allclose(slope, (first(1.1 + 1e-4) - first(1.1 - 1e-4)) / 2e-4, rtol=1e-6)
 
 
