@@ -105,7 +105,15 @@ def test_no_function_hides_a_room():
     assert inspect.ismodule(mbs.motion) and callable(mbs.simulate) and "simulate" not in ROOMS
 
 
-EITHER = {"check", "equilibrium", "frequency_response", "modes", "reactions", "simulate"}  # of either noun in `mbs`
+EITHER = {
+    "check",
+    "equilibrium",
+    "frequency_response",
+    "modes",
+    "random_response",
+    "reactions",
+    "simulate",
+}  # of either noun in `mbs`
 ALIKE = {  # the same of two kinds of things: bodies or components, fields or graphs, blocks or elements
     "assemble",
     "jit",  # for the library, for users

@@ -120,7 +120,7 @@ class Cable(AbstractPathLaw):
         """The path through frames of these poses."""
         return cable_path(self.layout, *self._circles(rotations), positions)
 
-    def _circles(self, rotations):
+    def _circles(self, rotations: Array) -> tuple[Array, Array]:
         """Radii (n,) and axes (n, 3) of all elements in world axes, zero at points."""
         own = self.layout.circles
         radii, axes = jnp.zeros_like(rotations[:, 0, 0]), jnp.zeros_like(rotations[:, 0])

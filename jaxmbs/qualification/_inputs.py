@@ -1,6 +1,6 @@
 """Inputs of vibration tests: accelerations of a base, patterns of forces, and their coherence."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,7 +13,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._rigid_motions import rigid_rows
 from ..linear._system import LinearSystem
-from ..typing import ArrayLike
+from ..typing import ArrayLike, CoordinateLike
 from ._psd import PsdTable, WhiteNoise
 
 Spectrum = PsdTable | WhiteNoise
@@ -38,13 +38,18 @@ class BaseAcceleration(eqx.Module):
     direction: str | dict
     at: tuple | None = eqx.field(static=True)
 
-    def __init__(self, spectrum: Spectrum | None = None, direction: str | Mapping = "z", at=None) -> None:
+    def __init__(
+        self,
+        spectrum: Spectrum | None = None,
+        direction: str | Mapping = "z",
+        at: CoordinateLike | Iterable[CoordinateLike] | None = None,
+    ) -> None:
         _check_quantity(spectrum, "acceleration")
         self.spectrum = spectrum
         if isinstance(direction, str) and direction not in DIRECTIONS:
             raise ModelError([no_such("direction", direction, DIRECTIONS)], "the input")
         self.direction = direction if isinstance(direction, str) else dict(direction)
-        self.at = (at,) if isinstance(at, str) else None if at is None else tuple(at)
+        self.at = None if at is None else (at,) if isinstance(at, str | int | np.integer) else tuple(at)
 
     def pattern(self, system: LinearSystem) -> Array:
         """Rigid or given motion (n,) of all coordinates for a unit of the input."""

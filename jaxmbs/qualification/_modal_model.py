@@ -48,7 +48,7 @@ class ModalModel(eqx.Module):
     mass: Array
     damping: Array | None
     loss: Array
-    loads: tuple[Array | None, ...]
+    loads: tuple[Array, Array | None]
     rows: Array
     direct: Array
     static: Array
@@ -59,7 +59,8 @@ class ModalModel(eqx.Module):
 
     def poles(self) -> tuple[Array, Array]:
         """Resonances and halfwidths [Hz] of the modes that move; constants."""
-        K, C = (lax.stop_gradient(A) for A in (self.stiffness, self.damping))
+        K = lax.stop_gradient(self.stiffness)
+        C = None if self.damping is None else lax.stop_gradient(self.damping)
         k = jnp.diagonal(K)[: self.num]
         if self.is_coupled and C is not None:
             M = lax.stop_gradient(self.mass)[: self.num, : self.num]
@@ -193,7 +194,7 @@ def modal_model(
     C = whole.system.damping if ratios is None else modal_damping(K=K, M=M, ratios=ratios)
     matrices, X, coupled = _modal_matrices(K, M, C, num, ratios is not None)
     expand = lambda x: _embed(whole.expand(x.T), inner, system.num_rows)  # noqa: E731
-    loads = [None if P is None else whole.load(P.T).T for P in (first, second)]
+    whole_load = lambda P: whole.load(P.T).T  # noqa: E731
     light = _embed(whole.expand(jnp.zeros((first.shape[1], len(K)), K.dtype), first.T), inner, system.num_rows)
     lag = None if ratios is None else expand(modal_lag(K=K, M=M, ratios=ratios, velocity=X.T).T)
     loss = jnp.asarray(loss, K.dtype)
@@ -201,7 +202,7 @@ def modal_model(
     return ModalModel(
         **matrices,
         loss=loss,
-        loads=tuple(None if P is None else X.T @ P for P in loads),
+        loads=(X.T @ whole_load(first), None if second is None else X.T @ whole_load(second)),
         **rows,
         names=labels,
         inputs=tuple(inputs),

@@ -118,7 +118,7 @@ class RandomResponse(eqx.Module):
         return found.reshape(-1, found.shape[-1])[: len(f)]
 
     def cross_spectrum(self, first: str, second: str, frequencies: ArrayLike) -> Complex[Array, " frequencies"]:
-        """Cross-spectral density (frequencies,) of two outputs: `S_ab = H_a S H_b*`."""
+        """Cross-spectral density (frequencies,) of two outputs at frequencies [Hz]: `S_ab = H_a S H_b*`."""
         f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
         H = self.model.transfer(f)[:, np.array([self.place(first), self.place(second)])]
         S = spectral_matrix(self.inputs, self.coherence, f)
