@@ -24,7 +24,7 @@ QUESTIONS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_the_question_is_at_fault(bars, question):
     with pytest.raises(mbs.UnknownNameError, match="cranc") as caught:

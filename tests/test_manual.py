@@ -114,7 +114,7 @@ def test_what_a_page_names_exists(page):
 _CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_cited_papers_are_in_the_bibliography():
     """An entry with the year and one of the names before it, for every year in parentheses after "Name"."""
     entries = (DOCS / "bibliography.md").read_text(encoding="utf-8").split("\n- ")

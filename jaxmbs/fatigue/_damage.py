@@ -1,8 +1,9 @@
 """Damage of a history by Miner's sum over its rainflow cycles."""
 
 import jax.numpy as jnp
+import numpy as np
 
-from ..checks import not_positive
+from ..checks import any_concrete, not_positive
 from ..runtime import as_dtype
 from ..typing import ArrayLike, Scalar
 from ._cycles import DEPTH, Cycles, rainflow
@@ -45,10 +46,14 @@ def _check_mean(mean, ultimate):
     if mean is not None and mean not in MEANS:
         raise ValueError(f"mean = {mean!r} must be None or one of {', '.join(map(repr, MEANS))}")
     needs = mean in ("goodman", "gerber")
-    if needs and (ultimate is None or not_positive(ultimate)):
+    if needs and (ultimate is None or _not_positive_number(ultimate)):
         raise ValueError(f"mean = {mean!r} needs a positive ultimate strength, got ultimate = {ultimate}")
     if not needs and ultimate is not None:
         raise ValueError(f"mean = {mean!r} does not use the ultimate strength: leave it out")
+
+
+def _not_positive_number(value):
+    return np.ndim(value) > 0 or any_concrete(lambda x: ~(np.isfinite(x) & (x > 0)), value)
 
 
 def _corrected(cycles, mean, ultimate):
@@ -83,8 +88,8 @@ def equivalent_load(
 
     Raises: ValueError, if concrete, for numbers that are not positive.
     """
-    if not_positive(slope) or not_positive(cycles):
-        raise ValueError(f"slope = {slope} and cycles = {cycles} must be positive")
+    if not_positive(slope) or _not_positive_number(cycles):
+        raise ValueError(f"slope = {slope} and cycles = {cycles} must be positive numbers")
     total = damage(history, SN(1.0, slope), depth=depth)
     total = total / as_dtype(cycles, total.dtype)
     moves = total > 0

@@ -4,6 +4,7 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from ..checks import faults_if, not_positive
@@ -38,6 +39,7 @@ class SN(eqx.Module):
     def __check_init__(self):
         names = ("intercept", "slope", "knee", "second_slope", "limit")
         signs = [(not_positive(v), f"{n} must be positive") for n in names if (v := getattr(self, n)) is not None]
+        signs += [(np.ndim(getattr(self, n)) > 0, f"{n} must be one number") for n in names]
         both = (self.knee is None) != (self.second_slope is None)
         faults = faults_if(*signs, (both, "knee and second_slope belong together: give both or none"))
         if faults:

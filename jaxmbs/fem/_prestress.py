@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..linear._storage import as_inexact
+from ..elements._base import as_real
 from ..math._eigen import eigh
 from ..math._spd import spd_solve
 from ..runtime import jit
@@ -48,7 +48,7 @@ def geometric_stiffness(structure: Structure, x: AnyArray) -> Float[Array, "rows
 
 def at_nodes(structure: Structure, x: AnyArray) -> Array:
     """Displacements (nodes, 6) from rows (rows,) or from (nodes, 6) themselves.  Raises: ValueError."""
-    x = as_inexact(x)
+    x = as_real(x)
     return x if x.shape == (structure.num_nodes, 6) else scatter_rows(structure, x)
 
 
@@ -70,8 +70,8 @@ def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
     Raises: ValueError for a load of another shape, or more factors than rows.
     Source: Timoshenko and Gere, Theory of elastic stability (1961).
     """
-    load = as_inexact(load)
     (K,) = assemble_dense(structure, ("stiffness",))
+    load = as_real(load).astype(K.dtype)
     if load.shape != (len(K),) or not 0 < num <= len(K):
         raise ValueError(f"the structure has {len(K)} rows, got a load of shape {load.shape} and num = {num}")
     x = spd_solve(K, load)

@@ -131,7 +131,7 @@ def _common_tangent(first, second):
     n = _tangent(y - x, r - same * q, a, s)
     m = direction(same * (n - _dot(n, b) * b))
     u, v = jnp.cross(a, n), jnp.cross(b, m)
-    one, other = _meeting_angles(_Planes(*(_dot(*pair) for pair in _pairs(y - x, n, u, m, v))), r, q)
+    one, other = _normal_angles(_Planes(*(_dot(*pair) for pair in _pairs(y - x, n, u, m, v))), r, q)
     return one[0] * n + one[1] * u, other[0] * m + other[1] * v
 
 
@@ -152,7 +152,7 @@ def _pairs(p, n, u, m, v):
     return (p, n), (p, u), (p, m), (p, v), (n, m), (n, v), (u, m), (u, v)
 
 
-def _meeting_angles(k, r, q):
+def _normal_angles(k, r, q):
     """Cosines and sines of the angles of both normals in their planes by Newton, numbers alone: quick to compile."""
 
     def turn(_, angles):
@@ -163,13 +163,13 @@ def _meeting_angles(k, r, q):
         wrong = c * k.pn + s * k.pu + q * nm - r, d * k.pm + e * k.pv + q - r * nm
         along = c * k.pu - s * k.pn + q * um, d * k.pv - e * k.pm - r * nv
         one, other = _turns(along[0], q * nv, -r * um, along[1], wrong)
-        return _turned(c, s, one), _turned(d, e, other)
+        return _after_turn(c, s, one), _after_turn(d, e, other)
 
     start = (jnp.ones_like(k.nm), jnp.zeros_like(k.nm))
     return lax.fori_loop(0, _ROUNDS, turn, (start, start))
 
 
-def _turned(c, s, angle):
+def _after_turn(c, s, angle):
     """Cosine and sine after a turn by about a small angle."""
     c, s = c - angle * s, s + angle * c
     scale = lax.rsqrt(c * c + s * s)

@@ -43,7 +43,7 @@ def test_quarter_car_eigenvalues():
     np.testing.assert_allclose(linear.stiffness, [[190e3, 0.0], [0.0, 16e3]], atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_half_car_eigenvalues():
     system = models.half_car(road_front=0.0)
     linear = mbs.linearise(system, mbs.State.at(system))
@@ -66,7 +66,7 @@ def test_half_car_transmissibility():
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_quarter_car_transmissibility():
     """The drive of the road is released; the heights over its own follow from the state space."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
@@ -208,7 +208,7 @@ def test_the_drive_of_a_planar_loop_is_released():
     np.testing.assert_allclose(space.A, [[0.0, 1.0], [0.0, 0.0]], atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modes_and_responses_take_what_is_at_hand():
     """A mechanism and a state, or what `linearise` made of them."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))

@@ -87,7 +87,7 @@ def test_large_pivots_are_not_inverted():
 
 
 # ------------------------------------------------------------------------------------------------- orderings
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_users_order_and_the_root():
     pattern = bs.Pattern(*_sized(random_graph(25), SIZE))
     A, right = matrix(pattern), right_hand_side(pattern)
@@ -99,7 +99,7 @@ def test_the_users_order_and_the_root():
     assert {3, 11} <= set(root.pivot[-1, 0].tolist())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_planes_cut_a_mesh():
     """Median planes need less work on a block of hexahedra than level sets from a corner."""
     index = np.arange(8**3).reshape(8, 8, 8)
@@ -274,7 +274,7 @@ def test_as_a_lineax_solver(kind, small):
         np.testing.assert_allclose(a, b, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_refinement_mends_an_ill_conditioned_chain():
     """Springs in series from a wall, 400 of stiffness 1 to 1e6 in turn: the residual falls by refinement."""
     n = 400

@@ -21,7 +21,7 @@ def test_dependent_inertias_of_a_double_pendulum(graphs):
     assert shares(graph) == {"I:upper": (1, 0, 2), "m:upper": (0, 2, 1), "I:lower": (1, 0, 2), "m:lower": (0, 2, 1)}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_point_masses_have_no_turning_inertia(graphs):
     graph = graphs["points detailed"]
     assert graph.dependent == ()

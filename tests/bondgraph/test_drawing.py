@@ -95,7 +95,7 @@ def test_names_are_escaped():
     ElementTree.fromstring(viz.draw_bond_graph(mbs.bondgraph.bond_graph(b.build(), "detailed")))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_widths_follow_the_powers(swing):
     system, motion, powers = swing
     graph = mbs.bondgraph.bond_graph(system, "inertia")

@@ -75,7 +75,7 @@ def test_state_equations_read_back(specimen, view):
     np.testing.assert_allclose(equations[2], q_dot, rtol=1e-9, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_wholly_driven_mechanism_along_its_motion():
     """Without freedom the drives are the only root, and their power is the textbook's torque times speed."""
     system = models.slider_crank(drive=lambda t: START + OMEGA * t, gas_force=-200.0)

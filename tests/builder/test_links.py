@@ -104,7 +104,7 @@ def by_lengths():
     return b.build(), dict(zip("OAB", (angles[0], *np.diff(angles)), strict=True))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_links_drawn_at_their_places_are_assembled_there():
     drawn = four_bar()
     state = mbs.State.at(drawn, velocities={"O": 2.0})  # no guess

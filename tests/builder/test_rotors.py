@@ -34,7 +34,7 @@ def test_the_joint_feels_its_inertia_times_the_square_of_the_ratio(place, inerti
     np.testing.assert_allclose(u_dot[1], RATIO * u_dot[0], rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_gear_turns_the_rotor():
     """The coupler's effort on the joint is what turns the rotor, times the ratio; the base bears all three."""
     system = arm()

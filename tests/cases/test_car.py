@@ -52,7 +52,7 @@ def exact(times):
     return np.array([rest + (scipy.linalg.expm(A * t) @ gap)[:7] for t in times])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_road_steps_under_the_left_wheels():
     system = car()
     assert system.topology.mobility == 7

@@ -51,7 +51,7 @@ def begin(system):
     return mbs.State.at(system, pin=0.0, internal={"cylinder.p0": 2e6, "cylinder.p1": 2e6})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_angle_pressures_and_force():
     system = arm()
     # the valve's wanted length has kinks at 1/3 and 2/3 s

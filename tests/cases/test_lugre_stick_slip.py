@@ -66,7 +66,7 @@ def test_stick_slip_of_bristles_under_the_load_of_the_guide():
     assert abs(float(motion.diagnostics.energy_residual[-1])) < 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_first_creep():
     """Two seconds of sticking: micrometres, and bristles that carry the spring."""
     system = pulled()

@@ -34,7 +34,7 @@ def transfer_function():
     return TYRE * N, np.polyadd(denominator, TYRE * N)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_step_of_the_road():
     """Seen from the raised road, the car starts a step too low."""
     system = quarter_car()

@@ -99,7 +99,7 @@ def accelerations(started):
     return {j.name: a[j.velocities] for j in system.topology.joints}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_screw(accelerations):
     """Falling a pitch per radian: (I + m p^2) a = -m g p."""
     np.testing.assert_allclose(accelerations["screw"], -2.0 * G * PITCH / (0.02 + 2.0 * PITCH**2), rtol=1e-12)

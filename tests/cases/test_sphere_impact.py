@@ -25,7 +25,7 @@ def sphere(damping):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_impact():
     ts = np.linspace(0.0, 0.0013, 2601)[1:]
     for damping, (restitution, depth, duration) in CASES.items():

@@ -57,7 +57,7 @@ def test_convert_and_back(folder, capsys):
     assert sorted(mbs.load_model("arm.json").declared.joints) == ["elbow", "rail", "shoulder", "squeeze"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_simulate(folder, capsys):
     told = said(capsys, "simulate", "pendulum.urdf", "--t1", "0.5", "--set", "pin=0.3", "--steps", "10")
     assert told.out.startswith("success: 11 times to 0.5 s") and "pin" in told.out
@@ -71,7 +71,7 @@ def test_simulate(folder, capsys):
     assert float(kept.coordinates.sel(coordinate="pin")[0]) == 0.3 and kept.attrs["status"] == "success"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reactions_and_modes(folder, capsys):
     told = said(capsys, "reactions", "pendulum.urdf")
     assert "force x [N]" in told.out and "19.62" in told.out
@@ -124,7 +124,7 @@ def test_usage_is_status_two(arguments, capsys):
     assert stopped.value.code == 2 and "usage:" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_interrupt_leaves_no_half_file(folder):
     """What stood there before still stands there, and nothing beside it."""
     (folder / "motion.csv").write_text("old")
@@ -162,7 +162,7 @@ def test_an_interrupt_that_python_drops_still_counts(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_broken_pipe_is_quiet(folder):
     command = f"{sys.executable} -m jaxmbs check arm.urdf"
     done = subprocess.run(["bash", "-c", f"set -o pipefail; {command} | true"], capture_output=True, text=True)

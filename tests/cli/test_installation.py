@@ -29,7 +29,7 @@ def test_wrong_command_is_refused_with_usage(arguments, capsys):
     assert "usage: python -m jaxmbs" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_module_runs():
     done = subprocess.run([sys.executable, "-m", "jaxmbs", "--help"], capture_output=True, text=True)
     assert done.returncode == 0 and "demo" in done.stdout and "doctor" in done.stdout

@@ -114,7 +114,7 @@ def balls():
     return b.build(), float(stiffness)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_balls_touch_for_the_time_of_hertz():
     system, k = balls()
     mass, v = 0.26 * 0.88 / 1.14, 0.9

@@ -44,7 +44,7 @@ def test_energy_of_the_free_run_is_kept(results):
     assert np.max(np.abs(accounts.energy_residual)) < 1e-7 * np.max(accounts.kinetic)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_design_improves_within_its_bounds(results):
     optimum = results["optimum"]
     assert optimum.initial_value == pytest.approx(1.0)

@@ -48,7 +48,7 @@ def test_state_equations_have_plus_before_the_gyristor(specimen):
     np.testing.assert_allclose(q_dot, dependent, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_printed_second_gyristor_misses_a_half():
     of = fields(LOOP)
     twice = 2.0 * of.direct @ of.phi_dot

@@ -17,7 +17,7 @@ def test_effort_is_the_slope_of_the_energy():
     np.testing.assert_allclose(LAW.potential(0.4, 0.0), 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_mass_on_it_keeps_its_energy_and_stops_before_the_end():
     b = mbs.SystemBuilder()
     b.body("mass", mass=80.0)

@@ -116,7 +116,7 @@ def test_gradients_against_differences():
         np.testing.assert_allclose(found[name], difference, rtol=1e-5, err_msg=name)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_kahraman_and_singh():
     """Case GB1 at W = 1.2: from the separation of the teeth through a flight to the impact, and once around."""
     z, mean, amplitude, W = 0.05, 0.1, 0.05, 1.2

@@ -399,7 +399,7 @@ def strut(q):
     return np.linalg.norm(d), n, ARM * n @ np.array([-np.sin(q), np.cos(q)])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @parametrise
 def test_struts_by_virtual_power(system, answers, name):
     """`I q'' = F dl/dq`; the pin carries what the strut leaves of the mass's acceleration."""

@@ -49,7 +49,7 @@ def test_velocities_of_momenta(row):
     np.testing.assert_allclose(found, state.velocities, atol=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_is_that_of_differences(row):
     system, at, _ = row
     state = at(-0.4)

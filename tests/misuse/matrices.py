@@ -33,6 +33,7 @@ CASES = {
     ),
     "qualification.shock_spectrum": case(
         lambda z: call(np.array([0.0, 1.5, -0.5, 0.25]), 1e-3, np.array([30.5, 100.0]), 10.5),
+        "Q inf: no damping",
         f"signal shape: {SIGNALS}",
         "frequencies shape: any number",
     ),

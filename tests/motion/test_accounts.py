@@ -60,7 +60,7 @@ def motion():
     return mbs.simulate(system, state, ts=jnp.linspace(0.0, 0.6, 7), rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_account_closes(motion):
     """Energy changes by joules; what is unaccounted for is rounding and the tolerance of the integrator."""
     found = motion.diagnostics

@@ -119,7 +119,7 @@ def test_a_lane_that_locks_keeps_what_came_before(like):
     assert np.isfinite(value[0]) and np.isfinite(gradient[0]) and np.isnan(value[1]) and np.isnan(gradient[1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nothing_runs_from_a_state_of_nan(like):
     state = mbs.State(jnp.zeros(()), jnp.full(3, jnp.nan), jnp.zeros(3))
     motion = mbs.simulate(like, state, t1=0.3, throw=False)

@@ -159,7 +159,7 @@ def loop():
     return four_bar()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_status_of_a_start_that_is_not_assembled(loop):
     far = four_bar((1.88, 0.3, 0.9, 0.7), like=loop)
     state = mbs.State(jnp.zeros(()), jnp.array([0.7, -0.3, 1.5]), jnp.zeros(3))

@@ -52,7 +52,7 @@ def test_semi_implicit_euler_sums_the_work():
     np.testing.assert_allclose(motion.diagnostics.work["damper"][-1], lost, rtol=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_semi_implicit_euler_is_of_first_order(chain):
     _, system, state = chain
     exact = mbs.simulate(system, state, ts=jnp.array([0.1]), rtol=1e-11, atol=1e-11).states

@@ -77,7 +77,7 @@ EVENTS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", EVENTS)
 def test_an_event_that_is_no_number_has_a_status(ball, name):
     """The state is one written down by hand, which does not know the joints."""

@@ -16,7 +16,7 @@ def crank(mass, like=None):
     return b.build(like=like)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_rows_of_a_drive_do_not_know_the_mass():
     first = crank(1.0)
 
@@ -27,7 +27,7 @@ def test_the_rows_of_a_drive_do_not_know_the_mass():
     np.testing.assert_allclose(jax.grad(effort)(1.0), -9.81, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_concrete_state_and_its_times_in_a_compiled_function():
     first = crank(1.0)
     start = mbs.State.at(first)

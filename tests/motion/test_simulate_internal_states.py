@@ -180,7 +180,7 @@ class Runaway(Lag):
         return {"force": jnp.where(self.command > 0.0, s["force"] ** 2, -s["force"])}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lanes_of_a_batch():
     """One lane escapes in finite time: its states are NaN after it, those of the others are theirs."""
     b = mbs.SystemBuilder(gravity=(0, 0, 0))
@@ -286,7 +286,7 @@ class Cylinder(F.AbstractScalarStateLaw):
         return 1e-3 * self.unit * s["p"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_tolerances_apply_to_the_state_over_its_scale():
     """The same steps, whether pressures are in Pa or in GPa."""
     motions = []

@@ -32,7 +32,7 @@ def solve(field, y0, solver=None, **options):
     return diffrax.diffeqsolve(term, solver, 0.0, 1.0, 1e-3, y0, **settings)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_pendulum_saved_at_times_at_steps_densely_and_by_a_function(swing):
     system, start = swing
     field = mbs.vector_field(system)

@@ -26,7 +26,7 @@ def double_pendulum():
 
 
 # ------------------------------------------------------------------------------------------------- order, structure
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("solver", GAUSS)
 def test_order_of_convergence(double_pendulum, solver):
     """D1 at 1 s: differences between halved steps shrink by 2^order; the limit is heyoka's."""
@@ -116,7 +116,7 @@ def test_stiff_linear_system(solver):
         mbs.simulate(system, start, solver=solver(), **options)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("solver", MIDPOINT_SLOW)
 def test_between_steps(solver):
     """Under a constant force both methods and their dense output are exact; the work account too."""

@@ -94,7 +94,7 @@ def test_slope_by_a_mass(driven, motion):
     assert np.isfinite(value)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_faults(driven, motion):
     with pytest.raises(mbs.UnknownNameError, match="AA"):
         mbs.inverse_dynamics(driven, motion, actuators=["AA"])

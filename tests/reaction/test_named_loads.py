@@ -174,7 +174,7 @@ def test_names_are_found_behind_the_right_door(rotors):
     assert "multipliers" in repr(loads.row("coupler")) and "0.7" in repr(loads.law("wind"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_accelerations_that_tear_the_loop_are_not_ok():
     """As `reactions` says of the same: no actuators make them, though their efforts balance."""
     system = four_bar()

@@ -12,7 +12,7 @@ LINKS = chain_of_bars(2)
 HELD = mbs.State.at(LINKS, pin0=0.3, pin1=0.4, velocities={"pin0": 1.0, "pin1": -2.0})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loads_along_a_given_trajectory_of_an_arm():
     """Newton's law of the outer link, and the torques of `inverse_dynamics`."""
     wanted = {"pin0": 2.0, "pin1": -1.0}

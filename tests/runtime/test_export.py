@@ -81,7 +81,7 @@ def test_another_structure_is_refused(stored):
         program(1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_files_that_do_not_fit(stored, tmp_path):
     with pytest.raises(OSError, match="nowhere"):
         mbs.runtime.load_program(tmp_path / "nowhere")

@@ -23,7 +23,7 @@ def swinging():
     return system, motion, mbs.reactions(system, motion)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_motion(swinging, tmp_path):
     system, motion, _ = swinging
     found = motion.to_xarray()
