@@ -117,7 +117,7 @@ def gaps(system, state):
 
 
 @pytest.mark.parametrize(
-    "model", [pytest.param(tree, marks=pytest.mark.slow), pytest.param(loop, marks=pytest.mark.long)]
+    "model", [pytest.param(tree, marks=pytest.mark.long), pytest.param(loop, marks=pytest.mark.long)]
 )
 @MANY
 @given(seed=SEEDS)
@@ -197,7 +197,7 @@ def slopes(system, state, direction):
 
 
 @pytest.mark.parametrize(
-    "model", [pytest.param(tree, marks=pytest.mark.slow), pytest.param(loop, marks=pytest.mark.long)]
+    "model", [pytest.param(tree, marks=pytest.mark.long), pytest.param(loop, marks=pytest.mark.long)]
 )
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(seed=SEEDS)

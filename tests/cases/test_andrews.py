@@ -12,7 +12,7 @@ import jaxmbs as mbs
 from . import models
 from .reading import check, coordinates, rates, run
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 NAMES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 TIMES = np.array([0.005, 0.01, 0.02, 0.03, 0.05])

@@ -25,7 +25,7 @@ AXIAL = (0, 6 + 2, 12, 18)
 #: Largest net axial interface force of the first three load cases [mN], from pyYeti 1.4.7.
 NET_FORCE = (7371.73, 7135.02, 7113.12)
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(not FILES.exists(), reason="pyYeti without its test files")]
+pytestmark = [pytest.mark.long, pytest.mark.skipif(not FILES.exists(), reason="pyYeti without its test files")]
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import jaxmbs as mbs
 from . import models
 from .reading import along, check, coordinates, rates, run
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 OMEGA, START = 50.0, 0.4
 TIMES = np.array([0.0, 0.02, 0.05, 0.1])

@@ -44,7 +44,7 @@ WEIGHTS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
 PORT = PosePort()
 SLOW = ("cam", "road")
 parametrise = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in PAIRS]
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in PAIRS]
 )
 
 

@@ -55,7 +55,7 @@ def test_design_improves_within_its_bounds(results):
     assert np.mean(after**2) < 0.5 * np.mean(before**2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_limits_of_the_design_are_kept(results):
     wrist, torque = results["optimum"].limits
     before, after = (np.linalg.norm(loads.wrist, axis=1) for loads in results["loads"])
@@ -72,7 +72,7 @@ def test_grid_holds_the_reference_times():
     assert crank_angle(TIMES[-1]) == pytest.approx(0.4 + 50.0 * TIMES[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_command_writes_table_and_plots(studied, tmp_path, capsys):
     folder = tmp_path / "new" / "folder"
     assert cli.main(["demo", "--quick", "--output", str(folder)]) == 0
@@ -85,7 +85,7 @@ def test_command_writes_table_and_plots(studied, tmp_path, capsys):
     assert float(rows[0]["torque_Nm"]) == pytest.approx(LOADS["torque"].values[0][0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_without_matplotlib_the_table_is_written(studied, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -94,7 +94,7 @@ def test_without_matplotlib_the_table_is_written(studied, tmp_path, capsys, monk
     assert ".[viz]" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_folder_that_cannot_be_written(studied, tmp_path, capsys):
     (tmp_path / "file").write_text("not a folder")
     assert cli.main(["demo", "--output", str(tmp_path / "file")]) == 2
@@ -102,7 +102,7 @@ def test_folder_that_cannot_be_written(studied, tmp_path, capsys):
     assert "cannot write" in message and str(tmp_path / "file") in message
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_refused_folder(studied, tmp_path, capsys, monkeypatch):
     def refuse(dir):
         raise PermissionError(13, "Permission denied")

@@ -204,7 +204,7 @@ def mass(areas):
 
 
 @pytest.mark.parametrize(
-    "sharpness", [pytest.param(None, marks=pytest.mark.long), pytest.param(4000.0, marks=pytest.mark.slow)]
+    "sharpness", [pytest.param(None, marks=pytest.mark.long), pytest.param(4000.0, marks=pytest.mark.long)]
 )
 def test_ten_bars_with_frequencies_that_meet(sharpness):
     """532.03 kg, published; at the optimum two modes have 20 Hz and no gradient each, their smooth sum has one."""

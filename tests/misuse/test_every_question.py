@@ -130,11 +130,11 @@ NO_ANSWER = {
 }
 
 
-SLOW, LONG = ("massless",), ("free", "clamped", "pendulum", "driven")
+LONG = ("massless", "free", "clamped", "pendulum", "driven")
 
 
 def _marked(name):
-    return pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW) + [pytest.mark.long] * (name in LONG))
+    return pytest.param(name, marks=[pytest.mark.long] * (name in LONG))
 
 
 @pytest.mark.parametrize("name", [_marked(name) for name in MODELS])

@@ -141,7 +141,7 @@ def test_derivatives_by_times_and_start():
     np.testing.assert_allclose(by_time, 5.0 / 0.15 * np.exp(-0.4 / 0.15), rtol=1e-7)
 
 
-@SLOW
+@LONG
 def test_events_keep_or_change_internal_states():
     """A wall turns the velocity and leaves the states alone; a switch sets the force of the motor."""
     system = block()
@@ -203,7 +203,7 @@ def test_lanes_of_a_batch():
     assert np.isnan(force[1, TIMES > 0.6]).all()
 
 
-@SLOW
+@LONG
 def test_between_saved_times_and_tables():
     system = block()
     motion = mbs.simulate(system, begin(system), ts=np.linspace(0.0, 0.8, 81))

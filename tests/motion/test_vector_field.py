@@ -114,9 +114,8 @@ def test_the_independent_field_is_the_papers(loop):
     np.testing.assert_allclose(rate.momenta, (-3 * p[0] + 4 * p[1] - p[2]) / (2 * h), rtol=1e-5)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("swing", marks=pytest.mark.slow), pytest.param("loop", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["swing", "loop"])
 def test_diffeqsolve_takes_our_steps(name, request):
     """At every step's number both loops have the same time and state; the steps land on the saved times."""
     system, start = request.getfixturevalue(name)

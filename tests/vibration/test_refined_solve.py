@@ -42,7 +42,7 @@ FOUND, EXPECTED = _derivatives(critical), _derivatives(exact)
 @pytest.mark.parametrize(
     "distance",
     [
-        pytest.param(1e-9, marks=pytest.mark.slow),
+        pytest.param(1e-9, marks=pytest.mark.long),
         *(pytest.param(d, marks=pytest.mark.long) for d in (0.0, 1e-15, 1e-13, 1e-4)),
     ],
 )

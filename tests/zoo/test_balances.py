@@ -32,7 +32,7 @@ def test_constraints_stay_closed(specimen):
     np.testing.assert_allclose(found.rate_of["residual"], 0.0, atol=1e-8)
 
 
-@of_all(slow=("driven",))
+@of_all(slow=())
 def test_energy_changes_by_the_power_of_elements_and_drives(specimen):
     found = motion(specimen)
     rate = found.rate_of["kinetic"] + found.rate_of["potential"]
@@ -74,7 +74,7 @@ def loads_on_bodies(specimen, found):
                 yield from between(specimen, found, found.loads[name], *ends)
 
 
-@of_all(without=("elastic", "effort"), slow=("driven", "rolling"))
+@of_all(without=("elastic", "effort"), slow=("driven",))
 def test_every_body_is_in_equilibrium(specimen):
     """Newton and Euler, body by body, in NumPy: loads of joints, rows and laws against the rates of its momenta."""
     system, found = specimen.system, motion(specimen)
