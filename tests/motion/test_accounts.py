@@ -7,7 +7,7 @@ import pytest
 import jaxmbs as mbs
 from tests.models import PIN, rotation_about
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 STIFF = np.diag([40.0, 50.0, 30.0, 2.0, 3.0, 1.0])
 STIFF[0, 3] = STIFF[3, 0] = 1.5
@@ -60,7 +60,6 @@ def motion():
     return mbs.simulate(system, state, ts=jnp.linspace(0.0, 0.6, 7), rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.long
 def test_the_account_closes(motion):
     """Energy changes by joules; what is unaccounted for is rounding and the tolerance of the integrator."""
     found = motion.diagnostics

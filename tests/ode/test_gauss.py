@@ -15,7 +15,6 @@ from tests.cases.test_double_pendulum import ANGLES
 from tests.models import four_bar, four_bar_state
 
 GAUSS = [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4]
-MIDPOINT_SLOW = [pytest.param(mbs.motion.ImplicitMidpoint, marks=pytest.mark.slow), mbs.motion.Gauss4]
 ORDER = {mbs.motion.ImplicitMidpoint: 2, mbs.motion.Gauss4: 4}
 
 
@@ -117,7 +116,7 @@ def test_stiff_linear_system(solver):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("solver", MIDPOINT_SLOW)
+@pytest.mark.parametrize("solver", GAUSS)
 def test_between_steps(solver):
     """Under a constant force both methods and their dense output are exact; the work account too."""
     system = oscillator(0.0, 0.0, force=3.0)
