@@ -61,7 +61,7 @@ def test_spin_up_of_kane_ryan_and_banerjee():
     system = on_a_hub(frame, angle)
     motion = mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.0, 17.5, 701), rtol=1e-6, atol=1e-8)
     tip = frame.system.rows(("16", "y"))[0]
-    across = motion.states.coordinates[:, 1:] @ frame.shapes[tip]
+    across = np.asarray(motion.states.coordinates[:, 1:] @ frame.shapes[tip])
     np.testing.assert_allclose(across.min(), -0.5737867965794187, rtol=1e-2)
     np.testing.assert_allclose(across[[100, 200, 300]], [-0.1512737, -0.4684420, -0.5590392], rtol=1e-2)
     assert np.abs(across[-100:]).max() < 0.006
@@ -129,7 +129,7 @@ def test_gradient_of_a_frequency_of_a_blade_is_that_of_differences():
         return mbs.modes(system, mbs.State.at(system)).frequencies[2]
 
     slope = jax.jit(jax.grad(lambda EI: first(EI, like)))(1.1)
-    np.testing.assert_allclose(slope, (first(1.1 + 1e-4) - first(1.1 - 1e-4)) / 2e-4, rtol=1e-6)
+    np.testing.assert_allclose(slope, (first(1.1 + 1e-4) - first(1.1 - 1e-4)) / 2e-4, rtol=1e-5)
 
 
 @pytest.mark.long
