@@ -57,7 +57,7 @@ def test_lateral_buckling_of_narrow_beams():
 
 
 @pytest.mark.long
-def test_a_load_that_pulls_never_buckles_and_derivatives_are_those_of_differences():
+def test_a_load_that_pulls_never_buckles_and_the_factor_grows_with_the_modulus():
     held = {**PLANE, 0: "all"}
     assert np.isinf(factors(column(held), {N: [1.0, 0, 0, 0, 0, 0]})).all()
 

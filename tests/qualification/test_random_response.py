@@ -252,3 +252,21 @@ def test_faults_have_names():
     with pytest.raises(ModelError, match="absolute displacements"):
         white = {"base": BaseAcceleration(WhiteNoise(1.0), "z")}
         random_response(system, white, {"x": Coordinates("c z", "displacement", relative=False)}, ratios=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratios", [(1e-4, 0.3, 1e-5, 0.2), (1e-5, 1e-2, 1e-3, 0.7)])
+def test_twice_the_order_changes_nothing_at_close_poles_of_unlike_damping(ratios):
+    omega = 2 * np.pi * np.array([100.0, 100.3, 400.0, 401.0])
+    names = ["a x", "b x", "c x", "d x"]
+    labels = [tuple(name.split()) for name in names]
+    system = LinearSystem(
+        mass=np.eye(4),
+        stiffness=np.diag(omega**2),
+        damping=np.diag(2 * np.array(ratios) * omega),
+        coordinates=labels,
+    )
+    table = psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026], unit="g^2/Hz")
+    inputs = {"base": BaseAcceleration(table, dict.fromkeys(names, 1.0))}
+    found, finer = (random_response(system, inputs, names, order=order).rms for order in (24, 48))
+    np.testing.assert_allclose(found, finer, rtol=2e-12)

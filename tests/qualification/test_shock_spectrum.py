@@ -72,3 +72,15 @@ def test_derivatives(kind):
 def test_wrong_numbers(change, word):
     with pytest.raises(ValueError, match=word):
         shock_spectrum(**({"signal": NOISE, "step": 5e-5, "frequencies": SOME} | change))
+
+
+@pytest.mark.slow
+def test_response_after_the_pulse_is_that_under_zeros():
+    """Peaks are taken at the samples, at least 600 a period."""
+    step, frequencies = 1e-5, np.array([20.0, 35.0, 60.0, 150.0])
+    t = np.arange(1100) * step
+    pulse = np.sin(np.pi * t / 0.011)
+    pulse[-1] = 0.0
+    found = shock_spectrum(pulse, step, frequencies)
+    under_zeros = shock_spectrum(np.concatenate([pulse, np.zeros(30_000)]), step, frequencies)
+    np.testing.assert_allclose(found.after[1], under_zeros.during[1], rtol=1e-4)
