@@ -1,0 +1,250 @@
+"""Response-spectrum method: peaks of the modes from a spectrum of oscillators, and their combination."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float
+
+from ..checks import any_concrete, is_concrete, no_such, not_increasing, not_positive
+from ..errors import ModelError
+from ..linear._system import LinearSystem
+from ..math._eigen import eigh, same
+from ..runtime import jit
+from ..tables import format_number, table_repr
+from ..typing import ArrayLike
+from ._inputs import BaseAcceleration
+from ._modal_model import ModalModel, modal_model
+from ._outputs import KINDS as KINDS_OF_MOTION
+from ._outputs import Coordinates, named_outputs
+from ._psd import STANDARD_GRAVITY
+from ._shock_spectrum import KINDS, ShockSpectrum
+
+COMBINATIONS = ("srss", "cqc", "nrl", "abs")
+UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY}
+
+
+def _table_rows(response):
+    """Summary line and table of a response by the method of response spectra."""
+    peaks, missing = np.asarray(response.peaks), np.asarray(response.missing)
+    rows = [(n, format_number(p), format_number(m)) for n, p, m in zip(response.names, peaks, missing, strict=True)]
+    share = 1 - float(response.missing_mass) / float(jnp.sum(response.effective_masses) + response.missing_mass)
+    summary = (
+        f"{len(response.frequencies)} modes with {100 * share:.4g} % of the mass, combined by {response.combine}"
+    )
+    return summary, [("output", "peak", "missing mass"), *rows]
+
+
+class ResponseSpectrum(eqx.Module):
+    """Peaks of outputs by the response-spectrum method.
+
+    Attributes:
+        peaks: (outputs,) combined, not negative.
+        modal: (modes, outputs) peak of each mode, with the sign of its contribution.
+        missing: (outputs,) static part of the mass that the modes lack, at the acceleration of rigid oscillators.
+        frequencies: (modes,) [Hz]; ratios: (modes,) damping ratios.
+        accelerations: (modes,) [m/s^2] of the spectrum at the modes.
+        effective_masses: (modes,) [kg] in the direction of the input; missing_mass: () [kg] of the modes left out.
+        names: of the outputs; combine: rule of combination (static).
+    """
+
+    peaks: Float[Array, " outputs"]
+    modal: Float[Array, "modes outputs"]
+    missing: Float[Array, " outputs"]
+    frequencies: Float[Array, " modes"]
+    ratios: Float[Array, " modes"]
+    accelerations: Float[Array, " modes"]
+    effective_masses: Float[Array, " modes"]
+    missing_mass: Float[Array, ""]
+    names: tuple[str, ...] = eqx.field(static=True)
+    combine: str = eqx.field(static=True)
+
+    __repr__, _repr_html_ = table_repr(_table_rows)
+
+
+def response_spectrum(
+    system: LinearSystem,
+    spectrum: ShockSpectrum | tuple[ArrayLike, ArrayLike],
+    out: Any,
+    combine: str = "srss",
+    source: BaseAcceleration | None = None,
+    unit: str = "m/s^2",
+    ratios: ArrayLike | None = None,
+    num: int | None = None,
+) -> ResponseSpectrum:
+    """Peaks of a structure whose base has an acceleration that is known by its response spectrum alone.
+
+    Args:
+        spectrum: `shock_spectrum(...)`, of which the maximax is taken, or frequencies [Hz] and absolute
+            accelerations, straight on log-log paper, at the damping of the modes.  Above the last frequency
+            oscillators are rigid and the last acceleration remains.
+        out: as of `random_response`; displacements are relative to the base, accelerations absolute.
+        combine: "srss", root of the sum of squares; "cqc", complete quadratic combination, for close frequencies;
+            "nrl", the largest and the root of the other squares; "abs", the sum of sizes.
+        source: direction of the input, `BaseAcceleration(None, "z")` by default.
+        unit: of the spectrum, "m/s^2" or "g".
+        ratios: damping ratios of the modes, one or (modes,), in place of the system's damping.
+        num: number of modes, default all.  The mass of the others acts statically at the last acceleration of the
+            spectrum, as one more mode.
+
+    Velocities are answered by pseudo velocities, and forces of dampers are left out, as is usual.
+    At equal frequencies only "cqc" has a derivative: the other sums depend on the choice of modes in the group.
+
+    Raises: ModelError with every fault; if concrete, for modes below the spectrum and absolute displacements.
+    Source: Wilson, Der Kiureghian, Bayo (1981); Regulatory Guide 1.92 (2012).
+    """
+    source = BaseAcceleration(None, "z") if source is None else source
+    table = _checked(spectrum, combine, source, unit)
+    outputs = named_outputs(out)
+    _check_outputs(outputs)
+    model = modal_model(system, {"base": source}, outputs, ratios)
+    count = len(model.stiffness) if num is None else num
+    if isinstance(count, bool) or not 0 < count <= len(model.stiffness):
+        raise ModelError([f"num = {num}: there are {len(model.stiffness)} modes"], "the question")
+    parts = _parts(model, table, count)
+    _check_reach(parts["frequencies"], table[0])
+    peaks = _combined(parts, combine)
+    return ResponseSpectrum(peaks, **parts, names=model.names, combine=combine)
+
+
+def correlation(frequencies: ArrayLike, ratios: ArrayLike) -> Float[Array, "modes modes"]:
+    """Correlation coefficients (modes, modes) of the complete quadratic combination.
+
+    Args: frequencies: (modes,) of modes, > 0, in any unit; ratios: (modes,) damping ratios, or one.
+
+    Undamped modes are correlated with themselves and equal ones alone.  Source: Der Kiureghian (1981).
+    """
+    w = jnp.asarray(frequencies, float)
+    z = jnp.broadcast_to(jnp.asarray(ratios, w.dtype), w.shape)
+    r, zi, zj = w[:, None] / w[None], z[:, None], z[None]
+    top = 8 * jnp.sqrt(_positive(zi * zj)) * (r * zi + zj) * r**1.5
+    under = (1 - r**2) ** 2 + 4 * zi * zj * r * (1 + r**2) + 4 * (zi**2 + zj**2) * r**2
+    undamped = under == 0
+    return jnp.where(undamped, 1.0, jnp.where(zi * zj > 0, top, 0.0) / jnp.where(undamped, 1.0, under))
+
+
+def _positive(x):
+    return jnp.where(x > 0, x, 1.0)
+
+
+def _checked(spectrum, combine, source, unit):
+    """Frequencies and accelerations [m/s^2] of a spectrum."""
+    faults = []
+    if combine not in COMBINATIONS:
+        faults.append(f"combine = {combine!r} must be one of {', '.join(map(repr, COMBINATIONS))}")
+    if unit not in UNITS:
+        faults.append(no_such("unit", unit, tuple(UNITS)))
+    if not isinstance(source, BaseAcceleration):
+        faults.append("the source must be a BaseAcceleration: forces have no response spectrum here")
+    if isinstance(spectrum, ShockSpectrum):
+        w = 2 * jnp.pi * spectrum.frequencies
+        factor = {KINDS[0]: 1.0, KINDS[1]: w**2, KINDS[2]: w}[spectrum.kind]
+        spectrum = (spectrum.frequencies, spectrum.maximax * factor)
+    if not isinstance(spectrum, tuple | list) or len(spectrum) != 2:
+        raise ModelError([*faults, "the spectrum must be frequencies and accelerations, or a ShockSpectrum"])
+    f, a = (jnp.asarray(part, float) for part in spectrum)
+    if f.ndim != 1 or f.shape != a.shape or f.size < 2:
+        faults.append(f"frequencies {f.shape} and accelerations {a.shape} must be two or more numbers each")
+    elif not_positive(f) or not_increasing(f) or not_positive(a):
+        faults.append("frequencies must be positive and increasing, accelerations positive")
+    if any_concrete(lambda x: ~np.isfinite(x), jnp.concatenate([f.ravel(), a.ravel()])):
+        faults.append("all numbers of the spectrum must be finite")
+    if faults:
+        raise ModelError(faults, "the question")
+    return f, a * UNITS[unit]
+
+
+def _check_outputs(outputs):
+    faults = [
+        f"output {name!r} follows the {given.kind} of the base, which a spectrum does not have: ask relative to it"
+        for name, given in outputs.items()
+        if isinstance(given, Coordinates) and not given.relative and given.kind != KINDS_OF_MOTION[2]
+    ]
+    if faults:
+        raise ModelError(faults, "the question")
+
+
+def _check_reach(frequencies, table):
+    if is_concrete(frequencies, table) and float(frequencies[0]) < float(table[0]) * (1 - 1e-9):
+        raise ModelError(
+            [
+                f"the lowest mode, at {float(frequencies[0]):.6g} Hz, lies below the spectrum, which begins at "
+                f"{float(table[0]):.6g} Hz"
+            ],
+            "the question",
+        )
+
+
+@jit
+def _parts(model: ModalModel, table, count):
+    values, Y = eigh(model.stiffness, model.mass)
+    w = jnp.sqrt(_positive(values))
+    load = Y.T @ model.loads[0][:, 0]
+    rows = jnp.stack([model.rows[k].real @ Y for k in range(3)])
+    in_phase = rows[0] - values[None] * rows[2]
+    at_rest = (rows[0] == 0) & (rows[2] == 0)
+    rows_of_peak = jnp.where(jnp.all(at_rest, axis=1, keepdims=True), w[None] * rows[1], in_phase)
+    frequencies = jnp.where(values > 0, w, 0.0) / (2 * jnp.pi)
+    level, slope = jax.jvp(lambda v: _level(v, table), (values,), (jnp.ones_like(values),))
+    amplitude = (level * load + slope * (_parting(model, values, Y) @ load)) * jnp.where(values > 0, 1.0, jnp.nan)
+    modal = (rows_of_peak * amplitude[None]).T
+    static = model.direct[0, :, 0].real + model.static[0, :, 0].real + rows[0] @ (load / values)
+    kept = slice(0, count)
+    missing = (static - in_phase[:, kept] @ (load / values)[kept]) * table[1][-1]
+    damping = jnp.zeros_like(w) if model.damping is None else jnp.sum(Y * (model.damping @ Y), axis=0) / (2 * w)
+    return {
+        "modal": modal[kept],
+        "missing": _rounded(missing, in_phase, load / values, table[1][-1]),
+        "frequencies": frequencies[kept],
+        "ratios": damping[kept],
+        "accelerations": (level * values)[kept],
+        "effective_masses": load[kept] ** 2,
+        "missing_mass": jnp.sum(load[count:] ** 2),
+    }
+
+
+def _level(values, table):
+    """Displacement `S_a / w^2` of oscillators with squared frequencies (modes,) [rad^2/s^2]."""
+    f, a = table
+    at = 0.5 * jnp.log(_positive(values)) - jnp.log(2 * jnp.pi)
+    return jnp.exp(jnp.interp(at, jnp.log(f), jnp.log(a))) / _positive(values)
+
+
+def _parting(model, values, Y):
+    """Matrix (modes, modes) of value zero: the derivative of what parts groups of equal frequencies."""
+    X = lax.stop_gradient(Y)
+    fixed = lax.stop_gradient(values)
+    E = X.T @ model.stiffness @ X - fixed[:, None] * (X.T @ model.mass @ X)
+    within = same(fixed) & ~jnp.eye(len(fixed), dtype=bool)
+    return jnp.where(within, E - lax.stop_gradient(E), 0.0)
+
+
+def _rounded(missing, rows, amplitudes, level):
+    """Missing parts, those at rounding as zero with their derivative."""
+    size = jnp.abs(rows) @ jnp.abs(amplitudes) * level
+    tiny = jnp.abs(missing) <= 1e3 * jnp.finfo(missing.dtype).eps * size
+    return jnp.where(tiny, missing - lax.stop_gradient(missing), missing)
+
+
+def _combined(parts, combine):
+    """Peaks (outputs,)."""
+    R, extra = parts["modal"], parts["missing"]
+    if combine == "abs":
+        return jnp.sum(jnp.abs(R), axis=0) + jnp.abs(extra)
+    if combine == "cqc":
+        rho = correlation(parts["frequencies"], parts["ratios"])
+        return _root(jnp.sum(R * (rho @ R), axis=0) + extra**2)
+    R = jnp.concatenate([R, extra[None]])
+    if combine == "srss":
+        return _root(jnp.sum(R**2, axis=0))
+    size = jnp.abs(R)
+    largest = jnp.arange(len(R))[:, None] == jnp.argmax(size, axis=0)[None]
+    return jnp.sum(jnp.where(largest, size, 0.0), axis=0) + _root(jnp.sum(jnp.where(largest, 0.0, R**2), axis=0))
+
+
+def _root(x):
+    acts = x > 0
+    return jnp.where(acts, jnp.sqrt(jnp.where(acts, x, 1.0)), 0.0)
