@@ -2,8 +2,8 @@
 
 from ._cycles import Cycles, rainflow
 from ._damage import damage, equivalent_load
+from ._psd import PsdTable, psd_table
 from ._sn import SN
 from ._spectral_damage import spectral_damage
-from ._spectrum import Spectrum
 
-__all__ = ["SN", "Cycles", "Spectrum", "damage", "equivalent_load", "rainflow", "spectral_damage"]
+__all__ = ["SN", "Cycles", "PsdTable", "damage", "equivalent_load", "psd_table", "rainflow", "spectral_damage"]

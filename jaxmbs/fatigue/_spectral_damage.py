@@ -4,14 +4,13 @@ Each method gives rates of cycles whose amplitudes are distributed by Weibull's 
 general.  The damage of each is a gamma function, of a kinked curve an incomplete one.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from jax.scipy.special import gammainc, gammaln
 
 from ..typing import Scalar
 from ._sn import SN
-from ._spectrum import Spectrum
 
 
 class _Part(NamedTuple):
@@ -22,30 +21,50 @@ class _Part(NamedTuple):
     shape: Scalar
 
 
-def spectral_damage(psd: Spectrum, sn: SN, method: str = "dirlik") -> Scalar:
+class _Moments:
+    """Moments of a stress, all computed together; those of no stress are one."""
+
+    def __init__(self, psd, orders):
+        found = psd.moments(orders)
+        self.quiet = found[0] <= 0
+        self._by_order = {n: jnp.where(self.quiet, 1.0, m) for n, m in zip(orders, found, strict=True)}
+
+    def moment(self, order):
+        return self._by_order[order]
+
+    @property
+    def crossings(self):
+        return jnp.sqrt(self.moment(2) / self.moment(0))
+
+    @property
+    def peaks(self):
+        return jnp.sqrt(self.moment(4) / self.moment(2))
+
+
+def spectral_damage(psd: Any, sn: SN, method: str = "dirlik") -> Scalar:
     """Damage per second () of a stationary Gaussian stress of zero mean.
 
     Args:
-        psd: one-sided spectrum of the stress over Hz.
+        psd: spectrum of the stress in the unit of the curve: `psd_table(..., unit=None)`, or one of a random response
+            by `qualification.stress_spectrum`, `von_mises_spectrum` or `critical_plane`, whose moments are exact.
         sn: S-N curve; of a kinked one the first slope is that of "wirsching-light".
         method: "narrowband" (Miles 1954, Bendat 1964), an upper bound; "wirsching-light" (1980), "alpha0.75" (1999),
             "tovo-benasciutti" (2005), "dirlik" (1985), "zhao-baker" (1992) for wide bands.
 
     Where the band gets narrow all methods join the narrow-band value smoothly, except that Wirsching and Light keep
-    their root.  The second and third need no fourth moment, see `Spectrum.peaks`.
+    their root.  "alpha0.75" alone needs no fourth moment, see `PsdTable.peaks`.
 
-    Raises: ValueError for another method.
+    Raises: ValueError for another method, TypeError for spectra of accelerations and what is no spectrum.
     """
-    if not isinstance(psd, Spectrum) or not isinstance(sn, SN):
-        raise TypeError("spectral_damage takes a fatigue.Spectrum and a fatigue.SN, in this order")
+    if not hasattr(psd, "moments") or not isinstance(sn, SN):
+        raise TypeError("spectral_damage takes a spectrum, as of psd_table, and a fatigue.SN, in this order")
+    if getattr(psd, "quantity", "any") == "acceleration":
+        raise TypeError("the spectrum is one of acceleration: damage is done by the stress under it")
     if method not in _METHODS:
         raise ValueError(f"method = {method!r} must be one of {', '.join(map(repr, _METHODS))}")
-    m0 = psd.moment(0)
-    quiet = m0 <= 0
-    loud = Spectrum(psd.frequencies, jnp.where(quiet, jnp.ones_like(psd.levels), psd.levels))
-    sigma = loud.rms
-    rates = [_damage(part, sigma, sn) for part in _METHODS[method](loud, sn)]
-    return jnp.where(quiet, 0.0, sum(rates, jnp.zeros(())))
+    stress = _Moments(psd, (0, 0.75, 1.5, 2) if method == "alpha0.75" else (0, 1, 2, 4))
+    rates = [_damage(part, jnp.sqrt(stress.moment(0)), sn) for part in _METHODS[method](stress, sn)]
+    return jnp.where(stress.quiet, 0.0, sum(rates, jnp.zeros(())))
 
 
 def _damage(part, sigma, sn):

@@ -1,20 +1,26 @@
 """Qualification: responses to random, sine and shock tests, notching, load events."""
 
+from ..fatigue._psd import PsdTable, psd_table
+from ._critical_plane import CriticalPlane, critical_plane
+from ._damage_spectrum import DamageSpectrum, damage_spectrum
 from ._inputs import BaseAcceleration, RandomForce
 from ._load_cases import Envelope, LoadCase, load_envelope
 from ._outputs import BaseForces, BondForces, Coordinates, Recovery
-from ._psd import PsdTable, WhiteNoise, psd_table
 from ._random_response import RandomResponse, random_response
 from ._random_spectrum import miles, random_spectrum
 from ._response_spectrum import ResponseSpectrum, correlation, response_spectrum
 from ._shock_spectrum import ShockSpectrum, shock_spectrum
 from ._sine_response import SineResponse, sine_response
+from ._stress_spectrum import StressSpectrum, stress_spectrum, von_mises_spectrum
+from ._white_noise import WhiteNoise
 
 __all__ = [
     "BaseAcceleration",
     "BaseForces",
     "BondForces",
     "Coordinates",
+    "CriticalPlane",
+    "DamageSpectrum",
     "Envelope",
     "LoadCase",
     "PsdTable",
@@ -24,8 +30,11 @@ __all__ = [
     "ResponseSpectrum",
     "ShockSpectrum",
     "SineResponse",
+    "StressSpectrum",
     "WhiteNoise",
     "correlation",
+    "critical_plane",
+    "damage_spectrum",
     "load_envelope",
     "miles",
     "psd_table",
@@ -34,4 +43,6 @@ __all__ = [
     "response_spectrum",
     "shock_spectrum",
     "sine_response",
+    "stress_spectrum",
+    "von_mises_spectrum",
 ]

@@ -11,10 +11,11 @@ from jaxtyping import Array
 from ..checks import is_concrete, no_such
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..fatigue._psd import PsdTable
 from ..linear._rigid_motions import rigid_rows
 from ..linear._system import LinearSystem
 from ..typing import ArrayLike, CoordinateLike
-from ._psd import PsdTable, WhiteNoise
+from ._white_noise import WhiteNoise
 
 Spectrum = PsdTable | WhiteNoise
 

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, is_concrete, no_such, not_increasing, not_positive
 from ..errors import ModelError
+from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
 from ..math._eigen import eigh, same
 from ..runtime import jit
@@ -20,7 +21,6 @@ from ._inputs import BaseAcceleration
 from ._modal_model import ModalModel, modal_model
 from ._outputs import KINDS as KINDS_OF_MOTION
 from ._outputs import Coordinates, named_outputs
-from ._psd import STANDARD_GRAVITY
 from ._shock_spectrum import KINDS, ShockSpectrum
 
 COMBINATIONS = ("srss", "cqc", "nrl", "abs")

@@ -10,13 +10,13 @@ from jaxtyping import Array, Complex, Float
 
 from ..checks import any_concrete, no_such, not_positive
 from ..errors import ModelError
+from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
 from ._modal_model import ModalModel, modal_model
 from ._outputs import named_outputs
-from ._psd import STANDARD_GRAVITY
 
 #: Units of the levels of sine tests: their size in SI units.
 SINE_UNITS = {"g": STANDARD_GRAVITY, "m/s^2": 1.0, "N": 1.0}

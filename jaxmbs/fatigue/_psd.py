@@ -1,5 +1,7 @@
 """Tables of power spectral density, one-sided over hertz, straight lines between points on log-log paper."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -9,6 +11,7 @@ from jaxtyping import Array, Float
 from ..checks import any_concrete, faults_if, not_increasing, not_positive
 from ..errors import ModelError
 from ..typing import ArrayLike
+from ._arrays import float_array
 
 #: Standard acceleration of gravity [m/s^2].
 STANDARD_GRAVITY = 9.80665
@@ -24,28 +27,59 @@ UNITS = {
 
 
 class PsdTable(eqx.Module):
-    """One-sided power spectral density over frequency, a power law between points; zero outside of the table.
+    """Power spectral density, **one-sided, over Hz**, a power law between points; zero outside of the table.
+
+    `psd_table` makes one, from other conventions too.
 
     Attributes:
         frequencies: (points,) [Hz], positive and increasing.
-        levels: (points,) in SI units squared per Hz, positive.
-        quantity: "acceleration" or "force" (static).
+        levels: (points,) in SI units squared per Hz, or in the unit of the user; positive.
+        quantity: "acceleration", "force" or "any" (static).
     """
 
     frequencies: Float[Array, " points"]
     levels: Float[Array, " points"]
     quantity: str = eqx.field(static=True)
 
+    def moments(self, orders: Sequence[float | int]) -> Float[Array, " orders"]:
+        """Spectral moments `integral f^n G df` (orders,), exact for the power laws; a level of zero leaves none."""
+        f, g = self.frequencies, self.levels
+        sounds = (g[1:] > 0) & (g[:-1] > 0)
+        log = jnp.log(jnp.where(g > 0, g, 1.0))
+        step, rise = jnp.log1p(jnp.diff(f) / f[:-1]), jnp.diff(log)
+        found = []
+        for n in orders:
+            area = g[:-1] * f[:-1] ** (n + 1.0) * step * _mean_exponential(rise + (n + 1.0) * step)
+            found.append(jnp.sum(jnp.where(sounds, area, 0.0)))
+        return jnp.stack(found)
+
+    def moment(self, order: float | int) -> Float[Array, ""]:
+        """Spectral moment `integral f^order G df` ()."""
+        return self.moments((order,))[0]
+
     @property
     def mean_square(self) -> Float[Array, ""]:
-        """Mean square () in SI units, exact for the power laws between the points."""
-        step, rise = jnp.diff(jnp.log(self.frequencies)), jnp.diff(jnp.log(self.levels))
-        return jnp.sum(self.levels[:-1] * self.frequencies[:-1] * step * _mean_exponential(rise + step))
+        """Mean square ()."""
+        return self.moment(0)
 
     @property
     def rms(self) -> Float[Array, ""]:
-        """Root of the mean square () in SI units."""
-        return jnp.sqrt(self.mean_square)
+        """Root of the mean square ()."""
+        m0 = self.moment(0)
+        return jnp.where(m0 > 0, jnp.sqrt(jnp.where(m0 > 0, m0, 1.0)), 0.0)
+
+    @property
+    def crossings(self) -> Float[Array, ""]:
+        """Upward zero crossings per second: `sqrt(m2 / m0)`."""
+        m0, m2 = self.moments((0, 2))
+        return jnp.sqrt(m2 / m0)
+
+    @property
+    def peaks(self) -> Float[Array, ""]:
+        """Peaks per second: `sqrt(m4 / m2)`.  The fourth moment grows with the band where levels fall slower than
+        `f^-5`: an absolute acceleration has no rate of peaks of its own, only one of its band."""
+        m2, m4 = self.moments((2, 4))
+        return jnp.sqrt(m4 / m2)
 
     def at(self, frequencies: ArrayLike) -> Array:
         """Levels at any frequencies (...,) [Hz]; zero outside of the table."""
@@ -62,38 +96,10 @@ class PsdTable(eqx.Module):
         return PsdTable(self.frequencies, self.levels * factor, self.quantity)
 
 
-class WhiteNoise(eqx.Module):
-    """White noise: one-sided level () in SI units squared per Hz at all frequencies from zero on.
-
-    Its responses are solutions of a Lyapunov equation, and finite only of outputs that do not follow the input at
-    high frequencies.
-
-    Attributes: level: (); quantity: "acceleration" or "force" (static).
-
-    Raises: ModelError for a level that is not positive, and another quantity.
-    """
-
-    level: Float[Array, ""]
-    quantity: str = eqx.field(static=True)
-
-    def __init__(self, level: ArrayLike, quantity: str = "acceleration") -> None:
-        self.level, self.quantity = jnp.asarray(level, float), quantity
-        faults = faults_if(
-            (not_positive(self.level), f"the level of white noise must be positive, not {level}"),
-            (self.level.ndim != 0, f"the level of white noise is one number, not of shape {self.level.shape}"),
-            (
-                quantity not in ("acceleration", "force"),
-                f"quantity = {quantity!r} must be 'acceleration' or 'force'",
-            ),
-        )
-        if faults:
-            raise ModelError(faults, "the white noise")
-
-
 def psd_table(
     frequencies: ArrayLike,
     levels: ArrayLike,
-    unit: str = "g^2/Hz",
+    unit: str | None = "g^2/Hz",
     *,
     frequency_unit: str = "Hz",
     sides: int = 1,
@@ -104,25 +110,29 @@ def psd_table(
         frequencies: (points,), positive and increasing.
         levels: (points,), positive.
         unit: of the levels: "g^2/Hz", "(m/s^2)^2/Hz", "(rad/s^2)^2/Hz", "N^2/Hz", "(N m)^2/Hz" or "Pa^2/Hz".
+            None: levels of any quantity, as the stress of an S-N curve in MPa, which stay as they are.
         frequency_unit: "Hz", or "rad/s": then the levels too are per rad/s and are converted.
         sides: 1, or 2 for levels that negative frequencies share, which are doubled.
 
     Raises: ModelError with every fault.
     """
-    f, S = jnp.asarray(frequencies, float), jnp.asarray(levels, float)
+    f, S = float_array(frequencies), float_array(levels)
     sizes = f.ndim == 1 and f.shape == S.shape and f.size > 1
     faults = faults_if(
         (not sizes, f"frequencies {f.shape} and levels {S.shape} must be two or more numbers each"),
-        (sizes and (not_positive(f) or not_increasing(f)), "frequencies must be positive and increasing"),
+        (
+            sizes and (not_positive(f) or not_increasing(f)),
+            "frequencies must be positive and increasing: leave out a point at 0 Hz",
+        ),
         (not_positive(S), "levels must be positive: lines on log-log paper do not reach zero"),
         (any_concrete(lambda x: ~np.isfinite(x), jnp.concatenate([f.ravel(), S.ravel()])), "numbers must be finite"),
-        (unit not in UNITS, f"unknown unit {unit!r}: the units are {', '.join(UNITS)}"),
+        (unit is not None and unit not in UNITS, f"unknown unit {unit!r}: the units are {', '.join(UNITS)}"),
         (frequency_unit not in ("Hz", "rad/s"), f"frequency_unit = {frequency_unit!r} must be 'Hz' or 'rad/s'"),
         (sides not in (1, 2), f"sides = {sides!r} must be 1 or 2"),
     )
     if faults:
         raise ModelError(faults, "the table")
-    quantity, size = UNITS[unit]
+    quantity, size = ("any", 1.0) if unit is None else UNITS[unit]
     per = 2 * np.pi if frequency_unit == "rad/s" else 1.0
     return PsdTable(f / per, S * (size * per * sides), quantity)
 

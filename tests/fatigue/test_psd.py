@@ -6,9 +6,9 @@ import pytest
 from scipy.integrate import quad
 
 from jaxmbs.errors import ModelError
-from jaxmbs.qualification import WhiteNoise, psd_table
-
-from . import read_case
+from jaxmbs.fatigue import psd_table
+from jaxmbs.qualification import WhiteNoise
+from tests.qualification import read_case
 
 GSFC = [20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026]
 
@@ -58,3 +58,23 @@ def test_all_faults_in_one_report():
     assert len(error.value.faults) == 5
     with pytest.raises(ModelError, match="positive"):
         WhiteNoise(0.0)
+
+
+F, G = np.array([0.5, 2.0, 3.0, 3.001, 9.0]), np.array([1.0, 4.0, 4.5, 0.3, 0.01])
+
+
+@pytest.mark.parametrize("order", [0, 0.75, 1, 2, 4])
+def test_moments(order):
+    table = psd_table(F, G, unit=None)
+    pieces = zip(F[:-1], F[1:], strict=True)
+    law = lambda f: f**order * np.exp(np.interp(np.log(f), np.log(F), np.log(G)))  # noqa: E731
+    np.testing.assert_allclose(
+        table.moment(order), sum(quad(law, a, b, epsabs=1e-13)[0] for a, b in pieces), rtol=1e-9
+    )
+
+
+def test_narrow_band_and_silence():
+    narrow = psd_table(20 + 1e-7 * np.arange(3), [1e-3, 1.0, 1e-3], unit=None)
+    np.testing.assert_allclose(narrow.moment(4) / narrow.moment(0), 20.0**4, rtol=1e-7)
+    np.testing.assert_allclose([narrow.crossings, narrow.peaks], 20.0, rtol=1e-7)
+    np.testing.assert_allclose(jax.grad(lambda g: psd_table(F, g, unit=None).rms)(np.zeros(5)), 0)
