@@ -116,7 +116,7 @@ FACES = {
         virtual_point
     """,
     "jaxmbs.fatigue": """
-        Cycles SN Spectrum damage equivalent_load rainflow spectral_damage
+        Cycles PsdTable SN damage equivalent_load psd_table rainflow spectral_damage
     """,
     "jaxmbs.fem": """
         Buckling CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load buckling
@@ -169,9 +169,10 @@ FACES = {
         reaction_family reaction_matrix redundancy with_redundancy
     """,
     "jaxmbs.qualification": """
-        BaseAcceleration BaseForces BondForces Coordinates Envelope LoadCase PsdTable RandomForce RandomResponse
-        Recovery ShockSpectrum SineResponse WhiteNoise load_envelope miles psd_table random_response
-        random_spectrum shock_spectrum sine_response
+        BaseAcceleration BaseForces BondForces Coordinates CriticalPlane DamageSpectrum Envelope LoadCase PsdTable
+        RandomForce RandomResponse Recovery ResponseSpectrum ShockSpectrum SineResponse StressSpectrum WhiteNoise
+        critical_plane damage_spectrum load_envelope miles psd_table random_response random_spectrum
+        response_spectrum shock_spectrum sine_response stress_spectrum von_mises_spectrum
     """,
     "jaxmbs.studies": """
         Designs StudyError grid latin_hypercube normal sobol sweep

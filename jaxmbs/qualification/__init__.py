@@ -8,7 +8,7 @@ from ._load_cases import Envelope, LoadCase, load_envelope
 from ._outputs import BaseForces, BondForces, Coordinates, Recovery
 from ._random_response import RandomResponse, random_response
 from ._random_spectrum import miles, random_spectrum
-from ._response_spectrum import ResponseSpectrum, correlation, response_spectrum
+from ._response_spectrum import ResponseSpectrum, response_spectrum
 from ._shock_spectrum import ShockSpectrum, shock_spectrum
 from ._sine_response import SineResponse, sine_response
 from ._stress_spectrum import StressSpectrum, stress_spectrum, von_mises_spectrum
@@ -32,7 +32,6 @@ __all__ = [
     "SineResponse",
     "StressSpectrum",
     "WhiteNoise",
-    "correlation",
     "critical_plane",
     "damage_spectrum",
     "load_envelope",

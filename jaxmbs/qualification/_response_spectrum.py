@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, is_concrete, no_such, not_increasing, not_positive
+from ..coupling._limit_loads import cqc_correlation
 from ..errors import ModelError
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
@@ -106,24 +107,10 @@ def response_spectrum(
         raise ModelError([f"num = {num}: there are {len(model.stiffness)} modes"], "the question")
     parts = _parts(model, table, count)
     _check_reach(parts["frequencies"], table[0])
+    if combine == "cqc" and not_positive(parts["ratios"]):
+        raise ModelError(['"cqc" needs damped modes: give `ratios`, or the system a damping'], "the question")
     peaks = _combined(parts, combine)
     return ResponseSpectrum(peaks, **parts, names=model.names, combine=combine)
-
-
-def correlation(frequencies: ArrayLike, ratios: ArrayLike) -> Float[Array, "modes modes"]:
-    """Correlation coefficients (modes, modes) of the complete quadratic combination.
-
-    Args: frequencies: (modes,) of modes, > 0, in any unit; ratios: (modes,) damping ratios, or one.
-
-    Undamped modes are correlated with themselves and equal ones alone.  Source: Der Kiureghian (1981).
-    """
-    w = jnp.asarray(frequencies, float)
-    z = jnp.broadcast_to(jnp.asarray(ratios, w.dtype), w.shape)
-    r, zi, zj = w[:, None] / w[None], z[:, None], z[None]
-    top = 8 * jnp.sqrt(_positive(zi * zj)) * (r * zi + zj) * r**1.5
-    under = (1 - r**2) ** 2 + 4 * zi * zj * r * (1 + r**2) + 4 * (zi**2 + zj**2) * r**2
-    undamped = under == 0
-    return jnp.where(undamped, 1.0, jnp.where(zi * zj > 0, top, 0.0) / jnp.where(undamped, 1.0, under))
 
 
 def _positive(x):
@@ -235,7 +222,7 @@ def _combined(parts, combine):
     if combine == "abs":
         return jnp.sum(jnp.abs(R), axis=0) + jnp.abs(extra)
     if combine == "cqc":
-        rho = correlation(parts["frequencies"], parts["ratios"])
+        rho = cqc_correlation(parts["frequencies"], parts["ratios"])
         return _root(jnp.sum(R * (rho @ R), axis=0) + extra**2)
     R = jnp.concatenate([R, extra[None]])
     if combine == "srss":

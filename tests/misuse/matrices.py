@@ -12,10 +12,13 @@ ANY = "any number of frequencies"
 TIMES = "any number of times"
 SIGNALS = "any number of samples"
 CURVE = fatigue.SN(1e6, 3.0)
-STRESS = fatigue.Spectrum([1.0, 2.0, 4.0], [1.0, 2.0, 0.5])
+STRESS = fatigue.psd_table([1.0, 2.0, 4.0], [1.0, 2.0, 0.5], unit=None)
+OSCILLATOR = mbs.LinearSystem(
+    mass=[[2.0]], stiffness=[[8e4]], damping=[[40.0]], coordinates=["m z"], positions={"m": (0, 0, 0)}
+)
 CASES = {
     "fatigue.SN": case(lambda z: call(1e6, 3.0, 2.0, 5.0, 1.0), "* nan: shows in the damage", "* inf: a limit"),
-    "fatigue.Spectrum": case(lambda z: call(np.array([1.0, 2.5, 4.0]), np.array([1.5, 2.0, 0.5]))),
+    "fatigue.psd_table": case(lambda z: call(np.array([1.0, 2.5, 4.0]), np.array([1.5, 2.0, 0.5]), "N^2/Hz")),
     "fatigue.rainflow": case(lambda z: call(np.array([0.5, 2.0, -1.0, 3.0])), f"signal shape: {SIGNALS}"),
     "fatigue.damage": case(
         lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), CURVE, "goodman", 20.5), f"history shape: {SIGNALS}"
@@ -24,6 +27,15 @@ CASES = {
         lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), 3.5, 2.5), f"history shape: {SIGNALS}"
     ),
     "fatigue.spectral_damage": case(lambda z: call(STRESS, CURVE, "dirlik")),
+    "qualification.damage_spectrum": case(
+        lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), np.array([30.5, 100.0]), CURVE, None, 1e-3, 10.5),
+        "Q inf: no damping",
+        f"source shape: {SIGNALS}",
+        "natural shape: any number",
+    ),
+    "qualification.response_spectrum": case(
+        lambda z: call(OSCILLATOR, (np.array([1.5, 99.0]), np.array([2.5, 3.0])), ["m z"], "srss")
+    ),
     "qualification.miles": case(
         lambda z: call(np.array([30.5, 100.0]), np.array([0.03, 0.16]), 10.5), "* shape: any that fit"
     ),

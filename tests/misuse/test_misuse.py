@@ -34,14 +34,15 @@ EXEMPT = {
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
         analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
-        fatigue.Cycles qualification.ShockSpectrum
+        fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
+        qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
     """,
     "spectra, sine tests and load cases, whose wrong use is tested in tests/qualification": """
         qualification.BaseAcceleration qualification.BaseForces qualification.BondForces qualification.Coordinates
-        qualification.Envelope qualification.LoadCase qualification.PsdTable qualification.RandomForce
+        qualification.Envelope qualification.LoadCase qualification.RandomForce
         qualification.RandomResponse qualification.Recovery qualification.SineResponse qualification.WhiteNoise
-        qualification.load_envelope qualification.psd_table qualification.random_response
-        qualification.sine_response jaxmbs.random_response
+        qualification.critical_plane qualification.load_envelope qualification.random_response
+        qualification.sine_response qualification.stress_spectrum qualification.von_mises_spectrum jaxmbs.random_response
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
