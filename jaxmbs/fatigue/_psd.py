@@ -44,13 +44,13 @@ class PsdTable(eqx.Module):
     def moments(self, orders: Sequence[float | int]) -> Float[Array, " orders"]:
         """Spectral moments `integral f^n G df` (orders,), exact for the power laws; a level of zero leaves none."""
         f, g = self.frequencies, self.levels
-        sounds = (g[1:] > 0) & (g[:-1] > 0)
-        log = jnp.log(jnp.where(g > 0, g, 1.0))
+        silent = (g[1:] == 0) | (g[:-1] == 0)
+        log = jnp.log(jnp.where(g == 0, 1.0, g))
         step, rise = jnp.log1p(jnp.diff(f) / f[:-1]), jnp.diff(log)
         found = []
         for n in orders:
             area = g[:-1] * f[:-1] ** (n + 1.0) * step * _mean_exponential(rise + (n + 1.0) * step)
-            found.append(jnp.sum(jnp.where(sounds, area, 0.0)))
+            found.append(jnp.sum(jnp.where(silent, 0.0, area)))
         return jnp.stack(found)
 
     def moment(self, order: float | int) -> Float[Array, ""]:
@@ -66,7 +66,7 @@ class PsdTable(eqx.Module):
     def rms(self) -> Float[Array, ""]:
         """Root of the mean square ()."""
         m0 = self.moment(0)
-        return jnp.where(m0 > 0, jnp.sqrt(jnp.where(m0 > 0, m0, 1.0)), 0.0)
+        return jnp.where(m0 == 0, 0.0, jnp.sqrt(jnp.where(m0 == 0, 1.0, m0)))
 
     @property
     def crossings(self) -> Float[Array, ""]:

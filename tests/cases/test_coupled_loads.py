@@ -12,6 +12,7 @@ from jaxmbs.coupling._primal_assembly import interface_reactions
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble, assemble_dense
 from jaxmbs.io import read_op4
+from jaxmbs.qualification import LoadCase, load_envelope
 from jaxmbs.vibration import ModalSuperposition, modes, simulate
 from jaxmbs.vibration._modes import natural_modes
 
@@ -94,6 +95,7 @@ def test_net_interface_force_of_three_load_cases(carrier, coupled):
 
     event = loadmat(FILES / "toes" / "toes_ffns.mat", squeeze_me=True)
     rows, share = np.array(carrier.rows("8 x", "8 y", "24 x", "24 z")), np.array([1.0, 0.1, 1.0, 0.1])
+    cases = []
     for force, expected in zip(event["ffns"][:3, ::2], NET_FORCE, strict=True):
         ts = 2 / event["sr"] * np.arange(len(force))
         load = jnp.zeros((len(force), carrier.num_rows)).at[:, rows].set(force[:, None] * share[None])
@@ -102,8 +104,13 @@ def test_net_interface_force_of_three_load_cases(carrier, coupled):
         )
         shares = [None if s is None else s.T for s in coupled.component_forces(motion.forces[0])]
         found = interface_reactions(coupled, motion.displacement.T, motion.acceleration.T, None, shares).forces[1]
-        np.testing.assert_allclose(jnp.max(jnp.sum(found[np.array(AXIAL)], axis=0)), expected, rtol=1e-6)
+        net = jnp.sum(found[np.array(AXIAL)], axis=0)
+        np.testing.assert_allclose(jnp.max(net), expected, rtol=1e-6)
+        cases.append(LoadCase(f"TOES {len(cases) + 1}", net[:, None], ["net axial"], ts))
         loads = reactions(coupled, motion)  # with the payload's share of the damping
         assert loads.residual < 2e-6  # as exact as the modes: on the edge of `ok`, on some processors beyond
         bolts = loads["bolts"].on_first[:, np.array(AXIAL)]
         np.testing.assert_allclose(jnp.max(jnp.sum(bolts, axis=1)), expected, rtol=1e-3)
+    envelope = load_envelope(cases)
+    np.testing.assert_allclose(envelope.highest, NET_FORCE[0], rtol=1e-6)
+    assert envelope.cases[int(envelope.case_highest[0])] == "TOES 1"

@@ -42,7 +42,8 @@ EXEMPT = {
         qualification.Envelope qualification.LoadCase qualification.RandomForce
         qualification.RandomResponse qualification.Recovery qualification.SineResponse qualification.WhiteNoise
         qualification.critical_plane qualification.load_envelope qualification.random_response
-        qualification.sine_response qualification.stress_spectrum qualification.von_mises_spectrum jaxmbs.random_response
+        qualification.sine_response qualification.stress_spectrum qualification.von_mises_spectrum
+        jaxmbs.random_response
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
