@@ -215,7 +215,7 @@ print(json.dumps([changed, sorted(set(sys.modules) - loaded)]))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_importing_changes_no_setting_and_loads_no_extra():
     done = subprocess.run([sys.executable, "-c", _PROBE], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

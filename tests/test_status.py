@@ -26,7 +26,7 @@ def test_times_that_are_known_are_asked_first(times, text):
         mbs.simulate(system, mbs.State.at(system, pin=0.3), **times)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_traced_times_that_are_no_numbers_have_a_status():
     system = bar()
 

@@ -25,11 +25,13 @@ class DesignProblem(NamedTuple):
             the limits)`; to be compiled.
         evaluate_values: `x (n,) -> (f, c (m,), values of the limits)`, for trials of a line search.
         constraints: the limits, bound to the shapes of their values.
+        gradient: "reverse", where each row costs a pullback, or "forward", where all cost what one does.
     """
 
     evaluate: Callable
     evaluate_values: Callable
     constraints: tuple[BoundConstraint, ...]
+    gradient: str
 
     def evaluate_objective(self, x: Array) -> tuple:
         """`evaluate` without gradients of constraints."""
@@ -88,7 +90,7 @@ def trace_problem(
         found, values = objective_and_constraints(x)
         return found[0], found[1:], values
 
-    return DesignProblem(evaluate, evaluate_values, constraints)
+    return DesignProblem(evaluate, evaluate_values, constraints, gradient)
 
 
 def _split_answers(found: Any) -> tuple[Any, Mapping | None]:

@@ -18,6 +18,8 @@ from ._variables import Variables
 FEASIBILITY = 1e-7
 #: Where an optimiser finds no further step, a residual of up to so many tolerances is attributed to rounding.
 _STALLED = 100.0
+#: Constraints that a search with forward derivatives takes from the start.
+_FORWARD_ROWS = 300
 
 
 class ConstrainedSearch(Search):
@@ -35,8 +37,9 @@ class ConstrainedSearch(Search):
         self._problem, self._active = problem, np.zeros(0, np.int32)
         self._optimality_record: tuple[Point, np.ndarray, Multipliers] | None = None
         # n constraints can be active at a vertex; four times as many and 16 spare most re-compilations for larger
-        # sets
-        size = min(problem.num_constraints, 4 * len(variables.start) + 16)
+        # sets.  Forward mode has the derivatives of all anyway; an optimiser is still to solve for them.
+        least = _FORWARD_ROWS if problem.gradient == "forward" else 16
+        size = min(problem.num_constraints, max(least, 4 * len(variables.start) + 16))
         self.working_set = np.arange(size, dtype=np.int32)
         super().__init__(lambda vector: evaluate(vector, self.working_set), variables, *args, **options)
         if not self.reason and len(self.working_set) < problem.num_constraints:

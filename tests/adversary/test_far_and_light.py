@@ -34,7 +34,7 @@ def moved(system, distance):
     return mbs.State(state.t, state.coordinates, jnp.array([1.0, -2.0, 0.5, 0.4, 0.9, -0.3, 1.5]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("distance, digits", [(1e3, 1e-12), (1e5, 1e-10), (7e6, 1e-7)])
 def test_a_satellite_far_out_moves_as_at_home(distance, digits):
     system = satellite()

@@ -22,6 +22,7 @@ def door(hinges, axis=(1.0, 2.0, 3.0)):
     return system.topology.mobility, np.asarray(mbs.forward_dynamics(system, state)[0])
 
 
+@pytest.mark.long
 def test_a_door_on_two_hinges_swings_like_one_on_one():
     (one, single), (two, double) = door(1), door(2)
     assert one == two == 1

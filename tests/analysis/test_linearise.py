@@ -180,6 +180,7 @@ def test_gradient_of_an_eigenvalue():
     assert np.isfinite(jax.jit(jax.grad(frequency))(0.0))
 
 
+@pytest.mark.long
 def test_effort_input_and_acceleration_output():
     """Two masses pushed by a joint's effort: D is 1/m, C the efforts of springs and damper over the masses."""
     system = models.quarter_car(road=0.0)
@@ -233,6 +234,7 @@ def test_modes_and_responses_take_what_is_at_hand():
         mbs.modes(system)
 
 
+@pytest.mark.long
 def test_gyroscopic_part_of_a_spinning_rotor():
     """Two gimbals and a spin W: `+-J W` between the gimbals' rates; the dampers are the other part of C."""
     b, J, W = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 0.3, 20.0

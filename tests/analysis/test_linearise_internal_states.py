@@ -38,6 +38,7 @@ def quarter_car_matrix(k=SERIES, c=OIL):
     return A
 
 
+@pytest.mark.long
 def test_quarter_car_against_its_matrix():
     system = quarter_car()
     linear = mbs.linearise(system, mbs.State.at(system), inputs=["strut"], outputs=["hub"])
@@ -50,6 +51,7 @@ def test_quarter_car_against_its_matrix():
         _ = linear.system
 
 
+@pytest.mark.long
 def test_the_real_pole_has_the_name_of_its_state():
     """A hard spring on a soft damper: the pole near -k/c belongs to the stretch."""
     system = quarter_car(oil=10.0)

@@ -86,6 +86,7 @@ def test_preload_changes_stiffness_by_the_closed_form():
         np.testing.assert_allclose(K.antagonistic, [[tension * 0.1 * 0.5 / 0.4]], rtol=1e-10)
 
 
+@pytest.mark.long
 def test_actuators_that_push_against_each_other_stiffen():
     """Redundant actuation: equal torques at opposite joints of a four-bar, without springs; -d(Gamma^T tau)/dphi."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
@@ -107,6 +108,7 @@ def test_actuators_that_push_against_each_other_stiffen():
     np.testing.assert_allclose(K.elastic + K.antagonistic, 0.0, atol=1e-12)
 
 
+@pytest.mark.long
 def test_gough_platform_of_the_case():
     """C4: passive stiffness of six legs of 1e6 N/m without preload, world axes, at the platform's origin."""
     system = models.gough_platform("spring", stiffness=1e6)

@@ -244,6 +244,7 @@ def test_derivatives_of_the_log_determinant(kind, small):
         np.testing.assert_allclose(jax.jit(derivative(ours))(0.1), jax.jit(derivative(theirs))(0.1), rtol=1e-10)
 
 
+@pytest.mark.long
 def test_batches_over_values_right_hand_sides_and_both(small):
     pattern, right = small
     A = jax.tree.map(lambda *x: jnp.stack(x), *(matrix(pattern, seed=s) for s in range(3)))

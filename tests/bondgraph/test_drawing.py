@@ -31,6 +31,7 @@ def swing():
 NAMES = [f"{system} {view}" for system in ("crank", "arm", "beam") for view in VIEWS]
 
 
+@pytest.mark.long
 def test_graphs_are_large_enough_to_test(graphs):
     assert len(graphs["arm detailed"].elements) > 30
 
@@ -109,7 +110,7 @@ def test_widths_follow_the_powers(swing):
         viz.draw_bond_graph(mbs.bondgraph.bond_graph(system), powers=powers)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("by", ["element", "kind"])
 def test_plot_power(swing, by):
     _, motion, powers = swing

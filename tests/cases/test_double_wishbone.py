@@ -156,7 +156,7 @@ def test_pickups_of_arms_and_their_slopes_by_every_hard_point():
                 check(slopes[point][k, j], expected, tol)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_travel_is_followed_on_one_branch():
     """From the design position, by `near=`: a published curve at each travel, and one sign for all of them."""
     first = wishbone.suspension(POINTS)

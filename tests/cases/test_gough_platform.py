@@ -182,7 +182,7 @@ def test_leg_rates_of_a_moving_platform():
     check(np.sum(velocity * JACOBIAN[:, :3], axis=1), LEG_RATES, 1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_spring_legs():
     system = models.gough_platform("spring")
     state = mbs.State.at(system, platform=models.gough_pose(), velocities={"platform": np.zeros(6)})

@@ -24,7 +24,7 @@ RATE = np.array((4.249430361256138, 1.7993090169070787, 1.295519561871544, 2.562
 TENSION = np.array((27.086487592748206, 4.856269407484676, 2.5175564027877564, 9.851820179524037, 28.29456720606725))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pendulum_follows_the_elliptic_functions():
     system = models.simple_pendulum()
     state = mbs.State.at(system, pivot=-np.pi / 2)

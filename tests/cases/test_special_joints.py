@@ -105,7 +105,7 @@ def test_screw(accelerations):
     np.testing.assert_allclose(accelerations["screw"], -2.0 * G * PITCH / (0.02 + 2.0 * PITCH**2), rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gear_pair(accelerations):
     """q1 = -3 q2: torque 5 on wheel 1 against I1 + I2 / 9."""
     a = 5.0 / (0.1 + 0.4 / 9.0)
@@ -127,6 +127,7 @@ def test_roped_pendulum(accelerations):
     np.testing.assert_allclose(accelerations["roped_plane"], [z, x, 0.0], atol=1e-9)
 
 
+@pytest.mark.long
 def test_bead_on_a_wire_and_on_a_plane(accelerations):
     """Both slopes fall along (cos, 0, -sin): g sin(slope) along them; nothing turns."""
     expected = G * np.sin(SLOPE) * np.array([np.cos(SLOPE), 0.0, -np.sin(SLOPE)])

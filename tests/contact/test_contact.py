@@ -142,7 +142,7 @@ def slope_with_ball(mu, slope=0.35, speed=1e-2):
     return b.build(), 9.81 * np.cos(slope) / 1e6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_ball_rolls_below_the_critical_slope_and_slides_beyond():
     """`2/7 tan(slope)` is the coefficient that rolling needs."""
     for mu in (0.2, 0.05):

@@ -23,6 +23,7 @@ def test_restitution_of_the_first_integral():
     np.testing.assert_allclose(slope, (ahead - back) / 2e-5, rtol=1e-8)
 
 
+@pytest.mark.long
 def test_force_is_the_slope_of_the_energy_and_smooth():
     for n, width in ((1.0, 1e-3), (1.5, 1e-3), (1.5, 0.0), (2.0, 0.0)):
         law = HuntCrossley(1e5, n, 0.4, width)

@@ -111,7 +111,7 @@ def test_designs_to_gradient_in_blocks():
 
 
 # ------------------------------------------------------------------------------------------------------------- verbs
-@pytest.mark.slow
+@pytest.mark.long
 def test_statics_and_loads(pair):
     """Several load cases; a free row accelerates."""
     forces = {TIP: np.array([1.0, 2.0]), "bar 2.2": np.array([0.5, -1.0])}

@@ -303,7 +303,7 @@ def test_turned_and_moved_bodies():
     np.testing.assert_allclose(rotate(block, AXES).outputs("foot1 z")[0][0, :3], [0, 0, 1], atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_rigid_body_beside_measured_components():
     """A stage known by transfer functions at its nodes, a box on two of them."""
     omega = np.array([50.0, 200.0])

@@ -90,6 +90,7 @@ def test_conservative_ports_are_the_slope_of_the_potential(specimen):
     np.testing.assert_allclose(conservative, -variations(specimen).potential, rtol=1e-9, atol=1e-10)
 
 
+@pytest.mark.long
 def test_spring_port_from_the_spring_vector():
     """(59) with G_hat (61) equals (64) with the derivative of the length, also off the free length."""
     q_C, G_hat = springs.spring_vector(LOOP.system, LOOP.state, "arm", "block")

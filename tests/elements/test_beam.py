@@ -89,7 +89,7 @@ def cantilever():
     return line(3, 1.5, beam, held={0: "all"})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_cantilever_under_every_load(cantilever):
     """Exact at the nodes whatever the mesh: end force, moment, torque, tension, line load, weight."""
     L, P = 1.5, 7.0

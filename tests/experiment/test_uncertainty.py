@@ -125,7 +125,7 @@ def recovered(values):
     return free_response(values[:, :N], values[:, N : N + 2], values[:, N + 2 :]).receptance
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_error_bars_of_the_free_structure():
     """Noise on every signal: predicted variances against 400 samples, and the truth inside three of them."""
     omega, clean = measurements()

@@ -100,7 +100,7 @@ def test_reactions_are_what_the_elements_feel(whole, flying, state):
     assert loads.residual < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_recovery_by_accelerations_is_that_by_displacements(whole, flying, state):
     """Nothing was reduced away, so both agree and the elements' end forces with them."""
     by_force = displacements(flying, state, "arm", whole)

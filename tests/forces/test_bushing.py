@@ -65,7 +65,7 @@ def slopes_of_wrench(s, law):
     return jax.jacrev(moving_wrench)(s, law), jax.jacfwd(moving_wrench, 1)(s, law), second
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @poses
 def test_derivatives_are_finite_and_right(vector):
     h, pose = 1e-6, np.r_[np.asarray(vector), 0.2, -0.1, 0.4]

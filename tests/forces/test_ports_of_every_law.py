@@ -451,7 +451,7 @@ def others(b):
         b.force(f"{name} law", law, **where)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", OTHERS)
 def test_other_laws(system, answers, name):
     *_, force, stiffness = OTHERS[name]

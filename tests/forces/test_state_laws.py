@@ -63,6 +63,7 @@ def moving():
     return system, state, mbs.simulate(system, state, ts=TIMES)
 
 
+@pytest.mark.long
 def test_every_port_against_the_linear_equations(moving):
     system, state, motion = moving
     assert set(state.internal.named()) == set(NAMES)
@@ -76,6 +77,7 @@ def test_every_port_against_the_linear_equations(moving):
         np.testing.assert_allclose(found[:, 1:], 0.0, atol=1e-12)
 
 
+@pytest.mark.long
 def test_accounts_close(moving):
     """Energy along the motion, and power at every instant: that of the accelerations is that of the elements."""
     system, _, motion = moving

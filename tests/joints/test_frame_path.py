@@ -124,7 +124,7 @@ def test_slopes_by_the_path_and_by_a_length(led):
     assert np.all(np.asarray(by_path)[:, 2] == 0.0) and np.isfinite(value)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_work_of_what_leads_is_in_the_account(led):
     dense = mbs.simulate(led, mbs.State.at(led, guess=GUESS), ts=TS)
     account = dense.diagnostics

@@ -92,7 +92,7 @@ def test_translational_kic_is_the_derivative_of_positions(specimen):
     np.testing.assert_allclose(mbs.kinematics.kic(system, state).translational[name], np.stack(finite, 1), atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_internal_kic_second_forms_agree():
     forms = (second.internal_kic_second, second.internal_kic_second_printed)
     both = jax.jit(lambda system, state: [form(system, state) for form in forms])

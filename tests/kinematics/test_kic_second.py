@@ -63,7 +63,7 @@ def answers(system, state):
     return further(1e-6), *_tensors(system, state)[1:]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("joint", EXAMPLES)
 def test_in_a_tree(tree, joint):
     differences, jacfwd, vector = tree

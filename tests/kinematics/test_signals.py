@@ -36,7 +36,7 @@ def measures(b):
     b.measure("sum", lambda at: at.t + at.coordinates["shoulder"] * at.velocities["elbow"][0] + at.velocity("tip")[0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_measures_are_those_of_the_kinematics():
     system = arm(measures)
     state = mbs.State.at(

@@ -144,7 +144,7 @@ def test_motion_by_steps_in_modes_and_by_the_exponential():
 METHODS = [CraigBampton(2), Hurty(2, ("node0 x",)), Rubin(2), MacNeal(2), Mixed(2), CraigChang(1)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: type(m).__name__)
 @pytest.mark.parametrize("interface", [("node0", "node6"), ("node0", "node1")], ids=["heavy", "light"])
 def test_reductions_of_a_free_component(method, interface):

@@ -107,7 +107,7 @@ def test_check_of_a_free_beam():
     assert "mass [kg]" in str(report) and "centre of mass [m]" in str(report)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_check_of_a_reduced_beam_against_pyyeti():
     """Mass properties about the origin and the centre, fixed-interface frequencies, effective masses of `cbcheck`."""

@@ -203,7 +203,7 @@ def test_traced_times_before_the_start(pendulum):
     assert mbs.Status(int(run(jnp.array([0.0, 0.1])))) == mbs.Status.SUCCESS
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "force, light, message",
     [

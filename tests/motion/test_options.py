@@ -167,7 +167,7 @@ def test_status_of_a_start_that_is_not_assembled(loop):
     assert motion.status is mbs.Status.NOT_ASSEMBLED
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fixed_steps_are_counted(loop):
     _, B, D = four_bar_angles(0.7)
     state = mbs.State.at(loop, A=0.7, guess={"B": B, "D": D})

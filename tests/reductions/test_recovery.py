@@ -95,7 +95,7 @@ def test_bond_reactions_are_those_of_mode_acceleration():
     np.testing.assert_allclose(found.forces[0].T, forces(better, x_ddot), rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_free_component_by_inertia_relief():
     """Five modes, two of them rigid: shape and curvature at the root of the loaded element."""
     reduced, rho, exact = harmonic_case(5, held=False)

@@ -109,7 +109,7 @@ def test_a_beam_on_two_supports_under_its_weight():
     )  # clamped ends' moments
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bonds_of_a_network_do_no_work_together():
     """S1 (25): what the weld takes from one component it gives to the other, along any motion that keeps it whole."""
     clamped = component(*beam(6, fixed=2), (10, 11))

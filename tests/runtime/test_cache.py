@@ -64,7 +64,7 @@ def test_old_programs_go_first(tmp_path):
     assert {file.name for file in folder.iterdir()} == {"c", "a"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_importing_sets_no_cache():
     code = "import jax, jaxmbs; print(jax.config.jax_compilation_cache_dir)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -63,7 +63,7 @@ def test_a_fixed_step_of_another_size(programs):
     assert abs(ends[1] - ends[2]) < 0.3 * abs(ends[0] - ends[1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_force_element_changes_no_program_that_needs_no_forces(programs):
     four_bar(1.0, 0.3, 0.9, 0.7, 1.0, 3.0, spring=False)
     system = four_bar(1.0, 0.3, 0.9, 0.7, 1.0, 3.0)

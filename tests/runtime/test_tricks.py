@@ -29,6 +29,7 @@ def test_other_settings_are_refused(setting):
         read_tricks(setting)
 
 
+@pytest.mark.long
 def test_the_environment_switches_them_for_a_process():
     code = "from jaxmbs.runtime import is_on; print(is_on('remat'), is_on('small_call'))"
     environment = {**os.environ, "JAXMBS_TRICKS": "-remat"}

@@ -45,7 +45,7 @@ def test_the_count_counts():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_far_fewer_operations_than_gauss():
     """Trees, ladders of 120 bodies in usual rounds, of 480 bodies in the most there can be; growth by doubling."""
     ours, gauss = cost(arm(120))

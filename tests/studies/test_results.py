@@ -42,7 +42,7 @@ def test_motion(swinging, tmp_path):
     assert (tmp_path / "motion.csv").read_text().startswith("time,pin,socket 0")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_files(swinging, tmp_path):
     """NetCDF and Parquet give back what was written."""
     xarray, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")

@@ -70,7 +70,7 @@ def test_value_and_gradient_where_modes_repeat():
     np.testing.assert_allclose(found[1], expected[1], rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_where_modes_repeat():
     found, expected = (jax.jit(jax.hessian(f))(T0) for f in (modal_size, direct_size))
     np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)

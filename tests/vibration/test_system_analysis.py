@@ -115,7 +115,7 @@ def test_coordinates_without_mass_are_condensed():
     np.testing.assert_allclose(found.frequencies, natural_modes(K=K, M=M, num=3).frequencies, rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_names_of_what_was_reduced():
     """A node inside a reduced mast answers by its name."""
     omega = jnp.array([3.0, 40.0])

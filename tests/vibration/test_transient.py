@@ -215,6 +215,7 @@ def _low():
     return jnp.asarray(TIMES, jnp.float32), jnp.asarray(PUSH, jnp.float32)
 
 
+@pytest.mark.long
 def test_what_does_not_fit_is_told():
     net, law = built(1.0), BumpStop(1.0)
     soft = LinearSystem(mass=np.diag([1.0, 0.0]), stiffness=np.diag([1.0, 0.0]), interface=[0], massless=[1])

@@ -18,6 +18,7 @@ def oscillator(stiffness=4.0):
     return LinearSystem(mass=[[1.0]], stiffness=jnp.reshape(stiffness, (1, 1)), interface=[0], coordinates=["a x"])
 
 
+@pytest.mark.long
 def test_an_event_ends_the_motion_on_it():
     """x = 0 at t = pi / (2 w); the time moves with the stiffness by -t / (2 k)."""
 
@@ -35,7 +36,7 @@ def test_an_event_ends_the_motion_on_it():
     np.testing.assert_allclose(motion.end.velocity, -2.0, rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_both_modes_of_derivative_and_the_end():
     """x(t1) and its derivatives by the stiffness and by the end time; a motion goes on from its end."""
 

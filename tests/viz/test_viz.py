@@ -60,6 +60,7 @@ def test_reactions(pendulum, ax, moment):
         viz.plot_reactions(loads, motion.ts, ["hinge"], ax=ax)
 
 
+@pytest.mark.long
 def test_energy(pendulum, ax):
     motion = pendulum[1]
     assert viz.plot_energy(motion, ax=ax) is ax

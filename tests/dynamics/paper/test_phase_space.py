@@ -88,7 +88,7 @@ def moved(t):
     return 0.2 * t + 0.7 * t**2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_driven_cart():
     """p of the total velocities, H with the drive's speed in it, and still p_dot = -dH/dphi + Q, phi_dot = dH/dp."""
     system, t, angle, rate = HAND.build(drive=moved), 0.5, 0.6, -2.0

@@ -48,7 +48,7 @@ def theirs():
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_space_station_truss_against_nastran(theirs, tmp_path):
     """S14 whole, 40 nodes and 117 bars in two files: 52 frequencies that Nastran found, one half of it reduced."""
     from pyyeti.nastran import op2
@@ -143,7 +143,7 @@ def test_zoo_of_cards(tmp_path):
     np.testing.assert_allclose(motion.T @ M @ motion, mass * np.eye(3), rtol=1e-12, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rigid_body_is_a_beam_with_an_offset(tmp_path):
     """RBE2 and the offsets of CBAR say the same; a node that only the RBE2 joins moves as it must."""
     held = "SPC1,1,123456,1\n"
