@@ -58,15 +58,24 @@ def nan_at_stick(system, state, found):
     return jax.tree.map(lambda x: nan_where(stick, x) if eqx.is_inexact_array(x) else x, found)
 
 
-def refuse_stick(system, state):
-    """Raises: ModelError for joints that stick, where that can be seen."""
+def refuse_stick(system, state, driven):
+    """Raises: ModelError for joints that stick, where that can be seen, and for inputs that are driven joints."""
+    if driven:
+        raise ModelError(
+            [
+                f"input {name!r} is a driven joint: not beside friction in joints; leave the drive out and take the "
+                "joint's effort as input"
+                for name in driven
+            ],
+            "the question",
+        )
     stick = _sticking(system, state)
     if is_concrete(stick) and np.any(np.asarray(stick)):
         f = system.friction
         names = dict.fromkeys(system.topology.joints[f.joints[k]].name for k in np.flatnonzero(np.asarray(stick)))
         raise ModelError(
             [
-                f"joint {name!r} sticks: it slips slower than the transition speed of its friction, whose slope there "
+                f"joint {name!r} sticks: it slips slower than the transition speed of its friction, where the slope "
                 "is that of creep; linearise at a state that slides, give it model=JointLuGre(...), whose bristles "
                 "have a stiffness, or build without its friction"
                 for name in names

@@ -139,10 +139,10 @@ def linearise(
             function `f(state, accelerations (nv,)) -> (m,)`.
         loads: joint names, for the force and moment on the child in the joint's axes: six more outputs of each.
 
-    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed, but the friction
-    of joints is that of the loads in the motion, which change with the state and the inputs.  It is on the
-    freedoms of the state asked, where these are others than those counted at build; within a trace, where shapes are
-    those of the build, it is NaN there and `ok` False: build with a pose of use, `build(guess=...)`.
+    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed, and have the
+    slopes of the friction of joints with those of its loads.  It is on the freedoms of the state asked, where these
+    are others than those counted at build; within a trace, where shapes are those of the build, it is NaN there and
+    `ok` False: build with a pose of use, `build(guess=...)`.
 
     Raises: UnknownNameError; ModelError for drives that cannot be released, for joints whose friction sticks, by
     name (within a trace the result is NaN), and for driven inputs beside friction.  Source: S2 (42), (68)-(74).
@@ -154,16 +154,7 @@ def linearise(
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     if system.friction is not None:
-        if driven:
-            raise ModelError(
-                [
-                    f"input {name!r} is a driven joint: not beside friction in joints; leave the drive out and take "
-                    "the joint's effort as input"
-                    for name in driven
-                ],
-                "the question",
-            )
-        refuse_stick(system, state)
+        refuse_stick(system, state, driven)
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)
     outputs = outputs if callable(outputs) else NamedOutputs.of(system, outputs)
