@@ -90,6 +90,7 @@ def test_joint_at_stick_is_refused_by_name():
         mbs.linearise(system, mbs.State.at(system, pin=0.4))
 
 
+@pytest.mark.long
 def test_equilibrium_is_that_without_friction():
     system = pendulum()
     found = mbs.equilibrium(system, mbs.State.at(system, pin=-1.2))
