@@ -17,7 +17,7 @@ from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._entry_points import check_single_state
-from ..model._friction import refuse_friction
+from ..model._friction import bristle_groups, refuse_friction, without_friction
 from ..model._system import System
 from ..runtime import jit, lapack
 from ._balance import search_balance, still_columns
@@ -66,21 +66,29 @@ def equilibrium(
             volume: at rest its rate vanishes at any.  The rates of all others vanish.
 
     Newton's method with a line search on the independent efforts and the loops together; derivatives by the
-    implicit function theorem.
+    implicit function theorem.  Joints that rub hold a mechanism at rest in a band of poses: the answer is the pose of
+    that band at which their friction is zero, and `stable` and `stiffness` are those without friction.
+    `impending_motion` gives the two limits of the efforts that hold it.
 
     Raises:
         ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`), an internal
-            state is unknown.
+            state is unknown, joints rub beside moving ones or with bristles.
         SimulationError: no equilibrium was found.
     """
     check_single_state(system, state)
     refuse_sampled(system, "equilibrium")
-    refuse_friction(
-        system,
-        "equilibrium",
-        "joints at rest hold within a band; simulate, or ask inverse_dynamics for both directions",
-    )
     moving, held = tuple(moving), tuple(held)
+    if moving:
+        refuse_friction(
+            system,
+            "steady motion",
+            "ask inverse_dynamics for the efforts that keep the speed, or simulate until it is",
+        )
+    if bristle_groups(system.friction):
+        refuse_friction(
+            system, "equilibrium", "bristles hold at any pose of a band; simulate, or take forces.SmoothCoulomb"
+        )
+    system = without_friction(system)
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..blocks import StateSpace
-from ..dynamics._efforts import efforts
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
@@ -33,13 +32,14 @@ from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._entry_points import check_single_state
-from ..model._friction import refuse_friction
+from ..model._friction import without_friction
 from ..model._internal_states import InternalStates, with_internal
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
+from ._friction_slopes import friction_slopes, loads_with_friction, nan_at_stick, refuse_stick
 from ._named_outputs import LoadOutputs, NamedOutputs, check_names, numbered, output_names, with_loads
 from ._release_drives import release_drives
 
@@ -139,19 +139,22 @@ def linearise(
             function `f(state, accelerations (nv,)) -> (m,)`.
         loads: joint names, for the force and moment on the child in the joint's axes: six more outputs of each.
 
-    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed.  It is on the
-    freedoms of the state asked, where these are others than those counted at build; within a trace, where shapes are
-    those of the build, it is NaN there and `ok` False: build with a pose of use, `build(guess=...)`.
+    Returns: a Linearisation about the motion through the state; K and C hold its accelerations fixed, and have the
+    slopes of the friction of joints with those of its loads.  It is on the freedoms of the state asked, where these
+    are others than those counted at build; within a trace, where shapes are those of the build, it is NaN there and
+    `ok` False: build with a pose of use, `build(guess=...)`.
 
-    Raises: UnknownNameError; ModelError for drives that cannot be released.  Source: S2 (42), (68)-(74).
+    Raises: UnknownNameError; ModelError for drives that cannot be released, for joints whose friction sticks, by
+    name (within a trace the result is NaN), and for driven inputs beside friction.  Source: S2 (42), (68)-(74).
     """
     check_single_state(system, state)
     refuse_sampled(system, "linearise")
     inputs = tuple(inputs)
     fields = check_names(system, inputs, () if callable(outputs) else tuple(outputs))
-    refuse_friction(system, "linearise", "at stick it has no slope of use; build the system without it")
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
+    if system.friction is not None:
+        refuse_stick(system, state, driven)
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)
     outputs = outputs if callable(outputs) else NamedOutputs.of(system, outputs)
@@ -159,6 +162,7 @@ def linearise(
     found = _linearise(system, state, accelerations, inputs, driven, outputs, fields)
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)
+    found = found if system.friction is None else nan_at_stick(system, state, found)
     names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
     internal = tuple(entry for record in system.topology.internal for entry in record.entries)
     columns = tuple(numbered(_input_of_columns(system, inputs)))
@@ -209,7 +213,7 @@ def unbalanced_efforts(system: System, at, w, a, move=None):
     here = with_velocities(system, at, u)
     unmoved = node_accelerations(system.topology, here, jnp.zeros_like(u))
     u_dot = move(a, constraints.acceleration_bias(system, here, unmoved))
-    V_dot, loads = node_accelerations(system.topology, here, u_dot), efforts(system, here)[:2]
+    V_dot, loads = node_accelerations(system.topology, here, u_dot), loads_with_friction(system, here)
     need = required_efforts(system, here, V_dot, u_dot, loads)
     return jax.linear_transpose(lambda w: move(w, none), w)(need)[0], u, u_dot
 
@@ -252,7 +256,13 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
     by_field = _slopes_by_fields(everything, (psi, w, a, s), len(fields)) if fields else None
     efforts_by = {} if by_field is None else dict(zip(fields, -by_field[0].T, strict=True))
     KC = jnp.concatenate([K, C, *F], axis=1)
-    lower, B = _acceleration_matrices(system, Gamma, M, KC, inputs, driven, efforts_by)
+    by_effort, rubs = Gamma.T, 0.0
+    if system.friction is not None:
+        rubs, more = friction_slopes(
+            with_internal(system, state.internal), at_state(system, state), state.velocities, Gamma
+        )
+        by_effort = by_effort + more
+    lower, B = _acceleration_matrices(system, by_effort, M, KC, inputs, driven, efforts_by)
     space = StateSpace(
         A=jnp.concatenate([upper, lower]) if rates is None else _with_internal_rows(upper, lower, rates, ends),
         B=jnp.concatenate([jnp.zeros((len(positions), B.shape[1]), B.dtype), B]),
@@ -264,8 +274,8 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
         space = StateSpace(space.A, rows, space.C, space.D)
     if by_field is not None:
         space = _with_direct_parts(space, *by_field[1:], np.isin(_input_of_columns(system, inputs), fields))
-    system = with_internal(system, state.internal)
-    R = projected_resistance_field(system, at, Gamma, state.velocities)
+    system = without_friction(with_internal(system, state.internal))
+    R = projected_resistance_field(system, at, Gamma, state.velocities) + rubs
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
     still = (
         stiffening_errors(system, squared_spins(system, with_velocities(system, at, state.velocities)))
@@ -322,10 +332,11 @@ def _rate_of_step(top, psi, z, psi_dot):
     return jax.jvp(lambda q: coordinate_rate(top, q, z), (psi,), (psi_dot,))[1]
 
 
-def _acceleration_matrices(system, Gamma, M, KC, inputs, driven, efforts_by):
+def _acceleration_matrices(system, by_effort, M, KC, inputs, driven, efforts_by):
     """Accelerations (N, n + N) per state and (N, m) per input; driven velocities take theirs from the input.
 
-    Args: efforts_by: efforts (N,) of a unit of each input that is a field.
+    Args: by_effort: efforts (N, nv) of units of efforts on all columns; efforts_by: (N,) of a unit of each input that
+    is a field.
     """
     top, chosen, columns = system.topology, list(independent_columns(system)), []
     prescribed = np.zeros(len(chosen), bool)
@@ -338,7 +349,7 @@ def _acceleration_matrices(system, Gamma, M, KC, inputs, driven, efforts_by):
             prescribed[chosen.index(joint.start)] = True
             columns.append(jnp.asarray(np.eye(len(chosen))[:, [chosen.index(joint.start)]], M.dtype))
         else:
-            columns.append(Gamma[joint].T)
+            columns.append(by_effort[:, joint])
     right = jnp.concatenate([jnp.zeros((len(chosen), 0), M.dtype), *columns], axis=1)
     rows = jnp.asarray(prescribed)[:, None]
     left = jnp.where(rows, jnp.eye(len(chosen), dtype=M.dtype), M)

@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 
 from ..dynamics._efforts import element_efforts, state_power
+from ..dynamics._newton_euler import motion_with_friction
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
@@ -82,7 +83,8 @@ def element_powers(system: System, motion: State | Motion) -> ElementPowers:
     The work of an element in the energy account of a motion is the integral of `supplied + exchanged - dissipated`.
     A pump on a joint is a force element there, "pump shaft", which exchanges its power with the pump.
     Of a law without `bonds` the effort beside that of the potential is supplied where it is a source, and heat
-    otherwise.  Elastic bodies, gravity and drives are not among them.
+    otherwise.  The friction of joints is heat, by the name of the friction; bristles may give some back for a
+    moment.  Elastic bodies, gravity and drives are not among them.
 
     Source: S2 (27)-(28), (56)-(76).
     """
@@ -99,10 +101,11 @@ def _all_powers(system, states, batched):
 
 def _powers(system, state):
     system = with_internal(system, state.internal)
-    at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
+    at = with_velocities(system, at_state(system, state, inertias=system.friction is not None), state.velocities)
     circuits = [_part_powers(name, part) for name, part in circuit_powers(system, at).items()]
     system = with_signals(system, at)
     found = [_group_powers(system, group, at) for group in system.forces] + circuits
+    found += [] if system.friction is None else [_friction_powers(system, at)]
     return tuple({name: value for part in found for name, value in part[k].items()} for k in range(7))
 
 
@@ -125,6 +128,14 @@ def _group_powers(system, group, at):
 
     fields = mechanical, stored, heat, supplied, exchanged, domains, bonds
     return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
+
+
+def _friction_powers(system, at):
+    """The fields of `ElementPowers` for the rubbing surfaces of joints, whose friction is heat."""
+    powers = motion_with_friction(system, at).powers
+    names, none = system.friction.names, jnp.zeros_like(powers)
+    fields = powers, none, -powers, none, none, dict.fromkeys(DOMAINS, none)
+    return (*({name: _entry(values, i) for i, name in enumerate(names)} for values in fields), {n: {} for n in names})
 
 
 def _part_powers(name, part):

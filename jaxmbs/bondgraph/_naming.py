@@ -34,6 +34,10 @@ def name_values(system: System, numbers: GraphValues) -> NamedValues:
     _name_elastic_bodies(system, numbers, result)
     for group, values in zip(system.forces, numbers.ports, strict=True):
         _name_forces(system, group, values, result)
+    if system.friction is not None:
+        for name, modulus, flow, effort in zip(system.friction.names, *numbers.friction, strict=True):
+            result.flow[f"R:{name}"], result.effort[f"R:{name}"] = flow, effort
+            _store_modulus(system, result, name, modulus, "G", "B")
     return result
 
 

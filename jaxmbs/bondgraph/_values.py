@@ -10,8 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..dynamics._efforts import efforts, element_efforts
+from ..dynamics._efforts import element_efforts
 from ..dynamics._loads import Loads, on_columns
+from ..dynamics._newton_euler import all_efforts, motion_with_friction
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, node_motion, with_velocities
 from ..kinematics._element_flows import element_flows
@@ -103,6 +104,7 @@ class GraphValues(NamedTuple):
         ports: by force group modulus (n, size, r), flow, stored and total effort (n, size).
         elastic: by group of elastic bodies.
         gravity (r,): its effort; total (r,): the effort Q of all ports and gravity.
+        friction: moduli, flows and efforts of the rubbing surfaces, empty without any.
     """
 
     at: VelocityKinematics
@@ -119,6 +121,7 @@ class GraphValues(NamedTuple):
     elastic: tuple
     gravity: Array
     total: Array
+    friction: tuple = ()
 
 
 @jit
@@ -155,10 +158,24 @@ def graph_values(system: System, P, psi, u, t) -> GraphValues:
         elastic=elastic,
         gravity=gravity,
         total=L.T @ element_loads(system, at) + gravity,
+        friction=() if system.friction is None else _friction_ports(system, at, twists),
     )
 
 
+def _friction_ports(system, at, twists):
+    """Moduli (n, 6, r), flows (n, 6) and efforts (n, 6) of the rubbing surfaces: twist of the child relative to the
+    parent, and the wrench against it."""
+    f = system.friction
+
+    def slipping(V):
+        frames = frame_twists(system, V)
+        return frames[np.asarray(f.children)] - frames[np.asarray(f.parents)]
+
+    modulus = jax.vmap(slipping, out_axes=-1)(twists)
+    return modulus, slipping(at.V), -motion_with_friction(system, at).wrench
+
+
 def element_loads(system: System, at: VelocityKinematics):
-    """Efforts (nv,) of all force elements and strains on the tree's velocities.  Source: S2 (76)."""
-    F, Q, _ = efforts(system, at)
+    """Efforts (nv,) of force elements, strains and friction on the tree's velocities.  Source: S2 (76)."""
+    F, Q, _ = all_efforts(system, at)
     return on_columns(system, at, Loads(F, Q))

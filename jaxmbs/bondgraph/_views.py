@@ -16,7 +16,6 @@ from ..forces._element_bonds import PORT
 from ..forces._ports import JointPort, LinePort, SystemPort
 from ..kinematics._kic import dependent_columns
 from ..kinematics._signals import with_driven
-from ..model._friction import refuse_friction
 from ..model._system import System
 from ._circuits import circuit_bonds, joined_ports
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
@@ -53,7 +52,6 @@ def build_view(system: System, view: str) -> BondGraph:
     Raises: ValueError for an unknown view, ModelError when nothing moves.
     Source: S2 (28)-(44), (56)-(76), Figs 2-4.
     """
-    refuse_friction(system, "bond graph", "build the system without it, or with CoulombFriction of a fixed limit")
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
     sketch = _GraphBuilder(_without_blocks(system), circuit_bonds(system), joined_ports(system))
@@ -73,6 +71,7 @@ def build_view(system: System, view: str) -> BondGraph:
         if view == "inertia" and may_be_nonzero(system.gravity):
             sketch.field("Se", "gravity", "gravity")
         sketch.forces()
+        sketch.friction()
         sketch.hydraulics()
         sketch.strains()
     return BondGraph(view, tuple(sketch.elements), tuple(sketch.bonds))
@@ -163,6 +162,11 @@ class _GraphBuilder:
                     self.inner_graph(group, i, size, inner_bonds(self.system, group, i, self.joined))
                 else:
                     self.one_ports(name, law_one_ports(group, i), functools.partial(self.port, group, i, size))
+
+    def friction(self):
+        """A resistor for every rubbing surface of a joint, on the twist of its child relative to its parent."""
+        for name in () if self.system.friction is None else self.system.friction.names:
+            self.junction(f"R:{name}", name, 6, f"G:{name}", f"B:{name}", "R")
 
     def inner_graph(self, group, i, size, bonds):
         """The graph inside a force element, behind the junction of its flow."""

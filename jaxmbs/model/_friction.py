@@ -76,3 +76,8 @@ def refuse_friction(system, what: str, instead: str) -> None:
     if system.friction is not None:
         names = ", ".join(map(repr, system.friction.names))
         raise ModelError([f"{what}: no answer with friction in joints ({names}); {instead}"], what="the question")
+
+
+def without_friction(system):
+    """The system whose joints do not rub."""
+    return system if system.friction is None else eqx.tree_at(lambda s: s.friction, system, None)

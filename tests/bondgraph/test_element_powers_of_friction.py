@@ -1,0 +1,50 @@
+"""Heat of the friction of joints among the powers of elements, along a motion."""
+
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+
+
+@pytest.mark.long
+def test_heat_of_a_pendulum_that_slows_down():
+    b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
+    b.body("bob", mass=1.3, com=(0.4, 0, 0), inertia=(1e-3, 0.02, 0.02))
+    b.joint("pin", mbs.Revolute("z"), "ground", "bob")
+    b.friction("rub", "pin", 0.3, radius=0.03)
+    system = b.build()
+    start = mbs.State.at(system, pin=0.4, velocities={"pin": 2.0})
+    motion = mbs.simulate(system, start, ts=np.linspace(0.0, 2.0, 101))
+    found = mbs.bondgraph.element_powers(system, motion)
+    heat = np.asarray(found.dissipated["rub"])
+    assert np.all(heat >= 0.0) and np.max(heat) > 1.0
+    load = np.stack([np.asarray(mbs.reactions(system, motion)["pin"].force)[:, k] for k in (0, 1)])
+    speed = 0.03 * np.asarray(motion.states.velocities)[:, 0]
+    grip = 0.3 * np.hypot(*load) * np.tanh(np.abs(speed) / float(system.friction.transition_speed[0]))
+    assert heat == pytest.approx(grip * np.abs(speed), rel=1e-6, abs=1e-9)
+    assert np.max(np.abs(found.residual["rub"])) == 0.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("view", ["detailed", "inertia", "hamiltonian"])
+def test_audit_of_a_four_bar_whose_pins_rub(view):
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    for name, length in (("crank", 0.2), ("coupler", 0.6), ("rocker", 0.5)):
+        b.body(name, mass=length, com=(length / 2, 0, 0), inertia=mbs.inertia.rod(length, length))
+    b.joint("A", mbs.Revolute("y"), "ground", "crank")
+    b.joint("B", mbs.Revolute("y"), "crank", "coupler", parent_frame=(0.2, 0, 0))
+    b.joint("D", mbs.Revolute("y"), "ground", "rocker", parent_frame=(0.7, 0, 0))
+    b.joint("C", mbs.Revolute("y"), "coupler", "rocker", parent_frame=(0.6, 0, 0), child_frame=(0.5, 0, 0))
+    for name in "ABCD":
+        b.friction(f"rub {name}", name, 0.1, radius=0.02)
+    system = b.build()
+    state = mbs.State.at(system, A=-0.8, guess={"B": 0.3, "D": -1.5}, velocities={"A": 2.0})
+    powers = mbs.bondgraph.bond_powers(system, state, view)
+    largest = max(abs(float(power)) for power in powers.power.values())
+    for name, left in mbs.bondgraph.junction_residual(powers).items():
+        assert abs(float(left)) < 1e-10 * max(largest, 1.0), name
+    if view != "hamiltonian":
+        found = mbs.dynamics.joint_friction(system, state).powers
+        for name in "ABCD":
+            assert float(powers.net_power(f"R:rub {name}")) == pytest.approx(-float(found[name]), rel=1e-10)
+            assert float(powers.net_power(f"R:rub {name}")) > 0.0
