@@ -10,7 +10,7 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, may_be_nonzero, negative, not_positive
-from ..math._vector import Components, cross, dot, length
+from ..math._vector import Components, cross, dot, norm
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
@@ -259,5 +259,5 @@ def _bend_at_points(layout, path):
     before, after = layout.before(path.directions), layout.after(path.directions)
     inner = layout.elements("point") > 0
     inner[[] if layout.is_closed else [0, -1]] = False
-    sine, cosine = length(cross(before, after)), dot(before, after)
+    sine, cosine = norm(cross(before, after)), dot(before, after)
     return jnp.arctan2(jnp.where(inner, sine, 0.0), jnp.where(inner, cosine, 1.0))

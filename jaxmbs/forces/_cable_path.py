@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..math._vector import Components, cross, dot, length, unit
+from ..math._vector import Components, cross, dot, norm, unit
 from ._common_tangent import common_tangents
 
 #: Wraps between minus this angle and a full turn less it are told apart from the directions alone [rad].
@@ -37,6 +37,12 @@ class Layout(NamedTuple):
     def circles(self) -> np.ndarray:
         """Indices of the elements that are no points."""
         return np.flatnonzero([kind != "point" for kind in self.kinds])
+
+    @property
+    def has_two_circles(self) -> bool:
+        """True if a span joins two circles."""
+        following = self.kinds[1:] + self.kinds[:1] * self.is_closed
+        return any("point" not in pair for pair in zip(self.kinds, following, strict=False))
 
     def ends(self, values):
         """Values (m,) of the elements where each span begins, and of those where it ends; of a pytree with leaves
@@ -103,21 +109,14 @@ def cable_path(layout: Layout, circles: Circles) -> CablePath:
     if "sphere" in layout.kinds:
         circles = circles._replace(axis=_axes_on_spheres(layout, circles))
     first, second = layout.ends(circles)
-    is_circle = [layout.kinds[k] != "point" for k in range(len(layout.kinds))]
-    leaving, arriving = common_tangents(first, second, any(a and b for a, b in zip(*_pairs(layout, is_circle))))
+    leaving, arriving = common_tangents(first, second, layout.has_two_circles)
     start, end = first.place + leaving * first.radius, second.place + arriving * second.radius
     wrap = _wraps(layout, circles, layout.before(arriving), layout.after(leaving))
     arc = circles.radius * wrap
     if "cylinder" in layout.kinds:
         start, end, arc = _climb_cylinders(layout, circles, start, end, arc)
     span = end - start
-    return CablePath(start, end, length(span), unit(span), wrap, arc, (leaving, arriving))
-
-
-def _pairs(layout, values):
-    """Lists of static values of the elements where each span begins and ends."""
-    following = values[1:] + values[:1]
-    return (values, following) if layout.is_closed else (values[:-1], values[1:])
+    return CablePath(start, end, norm(span), unit(span), wrap, arc, (leaving, arriving))
 
 
 def _axes_on_spheres(layout, circles):
@@ -144,7 +143,7 @@ def _climb_cylinders(layout, circles, start, end, arc):
     on, off = layout.before(end), layout.after(start)  # of each element, as are the points before and after it
     far = layout.before(start), layout.after(end)
     low, high = (dot(axis, point - circles.place) for point in far)
-    before, after = (length(d - axis * dot(axis, d)) for d in (on - far[0], far[1] - off))
+    before, after = (norm(d - axis * dot(axis, d)) for d in (on - far[0], far[1] - off))
     whole = before + arc + after
     slope = (high - low) / jnp.where(whole > 0, whole, 1.0)
     climb_on, climb_off = axis * (low + slope * before), axis * (low + slope * (before + arc))

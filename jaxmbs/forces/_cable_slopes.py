@@ -3,7 +3,7 @@
 A span of direction e adds `e . (v_end - v_start)` to the rate of the length, with the velocities of the points of
 the bodies under its ends: the points of contact themselves are stationary where the path is the shortest one.  On a
 sheave whose span leaves the plane of the wheel they are not, as the groove holds the cable: the length has the slope
-`r (sense - e . u)` by the angle of contact, with the tangent u of the circle.  That angle follows from the condition
+`r (1 - e . u)` by the angle of contact, with the tangent u of the circle.  That angle follows from the condition
 that the span is at right angles to the radius, whose multiplier adds a force along the radius.
 """
 

@@ -47,7 +47,7 @@ def cross(a: Components, b: Components) -> Components:
     return Components(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
-def length(a: Components) -> Array:
+def norm(a: Components) -> Array:
     """Lengths, with zero derivative at zero."""
     square = dot(a, a)
     return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)

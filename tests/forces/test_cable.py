@@ -117,7 +117,9 @@ def test_a_cable_without_tension_is_slack_and_never_pushes():
         np.testing.assert_allclose(force[0, 0], expected, rtol=1e-12)
         quick = law.wrench(PathKinematics(*at([[0, 0, 0], [length, 0, 0]]), still(2)[0], away), 0.0)[0]
         assert 0.0 <= quick[0, 0] <= expected
-    np.testing.assert_allclose(strut.wrench(PathKinematics(*at([[0, 0, 0], [0.9, 0, 0]]), *still(2)), 0.0)[0][0, 0], -1e3)
+    np.testing.assert_allclose(
+        strut.wrench(PathKinematics(*at([[0, 0, 0], [0.9, 0, 0]]), *still(2)), 0.0)[0][0, 0], -1e3
+    )
 
 
 def test_the_corner_is_twice_differentiable():
