@@ -37,8 +37,7 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
         kinds=tuple(_KINDS[type(item)] for item in elements),
         radii=_stack([item.radius for item in circles], ()),
         axes=_stack([_axis(item) for item in circles], (3,)),
-        senses=tuple(_SENSES[getattr(item, "side", "+")] for item in elements),
-        turns=tuple(int(getattr(item, "turns", 0)) for item in elements),
+        turns=jnp.array([float(getattr(item, "turns", 0)) for item in circles]),
         closed=closed,
         friction=_frictions(elements, friction),
         **values,
@@ -47,8 +46,9 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
 
 
 def _axis(item):
+    """Unit vector about which the cable turns in the positive sense."""
     axis = axis_vector(getattr(item, "axis", "z"))
-    return axis / jnp.linalg.norm(axis)
+    return axis * _SENSES[item.side] / jnp.linalg.norm(axis)
 
 
 def _frictions(elements, friction):

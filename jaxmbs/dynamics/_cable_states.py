@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..forces import Cable
+from ..forces import Cable, PathKinematics
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._state import HasStates, State
@@ -81,7 +81,7 @@ def _of_one(system, state):
         effort = element_efforts(group, displacement, flow, at.t).reshape(len(group.names), -1, 6)
 
         def read(law, x, flow, port=group.port):
-            return law.state(*x, *port.arguments(x, flow)[1], at.t)
+            return law.state(PathKinematics(*x, *port.arguments(x, flow)[1]), at.t)
 
         seen = jax.vmap(read)(group.law, displacement, flow)
         seen = seen._replace(points=seen.points + at.origin[None, None, None])

@@ -10,6 +10,7 @@ from ._base import (
     AbstractPoseLaw,
     AbstractScalarLaw,
     AbstractSystemLaw,
+    PathKinematics,
 )
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
@@ -77,6 +78,7 @@ __all__ = [
     "Maxwell",
     "Motor",
     "PD",
+    "PathKinematics",
     "Polynomial",
     "Prony",
     "PronyBushing",

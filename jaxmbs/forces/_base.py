@@ -10,7 +10,7 @@ Source: S2 (76).
 """
 
 import abc
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -146,6 +146,26 @@ class AbstractBodyLaw(AbstractLaw):
         return jnp.zeros((), position.dtype)
 
 
+class PathKinematics(NamedTuple):
+    """Poses and velocities of the frames of a path, in world axes.
+
+    Attributes:
+        rotations: (n, 3, 3) axes of each frame in world axes.
+        positions: (n, 3) of their origins from a common point [m].
+        angular_velocities: (n, 3) [rad/s].
+        velocities: (n, 3) of their origins [m/s].
+    """
+
+    rotations: Float[Array, "n 3 3"]
+    positions: Float[Array, "n 3"]
+    angular_velocities: Float[Array, "n 3"]
+    velocities: Float[Array, "n 3"]
+
+    def power(self, forces: Float[Array, "n 3"], moments: Float[Array, "n 3"]) -> Scalar:
+        """Power [W] of forces and moments on the frames, each about its frame's origin."""
+        return jnp.sum(forces * self.velocities) + jnp.sum(moments * self.angular_velocities)
+
+
 class AbstractPathLaw(AbstractLaw):
     """Law over several frames, such as a cable, all quantities in world axes."""
 
@@ -155,40 +175,18 @@ class AbstractPathLaw(AbstractLaw):
         """Number of frames that the law acts on."""
 
     @abc.abstractmethod
-    def wrench(
-        self,
-        rotations: Float[Array, "n 3 3"],
-        positions: Float[Array, "n 3"],
-        angular_velocities: Float[Array, "n 3"],
-        velocities: Float[Array, "n 3"],
-        t: ScalarLike,
-    ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
-        """Forces [N] and moments [N m] on the frames, in world axes, each about its frame's origin.
-
-        Args:
-            rotations: (n, 3, 3) axes of each frame in world axes.
-            positions: (n, 3) of their origins from a common point [m].
-            angular_velocities: (n, 3) [rad/s].
-            velocities: (n, 3) of their origins [m/s].
-            t: time [s].
-        """
+    def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """Forces [N] and moments [N m] on the frames, in world axes, each about its frame's origin."""
 
     def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
-        """Stored energy [J]."""
+        """Stored energy [J]; arguments as in `PathKinematics`."""
         return jnp.zeros((), positions.dtype)
 
-    def storage_power(
-        self,
-        rotations: Float[Array, "n 3 3"],
-        positions: Float[Array, "n 3"],
-        angular_velocities: Float[Array, "n 3"],
-        velocities: Float[Array, "n 3"],
-        t: ScalarLike,
-    ) -> Scalar:
-        """Power [W] into the stored energy at constant time, by differentiation; arguments as of `wrench`.  Laws that
-        have a quicker expression, linear in the velocities, give it."""
-        rates = (jax.vmap(skew)(angular_velocities) @ rotations, velocities)
-        return jax.jvp(lambda R, x: self.potential(R, x, t), (rotations, positions), rates)[1]
+    def storage_power(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
+        """Power [W] into the stored energy at constant time, by differentiation.  Laws that have a quicker
+        expression, linear in the velocities, give it."""
+        rates = (jax.vmap(skew)(frames.angular_velocities) @ frames.rotations, frames.velocities)
+        return jax.jvp(lambda R, x: self.potential(R, x, t), (frames.rotations, frames.positions), rates)[1]
 
 
 class AbstractSystemLaw(AbstractLaw):

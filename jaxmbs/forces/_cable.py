@@ -4,18 +4,18 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from ..checks import faults_if, may_be_nonzero, negative, not_positive
-from ..math._linalg import safe_norm
+from ..checks import any_concrete, faults_if, may_be_nonzero, negative, not_positive
+from ..math._vector import Components, cross, dot, norm
+from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
-from ._base import AbstractPathLaw
+from ._base import AbstractPathLaw, PathKinematics
 from ._cable_friction import tension_ratios
-from ._cable_path import CablePath, Layout, cable_path
+from ._cable_path import CablePath, Circles, Layout, cable_path
 from ._cable_slopes import length_slopes
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
@@ -54,9 +54,9 @@ class Cable(AbstractPathLaw):
     Attributes:
         kinds: of each element, "point", "sheave", "cylinder" or "sphere".
         radii: (c,) of the elements that are no points, in order [m].
-        axes: (c, 3) unit vectors of their axes in their frames' axes; of spheres about along them.
-        senses: (n,) +1 or -1, the sense in which the cable turns about each axis on its way; +1 at points.
-        turns: (n,) whole turns beside the wrap.
+        axes: (c, 3) unit vectors in their frames' axes, about which the cable turns in the positive sense on its way;
+            of spheres about along them.
+        turns: (c,) whole turns about them beside the wrap.
         closed: True for a belt, whose last element is followed by the first.
         slack: True if the cable takes no compression.
         stiffness: k [N/m], positive; or
@@ -73,8 +73,7 @@ class Cable(AbstractPathLaw):
     kinds: tuple[str, ...] = eqx.field(static=True)
     radii: Convertible[Float[Array, " c"]] = eqx.field(converter=number)
     axes: Convertible[Float[Array, "c 3"]] = eqx.field(converter=number)
-    senses: tuple[int, ...] = eqx.field(static=True)
-    turns: tuple[int, ...] = eqx.field(static=True)
+    turns: Convertible[Float[Array, " c"]] = eqx.field(converter=number)
     closed: bool = eqx.field(static=True, default=False)
     slack: bool = eqx.field(static=True, default=True)
     stiffness: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
@@ -94,7 +93,7 @@ class Cable(AbstractPathLaw):
     @property
     def layout(self) -> Layout:
         """The static parts of the path."""
-        return Layout(self.kinds, self.senses, self.turns, self.closed)
+        return Layout(self.kinds, self.closed)
 
     @property
     def is_wound(self) -> bool:
@@ -118,38 +117,32 @@ class Cable(AbstractPathLaw):
 
     def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
         """The path through frames of these poses."""
-        return cable_path(self.layout, *self._circles(rotations), positions)
+        return cable_path(self.layout, self._circles(rotations, positions))
 
-    def _circles(self, rotations: Array) -> tuple[Array, Array]:
-        """Radii (n,) and axes (n, 3) of all elements in world axes, zero at points."""
-        own = self.layout.circles
-        radii, axes = jnp.zeros_like(rotations[:, 0, 0]), jnp.zeros_like(rotations[:, 0])
-        if not own.size:
-            return radii, axes
-        turned = jnp.einsum("nij,nj->ni", rotations[own], self.axes)
-        return radii.at[own].set(self.radii), axes.at[own].set(turned)
+    def _circles(self, rotations, positions):
+        """The elements in world axes."""
+        own, count = self.layout.circles, len(self.layout.circles)
+        rows = jnp.concatenate([self.radii[:, None], self.turns[:, None], self.axes], axis=1)
+        rows = jnp.concatenate([rows, jnp.zeros((1, 5), rows.dtype)])
+        places = np.full(len(self.kinds), count)
+        places[own] = np.arange(count)
+        rows = gather_static(rows, places)  # zero at points
+        axes = jnp.sum(rotations * rows[:, None, 2:], axis=2)
+        return Circles(Components.of(positions), rows[:, 0], Components.of(axes), rows[:, 1])
 
-    def wrench(
-        self,
-        rotations: Float[Array, "n 3 3"],
-        positions: Float[Array, "n 3"],
-        angular_velocities: Float[Array, "n 3"],
-        velocities: Float[Array, "n 3"],
-        t: ScalarLike,
-    ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+    def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Minus the tension times the derivative of the length, and friction at the points of contact."""
-        path, length, rate, on_x, on_turn = self._length(rotations, positions, angular_velocities, velocities)
-        tension = self._tension(length, rate, t)
-        force, moment = -tension * on_x, -tension * on_turn
-        if self.friction is None:
-            return force, moment
-        excess = self._tensions(path, tension, positions, angular_velocities, velocities, t) - tension
-        pull, first, second = excess[:, None] * path.directions, *self.layout.spans
-        arms = jnp.cross(path.start - positions[first], pull), jnp.cross(path.end - positions[second], -pull)
-        return (
-            force.at[first].add(pull).at[second].add(-pull),
-            moment.at[first].add(arms[0]).at[second].add(arms[1]),
-        )
+        path, rate, on_x, on_turn = self._length(frames)
+        tension = self._tension(path.length, rate, t)
+        force, moment = on_x * -tension, on_turn * -tension
+        if self.friction is not None:
+            layout, x = self.layout, Components.of(frames.positions)
+            pull = path.directions * (self._tensions(path, tension, frames, t) - tension)
+            first, second = layout.ends(x)
+            force = force + layout.after(pull) - layout.before(pull)
+            on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
+            moment = moment + layout.after(on_first) - layout.before(on_second)
+        return force.rows, moment.rows
 
     def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
         """`k/2 (x^2 - x_0^2)` with the stretch x that makes the tension k x, zero where slack [J]."""
@@ -158,43 +151,30 @@ class Cable(AbstractPathLaw):
         k, stretch, _ = self._stretch(self.path(rotations, positions).length, t)
         return k * (one_sided_integral(stretch, self.transition) if self.slack else stretch**2 / 2)
 
-    def storage_power(
-        self,
-        rotations: Float[Array, "n 3 3"],
-        positions: Float[Array, "n 3"],
-        angular_velocities: Float[Array, "n 3"],
-        velocities: Float[Array, "n 3"],
-        t: ScalarLike,
-    ) -> Scalar:
-        """Elastic tension times the rate of the length [W]; arguments as of `wrench`."""
+    def storage_power(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
+        """Elastic tension times the rate of the length [W]."""
         if self.is_wound:
-            return jnp.zeros((), positions.dtype)
-        _, length, rate, *_ = self._length(rotations, positions, angular_velocities, velocities)
-        return self._elastic(*self._stretch(length, t)[:2]) * rate
+            return jnp.zeros((), frames.positions.dtype)
+        path, rate, *_ = self._length(frames)
+        return self._elastic(*self._stretch(path.length, t)[:2]) * rate
 
-    def state(
-        self,
-        rotations: Float[Array, "n 3 3"],
-        positions: Float[Array, "n 3"],
-        angular_velocities: Float[Array, "n 3"],
-        velocities: Float[Array, "n 3"],
-        t: ScalarLike,
-    ) -> CableState:
-        """Length, tensions and wrap; arguments as of `wrench`."""
-        path, length, rate, *_ = self._length(rotations, positions, angular_velocities, velocities)
-        tension = self._tension(length, rate, t)
+    def state(self, frames: PathKinematics, t: ScalarLike) -> CableState:
+        """Length, tensions and wrap."""
+        path, rate, *_ = self._length(frames)
+        tension = self._tension(path.length, rate, t)
         each = jnp.broadcast_to(tension, path.spans.shape)
         if self.friction is not None:
-            each = self._tensions(path, tension, positions, angular_velocities, velocities, t)
-        return CableState(length, rate, tension, each, path.wrap, jnp.stack([path.start, path.end], axis=1))
+            each = self._tensions(path, tension, frames, t)
+        points = jnp.stack([path.start.rows, path.end.rows], axis=1)
+        return CableState(path.length, rate, tension, each, path.wrap, points)
 
-    def _length(self, R, x, spin, velocity):
-        """(path, length, its rate, its derivatives (n, 3) by the places and by small turns of the frames)."""
-
-        radii, axes = self._circles(R)
-        path = cable_path(self.layout, radii, axes, x)
-        on_x, on_turn = length_slopes(self.layout, radii, axes, x, path)
-        return path, path.length, jnp.sum(on_x * velocity) + jnp.sum(on_turn * spin), on_x, on_turn
+    def _length(self, frames):
+        """(path, rate of its length, derivatives (n,) of the length by the places and small turns of the frames)."""
+        circles = self._circles(frames.rotations, frames.positions)
+        path = cable_path(self.layout, circles)
+        on_x, on_turn = length_slopes(self.layout, circles, path)
+        velocity, spin = Components.of(frames.velocities), Components.of(frames.angular_velocities)
+        return path, jnp.sum(dot(on_x, velocity) + dot(on_turn, spin)), on_x, on_turn
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""
@@ -213,14 +193,15 @@ class Cable(AbstractPathLaw):
     def _elastic(self, k, stretch):
         return k * (one_sided(stretch, self.transition) if self.slack else stretch)
 
-    def _tensions(self, path, tension, x, spin, velocity, t):
+    def _tensions(self, path, tension, frames, t):
         """Tensions (m,) of the spans, whose mean by length is the tension."""
-        first, second = self.layout.spans
-        at = lambda k, point: velocity[k] + jnp.cross(spin[k], point - x[k])  # noqa: E731
-        parting = jnp.sum(path.directions * (at(second, path.end) - at(first, path.start)), axis=1)
-        bend = path.wrap + _bend_at_points(self.layout, path)
+        layout, motion = self.layout, tuple(Components.of(part) for part in frames[1:])
+        ends = zip((path.start, path.end), layout.ends(motion), strict=True)
+        first, second = (v + cross(w, point - x) for point, (x, w, v) in ends)
+        parting = dot(path.directions, second - first)
+        bend = path.wrap + _bend_at_points(layout, path)
         grip = self.friction * jnp.where(bend > 0, bend, 0.0)
-        share = path.spans + (path.arc[first] + path.arc[second]) / 2
+        share = path.spans + sum(layout.ends(path.arc)) / 2
         share = share / jnp.sum(share)
         _, paid = value_and_rate(self.free_length, t)
         ratios = tension_ratios(grip, share, parting, paid, self.slip_speed, self.closed)
@@ -253,12 +234,13 @@ class Cable(AbstractPathLaw):
         found = faults_if(
             (n < 2, "a path has two elements or more"),
             (
-                self.radii.shape != (count,) or self.axes.shape != (count, 3),
-                "radii (c,) and axes (c, 3) are those of the c circles",
+                (self.radii.shape, self.axes.shape, self.turns.shape) != ((count,), (count, 3), (count,)),
+                "radii (c,), axes (c, 3) and turns (c,) are those of the c circles",
             ),
-            (len(self.senses) != n or len(self.turns) != n, "senses and turns have an entry for each element"),
-            (any(s not in (1, -1) for s in self.senses), "senses are 1 or -1"),
-            (any(not 0 <= m <= 1000 for m in self.turns), "turns are between 0 and 1000"),
+            (
+                any_concrete(lambda m: (m < 0) | (m > 1000) | (m != np.round(m)), self.turns),
+                "turns are whole numbers between 0 and 1000",
+            ),
             (self.friction is not None and self.friction.shape != (n,), f"friction has {n} entries"),
             (any(kinds[k] != "point" for k in ends), "the ends are points: Attachment(...)"),
         )
@@ -274,11 +256,8 @@ class Cable(AbstractPathLaw):
 
 def _bend_at_points(layout, path):
     """Angles (n,) by which the cable changes direction at points between its ends, zero at circles and ends."""
-    inner = [k for k, kind in enumerate(layout.kinds) if kind == "point"]
-    inner = np.array([k for k in inner if layout.is_closed or 0 < k < len(layout.kinds) - 1], int)
-    bend = jnp.zeros_like(path.wrap)
-    if not inner.size:
-        return bend
-    before, after = path.directions[inner - 1], path.directions[inner]
-    sine = jax.vmap(lambda a, b: safe_norm(jnp.cross(a, b)))(before, after)
-    return bend.at[inner].set(jnp.arctan2(sine, jnp.sum(before * after, axis=1)))
+    before, after = layout.before(path.directions), layout.after(path.directions)
+    inner = layout.elements("point") > 0
+    inner[[] if layout.is_closed else [0, -1]] = False
+    sine, cosine = norm(cross(before, after)), dot(before, after)
+    return jnp.arctan2(jnp.where(inner, sine, 0.0), jnp.where(inner, cosine, 1.0))

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ..checks import any_concrete, faults_if, is_concrete, may_be_nonzero, negative, not_positive
 from ..math._linalg import safe_norm, skew
 from ..typing import Convertible, Scalar, ScalarLike
-from ._base import AbstractPathLaw
+from ._base import AbstractPathLaw, PathKinematics
 from ._fields import number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 
@@ -91,21 +91,14 @@ class GearPair(AbstractPathLaw):
         first, second = self.radii
         return second - first if self.internal else first + second
 
-    def wrench(
-        self,
-        rotations: Float[Array, "2 3 3"],
-        positions: Float[Array, "2 3"],
-        angular_velocities: Float[Array, "2 3"],
-        velocities: Float[Array, "2 3"],
-        t: ScalarLike,
-    ) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
+    def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
         """Forces and moments of both sides of the teeth."""
-        sides, pull_back = jax.vjp(self._approach, rotations, positions)
+        sides, pull_back = jax.vjp(self._approach, frames.rotations, frames.positions)
         by_R, on_x = jax.vmap(pull_back)(jnp.eye(2, dtype=sides.dtype))
-        M = jnp.einsum("snij,nkj->snik", by_R, rotations)
+        M = jnp.einsum("snij,nkj->snik", by_R, frames.rotations)
         axial = (M[..., 2, 1] - M[..., 1, 2], M[..., 0, 2] - M[..., 2, 0], M[..., 1, 0] - M[..., 0, 1])
         on_turn = jnp.stack(axial, axis=-1)
-        rate = jnp.einsum("snj,nj->s", on_x, velocities) + jnp.einsum("snj,nj->s", on_turn, angular_velocities)
+        rate = jax.vmap(frames.power)(on_x, on_turn)
         force = self._normal_forces(sides, rate)
         return -jnp.einsum("s,snj->nj", force, on_x), -jnp.einsum("s,snj->nj", force, on_turn)
 
@@ -114,18 +107,12 @@ class GearPair(AbstractPathLaw):
         approach = self._approach(rotations, positions)
         return self.stiffness * jnp.sum(one_sided_integral(approach, self.transition))
 
-    def state(
-        self,
-        rotations: Float[Array, "2 3 3"],
-        positions: Float[Array, "2 3"],
-        angular_velocities: Float[Array, "2 3"],
-        velocities: Float[Array, "2 3"],
-        t: ScalarLike,
-    ) -> MeshState:
-        """Approach and forces of both sides; arguments as of `wrench`."""
-        twist = (jax.vmap(skew)(angular_velocities) @ rotations, velocities)
-        approach, rate = jax.jvp(self._approach, (rotations, positions), twist)
-        return MeshState(approach, self._normal_forces(approach, rate), self._mesh(rotations, positions)[1])
+    def state(self, frames: PathKinematics, t: ScalarLike) -> MeshState:
+        """Approach and forces of both sides."""
+        places = frames.rotations, frames.positions
+        rates = (jax.vmap(skew)(frames.angular_velocities) @ frames.rotations, frames.velocities)
+        approach, rate = jax.jvp(self._approach, places, rates)
+        return MeshState(approach, self._normal_forces(approach, rate), self._mesh(*places)[1])
 
     def _normal_forces(self, approach, rate):
         """Forces (2,) of the drive and the coast side [N]."""

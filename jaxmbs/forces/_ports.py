@@ -15,7 +15,7 @@ from jax import Array
 from ..math._linalg import direction, safe_norm, skew
 from ..math._spatial import to_public_order
 from ..runtime import gather_static, segment_sum_static
-from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractScalarLaw
+from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractScalarLaw, PathKinematics
 from ._port import AbstractPort
 from ._state_laws import AbstractBodyStateLaw, AbstractPoseStateLaw, AbstractScalarStateLaw
 
@@ -242,11 +242,11 @@ class PathPort(AbstractPort):
         return displacement, _spins_and_velocities(flow)
 
     def effort(self, law, displacement, flow, t):
-        force, moment = law.wrench(*displacement, *_spins_and_velocities(flow), t)
+        force, moment = law.wrench(PathKinematics(*displacement, *_spins_and_velocities(flow)), t)
         return jnp.concatenate([moment, force], axis=1).reshape(-1)
 
     def storage_power(self, law, displacement, flow, t):
-        return law.storage_power(*displacement, *_spins_and_velocities(flow), t)
+        return law.storage_power(PathKinematics(*displacement, *_spins_and_velocities(flow)), t)
 
     def reading(self, seen, effort):
         return jax.vmap(to_public_order)(effort.reshape(-1, 6)).reshape(-1), None, None

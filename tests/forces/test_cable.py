@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.forces import Attachment, Cable, Eyelet, Ramp, Sheave, WrapCylinder, WrapSphere
+from jaxmbs.forces import Attachment, Cable, Eyelet, PathKinematics, Ramp, Sheave, WrapCylinder, WrapSphere
 from jaxmbs.math._rotation import rotation_matrix
 
 CASES = Path(__file__).parent.parent / "cases"
@@ -58,7 +58,7 @@ def test_capstan(mu, turns, high):
     """Case CT2: the high side for 100 N at the low side, half a turn and one and a half."""
     law = law_of([Attachment(""), Sheave("", 0.1, "+", "y", turns), Attachment("")], friction=mu, free_length=1.5)
     speeds = jnp.array([[0, 0, -1.0], [0, 0, 0], [0, 0, 1.0]])  # the cable runs towards the first end
-    found = law.state(*at([[-0.1, 0, -1], [0, 0, 0], [0.1, 0, -1]]), jnp.zeros((3, 3)), speeds, 0.0)
+    found = law.state(PathKinematics(*at([[-0.1, 0, -1], [0, 0, 0], [0.1, 0, -1]]), jnp.zeros((3, 3)), speeds), 0.0)
     np.testing.assert_allclose(found.wrap[1], np.pi * (1 + 2 * turns), rtol=1e-14)
     np.testing.assert_allclose(100.0 * found.tensions[0] / found.tensions[1], high, rtol=1e-9)
 
@@ -79,7 +79,7 @@ def moved(law, shift):
 def test_effort_is_minus_the_derivative_of_the_energy():
     """Of wheels whose planes differ too: the length's derivative, turn by turn and shift by shift."""
     law = law_of(CRANE[0], free_length=6.0)
-    force, moment = law.wrench(*moved(law, jnp.zeros((6, 6))), *still(6), 0.0)
+    force, moment = law.wrench(PathKinematics(*moved(law, jnp.zeros((6, 6))), *still(6)), 0.0)
     energy = jax.jit(lambda s: law.potential(*moved(law, s), 0.0))
     found, h = np.concatenate([force, moment], axis=1), 1e-6
     for k in range(6):
@@ -99,8 +99,8 @@ def test_friction_and_damping_take_energy_at_every_rate():
 
     def power(speeds):
         spin, velocity = speeds
-        force, moment = law.wrench(R, x, spin, velocity, 0.0)
-        rate = law.state(R, x, spin, velocity, 0.0).rate
+        force, moment = law.wrench(PathKinematics(R, x, spin, velocity), 0.0)
+        rate = law.state(PathKinematics(R, x, spin, velocity), 0.0).rate
         elastic = 1e4 * (law.path(R, x).length - 6.0)
         return jnp.sum(force * velocity) + jnp.sum(moment * spin) + elastic * rate
 
@@ -113,16 +113,18 @@ def test_a_cable_without_tension_is_slack_and_never_pushes():
     strut = law_of([Attachment(""), Attachment("")], damping=1e4, free_length=1.0, slack=False)
     away = jnp.array([[0, 0, 0], [-5.0, 0, 0]])
     for length, expected in ((0.9, 0.0), (1.1, 1e3)):
-        force = law.wrench(*at([[0, 0, 0], [length, 0, 0]]), *still(2), 0.0)[0]
+        force = law.wrench(PathKinematics(*at([[0, 0, 0], [length, 0, 0]]), *still(2)), 0.0)[0]
         np.testing.assert_allclose(force[0, 0], expected, rtol=1e-12)
-        quick = law.wrench(*at([[0, 0, 0], [length, 0, 0]]), still(2)[0], away, 0.0)[0]
+        quick = law.wrench(PathKinematics(*at([[0, 0, 0], [length, 0, 0]]), still(2)[0], away), 0.0)[0]
         assert 0.0 <= quick[0, 0] <= expected
-    np.testing.assert_allclose(strut.wrench(*at([[0, 0, 0], [0.9, 0, 0]]), *still(2), 0.0)[0][0, 0], -1e3)
+    np.testing.assert_allclose(
+        strut.wrench(PathKinematics(*at([[0, 0, 0], [0.9, 0, 0]]), *still(2)), 0.0)[0][0, 0], -1e3
+    )
 
 
 def test_the_corner_is_twice_differentiable():
     law = law_of([Attachment(""), Attachment("")], free_length=1.0, transition=1e-3)
-    tension = lambda x: law.wrench(*at([[0, 0, 0], [x, 0, 0]]), *still(2), 0.0)[0][0, 0]  # noqa: E731
+    tension = lambda x: law.wrench(PathKinematics(*at([[0, 0, 0], [x, 0, 0]]), *still(2)), 0.0)[0][0, 0]  # noqa: E731
     second = jax.jit(jax.grad(jax.grad(lambda x: tension(x))))
     for corner in (1.0 - 1e-3, 1.0 + 1e-3):
         np.testing.assert_allclose(second(corner - 1e-9), second(corner + 1e-9), atol=1e-4 * 1e4 / 1e-3)
@@ -145,8 +147,8 @@ def test_a_belt_drives_by_friction():
     np.testing.assert_allclose(law.path(R, x).length, length, rtol=1e-12)
     for spin, has_slip in ((1.01, False), (30.0, True)):
         spins = jnp.array([[0, 0, 2.0 * spin], [0, 0, 1.0]])
-        found = law.state(R, x, spins, jnp.zeros((2, 3)), 0.0)
-        force, moment = law.wrench(R, x, spins, jnp.zeros((2, 3)), 0.0)
+        found = law.state(PathKinematics(R, x, spins, jnp.zeros((2, 3))), 0.0)
+        force, moment = law.wrench(PathKinematics(R, x, spins, jnp.zeros((2, 3))), 0.0)
         difference = found.tensions[1] - found.tensions[0]
         assert difference > 1.0
         np.testing.assert_allclose(moment[:, 2], [-0.1 * difference, 0.2 * difference], rtol=1e-9)
@@ -158,7 +160,7 @@ def test_a_belt_drives_by_friction():
 
 def test_a_winch_pays_out():
     law = law_of([Attachment(""), Attachment("")], free_length=Ramp(1.0, 0.1), damping=20.0)
-    force = law.wrench(*at([[0, 0, 0], [1.1, 0, 0]]), *still(2), 0.5)[0]
+    force = law.wrench(PathKinematics(*at([[0, 0, 0], [1.1, 0, 0]]), *still(2)), 0.5)[0]
     np.testing.assert_allclose(force[0, 0], 1e4 * 0.05 - 20.0 * 0.1, rtol=1e-12)
     assert law.is_source and not law.stores
 
@@ -177,7 +179,7 @@ def test_gradients_against_differences():
         fields = lambda c: (c.radii, c.stiffness, c.free_length.value, c.friction, c.damping)  # noqa: E731
         change = [by[name] for name in list(GRADIENTS)[:-1]]
         here = eqx.tree_at(fields, law, [a + d for a, d in zip(fields(law), change, strict=True)])
-        found = here.wrench(R, x.at[2, 0].add(by["place"]), spin, velocity, 0.0)
+        found = here.wrench(PathKinematics(R, x.at[2, 0].add(by["place"]), spin, velocity), 0.0)
         return jnp.sum(jnp.stack(found) * weight)
 
     at_home, value = dict.fromkeys(GRADIENTS, 0.0), jax.jit(force)
@@ -204,7 +206,7 @@ def test_gradients_on_a_grid_of_regimes(regime):
 
     free = float(law_of(path).path(*poses(height)).length) - 2e-4 if free is None else free
     law = law_of(path, free_length=free, transition=1e-3)
-    force = jax.jit(lambda z: jnp.stack(law.wrench(*poses(z), *still(3), 0.0)).reshape(-1))
+    force = jax.jit(lambda z: jnp.stack(law.wrench(PathKinematics(*poses(z), *still(3)), 0.0)).reshape(-1))
     slope = jax.jit(jax.jacfwd(force))
     for z in height + np.array([0.0, 1e-5, 1e-4]):
         h = 1e-5 if regime == "corner" else 1e-4
@@ -224,7 +226,7 @@ def test_slopes_of_the_length_against_differentiation():
     @jax.jit
     def both(R, x):
         length = lambda d: law.path(jax.vmap(rotation_matrix)(d[:, 3:]) @ R, x + d[:, :3]).length  # noqa: E731
-        return jax.grad(length)(jnp.zeros((6, 6))), law._length(R, x, *still(6))[3:]
+        return jax.grad(length)(jnp.zeros((6, 6))), [d.rows for d in law._length(PathKinematics(R, x, *still(6)))[2:]]
 
     expected, found = both(R, x)
     np.testing.assert_allclose(np.concatenate(found, axis=1), expected, atol=1e-13)

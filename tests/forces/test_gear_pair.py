@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.forces import Actuator, GearPair
+from jaxmbs.forces import Actuator, GearPair, PathKinematics
 
 CASE = Path(__file__).parent.parent / "cases" / "GB1_gear_backlash_oscillator.json"
 
@@ -35,7 +35,7 @@ def test_loads_are_tangential_and_radial_by_the_pressure_angle():
     law = pair()
     r_a, r_b = 0.02, 0.03
     np.testing.assert_allclose(law.radii, [r_a, r_b])
-    force, moment = law.wrench(*poses(1e-4, 0.0, [0.05, 0.0, 0.0]), STILL, STILL, 0.0)
+    force, moment = law.wrench(PathKinematics(*poses(1e-4, 0.0, [0.05, 0.0, 0.0]), STILL, STILL), 0.0)
     normal = 1e7 * r_a * np.cos(ALPHA) * 1e-4
     tangential, radial = normal * np.cos(ALPHA), normal * np.sin(ALPHA)
     np.testing.assert_allclose(force[1], [radial, tangential, 0.0], rtol=1e-9)  # A pushes B along y and away
@@ -45,7 +45,7 @@ def test_loads_are_tangential_and_radial_by_the_pressure_angle():
 
 def test_a_ring_gear_draws_its_pinion_to_its_centre():
     law = GearPair((20, 60), 2e-3, ALPHA, internal=True, stiffness=1e7, transition=1e-9)
-    force, moment = law.wrench(*poses(1e-4, 0.0, [0.04, 0.0, 0.0]), STILL, STILL, 0.0)
+    force, moment = law.wrench(PathKinematics(*poses(1e-4, 0.0, [0.04, 0.0, 0.0]), STILL, STILL), 0.0)
     normal = 1e7 * 0.02 * np.cos(ALPHA) * 1e-4
     np.testing.assert_allclose(force[0, 0], normal * np.sin(ALPHA), rtol=1e-9)
     np.testing.assert_allclose(np.abs(force[0, 1]), normal * np.cos(ALPHA), rtol=1e-9)
@@ -58,7 +58,7 @@ def test_helical_gears_push_along_their_axes():
     law = pair(helix_angle=beta)
     distance = float(law.centre_distance)
     np.testing.assert_allclose(distance, 0.05 / np.cos(beta), rtol=1e-12)
-    force, moment = law.wrench(*poses(1e-4, 0.0, [distance, 0.0, 0.0]), STILL, STILL, 0.0)
+    force, moment = law.wrench(PathKinematics(*poses(1e-4, 0.0, [distance, 0.0, 0.0]), STILL, STILL), 0.0)
     tangential = -float(moment[0, 2]) / float(law.radii[0])
     np.testing.assert_allclose(force[1, 1], tangential, rtol=1e-9)
     np.testing.assert_allclose(force[1, 0], tangential * np.tan(ALPHA) / np.cos(beta), rtol=1e-9)
@@ -70,8 +70,8 @@ def test_wheels_turn_many_times_and_their_centres_turn_about_each_other():
     law, psi = pair(), 0.7
     place = 0.05 * np.array([np.cos(psi), np.sin(psi), 0.0])
     a, b = psi + 2.0 * np.pi * 5 / 20 + 1e-4, psi + 2.0 * np.pi * 4 / 30
-    force, _ = law.wrench(*poses(a, b, place), STILL, STILL, 0.0)
-    plain, _ = law.wrench(*poses(1e-4, 0.0, [0.05, 0.0, 0.0]), STILL, STILL, 0.0)
+    force, _ = law.wrench(PathKinematics(*poses(a, b, place), STILL, STILL), 0.0)
+    plain, _ = law.wrench(PathKinematics(*poses(1e-4, 0.0, [0.05, 0.0, 0.0]), STILL, STILL), 0.0)
     np.testing.assert_allclose(force[1], turned(psi) @ plain[1], rtol=1e-8)
 
 
@@ -84,7 +84,7 @@ def test_play_grows_with_the_distance_of_the_centres():
     play = base.sum() * (np.tan(working) - working - np.tan(ALPHA) + ALPHA) + 5e-6
     for over, pressed in ((-1e-7, False), (1e-7, True)):
         angle = (play + over) / base[0]
-        force, _ = law.wrench(*poses(angle, 0.0, [distance, 0.0, 0.0]), STILL, STILL, 0.0)
+        force, _ = law.wrench(PathKinematics(*poses(angle, 0.0, [distance, 0.0, 0.0]), STILL, STILL), 0.0)
         assert (np.abs(force).max() > 0.5) == pressed
         if pressed:
             np.testing.assert_allclose(force[1, 0] / force[1, 1], np.tan(working), rtol=1e-6)
@@ -94,7 +94,7 @@ def test_effort_is_minus_the_derivative_of_the_energy():
     law = pair(backlash=2e-5)
     start = jnp.array([2e-3, 0.01, 0.0501, 0.002])
     at = lambda p: poses(p[0], p[1], [p[2], p[3], 0.0])  # noqa: E731
-    force, moment = law.wrench(*at(start), STILL, STILL, 0.0)
+    force, moment = law.wrench(PathKinematics(*at(start), STILL, STILL), 0.0)
     assert np.abs(force).max() > 1.0
     slope = jax.grad(lambda p: law.potential(*at(p), 0.0))(start)
     np.testing.assert_allclose(-slope, [moment[0, 2], moment[1, 2], force[1, 0], force[1, 1]], rtol=1e-9)
@@ -106,7 +106,7 @@ def test_gradients_against_differences():
 
     def torque(values):
         law = GearPair((20, 30), **values, transition=1e-9)
-        return law.wrench(*poses(3e-3, 0.0, [0.0501, 0.0, 0.0]), spin, STILL, 0.0)[1][0, 2]
+        return law.wrench(PathKinematics(*poses(3e-3, 0.0, [0.0501, 0.0, 0.0]), spin, STILL), 0.0)[1][0, 2]
 
     value, found = jax.jit(torque), jax.jit(jax.grad(torque))(home)
     for name, number in home.items():

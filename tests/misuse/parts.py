@@ -335,7 +335,7 @@ CASES = {
     "forces.Actuator": on_joint(lambda z: call(lambda x, v, t: -x), "function no function: a constant effort"),
     "forces.Cable": case(
         lambda z: call(
-            *(("point", "sheave", "point"), np.array([0.5]), np.array([[0.0, 0.0, 1.0]]), (1, 1, 1), (0, 0, 0)),
+            *(("point", "sheave", "point"), np.array([0.5]), np.array([[0.0, 0.0, 1.0]]), np.array([1.0])),
             **{"stiffness": 2.0, "damping": 0.5, "free_length": mbs.forces.Constant(1.0), "friction": np.ones(3)},
         ),
         through=_through(_law(between=("ground", "arm", "hand"))),

@@ -50,7 +50,7 @@ EXEMPT = {
         hydraulics.AbstractTwoPort forces.AbstractJointFriction
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
-        forces.AbstractPathLaw
+        forces.AbstractPathLaw forces.PathKinematics
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
         forces.InternalState model.InternalStates
         contact.AbstractPair contact.Touch

@@ -1,0 +1,133 @@
+"""Tangents that two circles in space have in common, of many pairs at once.
+
+The span from circle to circle is at right angles to the radius of either at the point where it touches.  Those are
+two equations in the angles of the points of contact; between a point and a circle their solution is closed.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+from ..math._vector import Components, cross, dot
+
+#: Rounds of Newton of a span between two circles, from the tangent of parallel axes.
+_ROUNDS = 4
+
+
+class _Pairs(NamedTuple):
+    """Pairs (m,) of circles: from the first centre to the second, radii, axes; points have neither."""
+
+    span: Components
+    r: Array
+    q: Array
+    a: Components
+    b: Components
+
+
+def common_tangents(first, second, has_two_circles: bool) -> tuple[Components, Components]:
+    """Unit vectors (m,) from the axes of `Circles` to the points where a cable leaves the first and arrives at the
+    second, zero at points.
+
+    Args:
+        has_two_circles: False if one of each pair is a point (static).
+    """
+    pairs = _Pairs(second.place - first.place, first.radius, second.radius, first.axis, second.axis)
+    return (_between_circles if has_two_circles else _of_parallel_axes)(pairs)
+
+
+def _of_parallel_axes(k):
+    """The tangents if axes are parallel, or one of each pair is a point."""
+    same = jnp.sign(dot(k.a, k.b))  # +1 for an outer tangent, -1 for a crossing one
+    return _tangent(k.span, k.r - same * k.q, k.a, -1.0), _tangent(-k.span, k.q - same * k.r, k.b, 1.0)
+
+
+def _tangent(p, radius, axis, side):
+    """Unit normal where the tangent from a point touches a circle; p: the point from the centre.
+
+    `n = (r p + side sqrt(d^2 - r^2) axis x p) / d^2` with p in the circle's plane, of length d.
+    """
+    p = p - axis * dot(axis, p)
+    square = dot(p, p)
+    square = jnp.where(square > 0, square, 1.0)
+    free = square - radius**2
+    reach = jnp.where(free > 0, jnp.sqrt(jnp.where(free > 0, free, 1.0)), 0.0)
+    return p * (radius / square) + cross(axis, p) * (side * reach / square)
+
+
+@jax.custom_jvp
+def _between_circles(k):
+    """The tangents of any circles."""
+    n, m = _of_parallel_axes(k)
+    u, v = cross(k.a, n), cross(k.b, m)
+    (c, s), (d, e) = _contact_angles(_Planes(*(dot(*pair) for pair in _products(k.span, n, u, m, v))), k.r, k.q)
+    return n * c + u * s, m * d + v * e
+
+
+class _Planes(NamedTuple):
+    """Products of the vector p between two centres and the axes n, u and m, v of the planes of the circles."""
+
+    pn: Array
+    pu: Array
+    pm: Array
+    pv: Array
+    nm: Array
+    nv: Array
+    um: Array
+    uv: Array
+
+
+def _products(p, n, u, m, v):
+    return (p, n), (p, u), (p, m), (p, v), (n, m), (n, v), (u, m), (u, v)
+
+
+def _contact_angles(k, r, q):
+    """Cosines and sines of the angles of both normals in their planes by Newton, numbers alone."""
+    one = jnp.ones_like(k.nm)
+    angles = (one, 0 * one), (one, 0 * one)
+    for _ in range(_ROUNDS):
+        angles = _round(k, r, q, angles)
+    return angles
+
+
+@jax.jit
+def _round(k, r, q, angles):
+    """Angles after a round of Newton."""
+    (c, s), (d, e) = angles
+    to_m, to_v = c * k.nm + s * k.um, c * k.nv + s * k.uv  # products of the first normal; those of its tangent:
+    um, uv = c * k.um - s * k.nm, c * k.uv - s * k.nv
+    nm, nv = d * to_m + e * to_v, d * to_v - e * to_m
+    wrong = c * k.pn + s * k.pu + q * nm - r, d * k.pm + e * k.pv + q - r * nm
+    tangent = d * um + e * uv
+    along = c * k.pu - s * k.pn + q * tangent, d * k.pv - e * k.pm - r * nv
+    one, other = _turns(along[0], q * nv, -r * tangent, along[1], wrong)
+    return _after_turn(c, s, one), _after_turn(d, e, other)
+
+
+def _after_turn(c, s, angle):
+    """Cosine and sine after a turn by about a small angle."""
+    scale = lax.rsqrt(1.0 + angle * angle)
+    return (c - angle * s) * scale, (s + angle * c) * scale
+
+
+@_between_circles.defjvp
+def _between_circles_rate(primals, tangents):
+    """By the conditions that the span is at right angles to both normals, so that derivatives of every order hold."""
+    (k,), (d,) = primals, tangents
+    n, m = _between_circles(k)
+    u, v, span = cross(k.a, n), cross(k.b, m), k.span + m * k.q - n * k.r
+    tilt, lean = k.a * -dot(n, d.a), k.b * -dot(m, d.b)  # normals stay at right angles to their axes
+    change = d.span + m * d.q + lean * k.q - n * d.r - tilt * k.r
+    wrong = dot(tilt, span) + dot(n, change), dot(lean, span) + dot(m, change)
+    along = (jnp.where(dot(axis, axis) > 0, dot(*pair), 1.0) for axis, pair in ((k.a, (u, span)), (k.b, (v, span))))
+    aa, bb = along
+    one, other = _turns(aa, k.q * dot(n, v), -k.r * dot(m, u), bb, wrong)
+    return (n, m), (tilt + u * one, lean + v * other)
+
+
+def _turns(aa, ab, ba, bb, wrong):
+    """Small turns of both normals that take away the projections of the span on them: a system of two equations."""
+    det = aa * bb - ab * ba
+    det = jnp.where(det == 0, 1.0, det)
+    return (ab * wrong[1] - bb * wrong[0]) / det, (ba * wrong[0] - aa * wrong[1]) / det
