@@ -11,6 +11,8 @@ from ._base import (
     AbstractScalarLaw,
     AbstractSystemLaw,
 )
+from ._beam_element import BeamElement
+from ._beam_section import BeamSection
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
 from ._cable import Cable
@@ -56,6 +58,8 @@ __all__ = [
     "Actuator",
     "AirSpring",
     "Attachment",
+    "BeamElement",
+    "BeamSection",
     "BearingFriction",
     "BrownMcPhee",
     "BumpStop",
