@@ -28,6 +28,8 @@ class BeamElement(AbstractPoseLaw):
         damping: time by which it multiplies the rate of the screw in the stiffness [s], or None.
     """
 
+    is_steep = True
+
     stiffness: Convertible[Float[Array, "6 6"]] = eqx.field(converter=number)
     screw: Convertible[Float[Array, " 6"]] = eqx.field(converter=number)
     damping: Convertible[Float[Array, ""] | None] = eqx.field(converter=optional_number, default=None)
