@@ -121,7 +121,7 @@ def _numbers(points, reference, sections):
 @jit(compile="quick")
 def _arrays(points, reference, sections):
     """World rotations of the nodes; place and rotation of each from the one before, its screw, and stiffness (n, ...);
-    masses and inertias of the nodes, half of the elements beside."""
+    masses and inertias of the nodes."""
     x = _tangents(points)
     z = jax.vmap(direction)(jnp.cross(x, reference))
     rotations = jnp.stack([x, jnp.cross(z, x), z], axis=2)
@@ -130,7 +130,7 @@ def _arrays(points, reference, sections):
     screws = jax.vmap(screw_of_pose)(turns, places)
     lengths = jax.vmap(safe_norm)(screws[:, :3])
     stiffness = jax.vmap(BeamSection.element_stiffness)(sections, lengths)
-    at_nodes = partial(_halves_beside, lengths)
+    at_nodes = partial(_shares, lengths)
     inertias = jax.vmap(jnp.diag)(at_nodes(sections.inertia))
     return rotations, places, turns, screws, stiffness, at_nodes(sections.mass), inertias
 
@@ -149,8 +149,27 @@ def _tangents(points):
     return jnp.concatenate([first[None], inner, last[None]])
 
 
-def _halves_beside(lengths, per_length):
-    """Sums (n + 1, ...) at the nodes of half of what is per length in the elements (n, ...) beside them."""
-    half = per_length * lengths.reshape(-1, *[1] * (per_length.ndim - 1)) / 2
-    none = jnp.zeros_like(half[:1])
-    return jnp.concatenate([half, none]) + jnp.concatenate([none, half])
+def _shares(lengths, per_length):
+    """Shares (n + 1, ...) of the nodes in what is per length in the elements (n, ...): half of the elements beside,
+    with the end correction of Euler and Maclaurin.
+
+    Without it the moment of inertia of a beam of n elements about its root would be too large by 1 / (2 n^2), with it
+    the error falls by the fourth power.  Half each where a share would not be positive, as beside a heavy element.
+    """
+    whole = per_length * lengths.reshape(-1, *[1] * (per_length.ndim - 1))
+    none = jnp.zeros_like(whole[:1])
+    halves = (jnp.concatenate([whole, none]) + jnp.concatenate([none, whole])) / 2
+    slopes = _slopes_at_nodes(len(lengths))
+    correction = jnp.asarray((slopes[:-1] - slopes[1:]) / 12, whole.dtype)
+    shares = halves + jnp.tensordot(correction, whole, ((0,), (0,)))
+    return jnp.where(jnp.all(shares > 0.0), shares, halves)
+
+
+def _slopes_at_nodes(num_elements):
+    """Derivatives (n + 1, n + 1) at equally spaced nodes of a function given there, to second order."""
+    D = np.zeros((num_elements + 1, num_elements + 1))
+    if num_elements > 1:
+        for k in range(1, num_elements):
+            D[k, k - 1], D[k, k + 1] = -0.5, 0.5
+        D[0, :3], D[-1, -3:] = (-1.5, 2.0, -0.5), (0.5, -2.0, 1.5)
+    return D
