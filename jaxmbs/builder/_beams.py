@@ -61,7 +61,7 @@ def _nodes(points, elements):
         nodes = points
     else:
         share = np.linspace(0.0, 1.0, (8 if elements is None else elements) + 1)[:, None]
-        nodes = points[0] + share * (points[1] - points[0])
+        nodes = points[:1] + share * (points[1:] - points[:1])
     if any_concrete(lambda x: np.any(np.linalg.norm(np.diff(x, axis=0), axis=1) == 0.0), nodes):
         raise ValueError("two of its points one after the other are at one place")
     return nodes
@@ -72,7 +72,7 @@ def _references(reference, points):
     reference = _rows("reference", reference, 1)
     if len(reference) not in (1, len(points)):
         raise ValueError(f"reference must be one vector or one at each of {len(points)} nodes, got {len(reference)}")
-    reference = jnp.broadcast_to(reference, points.shape)
+    reference = jnp.ones_like(points) * reference
     if any_concrete(_is_along, reference, points):
         raise ValueError("its reference, which points to the y axis of the section, lies along the line at a node")
     return reference
@@ -144,8 +144,8 @@ def _tangents(points):
     weight = 1.0 / jnp.sum(spans**2, axis=1)[:, None]
     inner = spans[:-1] * weight[:-1] + spans[1:] * weight[1:]
     inner = jax.vmap(direction)(inner)
-    first = 2.0 * jnp.sum(inner[0] * along[0]) * along[0] - inner[0]
-    last = 2.0 * jnp.sum(inner[-1] * along[-1]) * along[-1] - inner[-1]
+    first = 2.0 * jnp.dot(inner[0], along[0]) * along[0] - inner[0]
+    last = 2.0 * jnp.dot(inner[-1], along[-1]) * along[-1] - inner[-1]
     return jnp.concatenate([first[None], inner, last[None]])
 
 

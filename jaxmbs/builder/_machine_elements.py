@@ -161,7 +161,7 @@ class MachineElements:
         name: str,
         section: WordedError[BeamSection | list],
         points: ArrayLike,
-        elements: int | None = None,
+        elements: WordedError[int | None] = None,
         reference: ArrayLike = (0.0, 1.0, 0.0),
     ) -> None:
         """A geometrically exact beam for large bending, twist and stretch: a chain of bodies and elastic elements.
@@ -172,7 +172,8 @@ class MachineElements:
         of these names, of the law `forces.BeamElement`.  Join a node to the rest by a joint: `b.joint("clamp",
         Weld(), "hub", "blade.0", at=(0, 0, 0))`.
 
-        Mass and inertia are lumped at the nodes; tip deflections of 16 elements are right to about a thousandth.
+        Mass and inertia are lumped at the nodes; the largest lag of a beam spun up is right to 2e-4 with 8
+        elements.
         Axial waves make it stiff: simulate with `motion.Rodas5P()` or at fixed steps.
 
         Args:

@@ -63,7 +63,10 @@ class BeamElement(AbstractPoseLaw):
         return found or faults_if(
             (any_concrete(_not_definite, self.stiffness), "stiffness must be symmetric and positive definite"),
             (any_concrete(lambda s: not np.any(s[:3]), self.screw), "screw must have a length without load"),
-            (any_concrete(lambda s: np.linalg.norm(s[3:]) > 3.0, self.screw), "screw must turn less than half a turn"),
+            (
+                any_concrete(lambda s: np.linalg.norm(s[3:]) > 3.0, self.screw),
+                "screw must turn less than half a turn",
+            ),
             (self.damping is not None and negative(self.damping), "damping must not be negative [s]"),
         )
 

@@ -56,7 +56,11 @@ class BeamSection(eqx.Module):
         polar = number(inertia_y) + number(inertia_z)
         shears = np.array([np.inf, np.inf]) if shear is None else number(shear) * shear_modulus * area
         rest = [young * number(area), *shears]
-        rest += [shear_modulus * (polar if torsion is None else number(torsion)), young * inertia_y, young * inertia_z]
+        rest += [
+            shear_modulus * (polar if torsion is None else number(torsion)),
+            young * inertia_y,
+            young * inertia_z,
+        ]
         inertia = density * jnp.stack([polar, number(inertia_y), number(inertia_z)])
         return cls(jnp.stack([number(x) for x in rest]), density * number(area), inertia, damping)
 
@@ -86,7 +90,10 @@ class BeamSection(eqx.Module):
             (any_concrete(_not_stiff, self.stiffness), "stiffness must be symmetric and positive definite"),
             (not_positive(self.mass), "mass must be positive [kg/m]"),
             (not_positive(self.inertia), "inertia must be positive [kg m]"),
-            (any_concrete(lambda *x: ~np.all(np.isfinite(np.hstack(x))), self.mass, self.inertia), "it is not finite"),
+            (
+                any_concrete(lambda *x: ~np.all(np.isfinite(np.hstack(x))), self.mass, self.inertia),
+                "it is not finite",
+            ),
             (self.damping is not None and negative(self.damping), "damping must not be negative [s]"),
         )
 
