@@ -157,7 +157,7 @@ def is_steep(system: System) -> bool:
 
 
 def _is_nearer(new, last, still):
-    """Natural monotonicity test of a trial: the step that the slope of the point taken last asks for is shorter there.
+    """Natural monotonicity test of a trial: by the slope of the point taken last, the step from there is shorter.
 
     It does not depend on the units of the efforts: in a thin beam those of stretch would hide those of bending.
     Source: Deuflhard, Newton methods for nonlinear problems (2004), 3.3.

@@ -120,7 +120,7 @@ def _numbers(points, reference, sections):
 
 @jit(compile="quick")
 def _arrays(points, reference, sections):
-    """World rotations of the nodes; place and rotation of each from the one before, its screw, and stiffness (n, ...);
+    """World rotations of the nodes; place, rotation, screw and stiffness (n, ...) of each from the one before;
     masses and inertias of the nodes."""
     x = _tangents(points)
     z = jax.vmap(direction)(jnp.cross(x, reference))

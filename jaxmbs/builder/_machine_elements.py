@@ -168,7 +168,7 @@ class MachineElements:
 
         `b.beam("blade", BeamSection.of_material(...), [(0, 0, 0), (8, 0, 0)], elements=16)` makes the bodies
         "blade.0" to "blade.16" at the nodes, to which joints, forces and contacts attach as to others, free joints
-        "blade.1" to "blade.16", each from the node before, whose coordinates are zero without load, and force elements
+        "blade.1" to "blade.16", each from the node before, without motion where there is no load, and force elements
         of these names, of the law `forces.BeamElement`.  Join a node to the rest by a joint: `b.joint("clamp",
         Weld(), "hub", "blade.0", at=(0, 0, 0))`.
 

@@ -18,8 +18,8 @@ class BeamElement(AbstractPoseLaw):
     `(s - s0)^T K (s - s0) / 2` for any rotation below half a turn, and the wrench its exact gradient.  Constant
     bending and twist are exact with one element.  `SystemBuilder.beam` declares a whole beam, and
     `BeamSection.element_stiffness` gives K.
-    Source: Borri and Bottasso, Int. J. Numer. Methods Eng. 37 (1994) 2267-2289; Sonneville, Cardona and Bruls, Comput.
-    Methods Appl. Mech. Eng. 268 (2014) 451-474.
+    Source: Borri and Bottasso, Int. J. Numer. Methods Eng. 37 (1994) 2267-2289; Sonneville, Cardona and Bruls,
+    Comput. Methods Appl. Mech. Eng. 268 (2014) 451-474.
 
     Attributes:
         stiffness: (6, 6) symmetric, positive definite, of stretch and shears, then twist and bendings [N/m, N, N m].

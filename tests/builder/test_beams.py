@@ -50,7 +50,7 @@ def test_declared_parts():
 
 @pytest.mark.long
 def test_roll_up_by_an_end_moment():
-    """Case B5: an end moment of 2 pi E I / L, in steps, closes a circle; constant bending is exact with six elements."""
+    """Case B5: an end moment of 2 pi E I / L, in steps, closes a circle: exact with six elements."""
     state = None
     for angle in np.linspace(0.0, 2 * np.pi, 13)[1:]:
         system = cantilever(elements=6, law=Torque((0, 0, angle))).build()
