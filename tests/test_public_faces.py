@@ -132,8 +132,8 @@ FACES = {
         AbstractBodyLaw AbstractBodyStateLaw AbstractJointFriction AbstractLaw AbstractPathLaw
         AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw AbstractScalarStateLaw AbstractSignal
         AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
-        BearingFriction BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic
-        ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState
+        BeamElement BeamSection BearingFriction BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
+        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState
         JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave SmoothCoulomb
         Spline SpringDamper Step Table Torque WrapCylinder WrapSphere Wrench Zener
     """,

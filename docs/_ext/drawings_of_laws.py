@@ -242,9 +242,17 @@ def spline(p):
     )
 
 
+def beam_element(p):
+    p.graph(lambda x: 0.5 * (1 - math.cos(1.4 * x)), 0, 1, "x", "", zero=0.0, points=(0, 1))
+    p.text((-1.2, 0, -0.3), "A")
+    p.text((1.2, 0, 0.6), "B", BLUE)
+    p.text((0, 0, 0.6), "screw", RED)
+
+
 LAWS = {
     "Actuator": actuator,
     "AirSpring": air_spring,
+    "BeamElement": beam_element,
     "BumpStop": bump_stop,
     "Bushing": bushing,
     "Cable": cable,

@@ -131,7 +131,10 @@ def search_balance(system: System, psi, t, w, moving, weight):
         scale = jnp.where(first, _scale(new.efforts, weight, top.num_internal), last.scale)
         scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
         loss = loss_of(new, scale)
-        better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
+        if is_steep(system):
+            better = first | _is_nearer(new, last, still)
+        else:
+            better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
         direction = newton_step(new, still, still * new.efforts)
         taken = (last.trial, new, loss, direction, jnp.ones_like(loss))
         kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length)
@@ -146,6 +149,21 @@ def search_balance(system: System, psi, t, w, moving, weight):
 
     found = lax.while_loop(goes_on, once, _first_trial(system, psi, w))
     return found.psi, found.found, found.scale, found.steps
+
+
+def is_steep(system: System) -> bool:
+    """True if a law of the system is far stiffer along some directions than along others."""
+    return any(getattr(group.law, "is_steep", False) for group in system.forces)
+
+
+def _is_nearer(new, last, still):
+    """Natural monotonicity test of a trial: by the slope of the point taken last, the step from there is shorter.
+
+    It does not depend on the units of the efforts: in a thin beam those of stretch would hide those of bending.
+    Source: Deuflhard, Newton methods for nonlinear problems (2004), 3.3.
+    """
+    step = last.found.Gamma @ _solve_slope(last.found.slope, still, -still * (new.efforts + new.drift)) + new.closing
+    return jnp.sum(step**2) <= (1.0 - last.length / 4.0) ** 2 * jnp.sum(last.direction**2)
 
 
 def _scale(efforts, weight, number):

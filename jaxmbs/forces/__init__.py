@@ -12,6 +12,8 @@ from ._base import (
     AbstractSystemLaw,
     PathKinematics,
 )
+from ._beam_element import BeamElement
+from ._beam_section import BeamSection
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
 from ._cable import Cable
@@ -57,6 +59,8 @@ __all__ = [
     "Actuator",
     "AirSpring",
     "Attachment",
+    "BeamElement",
+    "BeamSection",
     "BearingFriction",
     "BrownMcPhee",
     "BumpStop",

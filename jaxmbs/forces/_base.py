@@ -31,6 +31,7 @@ class AbstractLaw(eqx.Module):
     """
 
     is_source: ClassVar[bool] = False
+    is_steep: ClassVar[bool] = False  # far stiffer along some directions than along others
     inputs: ClassVar[tuple[str, ...]] = ()
     unbounded: ClassVar[tuple[str, ...]] = ()
 

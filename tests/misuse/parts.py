@@ -96,6 +96,13 @@ def _cable(item):
     return b.build()
 
 
+def _section(section):
+    b = mbs.SystemBuilder()
+    b.beam("rod", section, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], 1)
+    b.joint("clamp", mbs.Revolute("y"), "ground", "rod.0")
+    return b.build()
+
+
 def _constraint(kind):
     b = _two_bodies()
     b.joint("wrist", mbs.Free(), "arm", "hand")
@@ -215,6 +222,16 @@ CASES = {
         lambda z: call(np.ones(6), np.ones(6), np.zeros(6)),
         through=_through(_law(between=("ground", "hand"))),
         positive="damping",
+    ),
+    "forces.BeamElement": case(
+        lambda z: call(np.eye(6), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 0.5),
+        through=_through(_law(between=("ground", "hand"))),
+        positive="damping",
+    ),
+    "forces.BeamSection": case(
+        lambda z: call(np.ones(6), 2.0, np.ones(3), 0.5),
+        through=_through(_section),
+        positive="stiffness mass inertia",
     ),
     "contact.SphereOnPlane": pair(lambda z: call(0.5), positive="radius"),
     "contact.SphereOnSphere": pair(lambda z: call(0.5, 2.0), positive="radius other_radius"),

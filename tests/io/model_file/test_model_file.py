@@ -51,6 +51,8 @@ MORE = {
     "characteristic": reductions.Characteristic(4),
     "limit": mbs.Limit("bearing", "load", upper=np.array([4e3, np.inf])),
     "bushing": mbs.Bushing((3.0, 20.0), np.arange(6.0), np.ones(6) / 3),
+    "piece of a beam": mbs.forces.BeamElement(np.diag(np.arange(1.0, 7.0)), [0.3, 0, 0, 0, 0, 0.1], 0.01),
+    "section": mbs.forces.BeamSection(np.arange(1.0, 7.0), 2.0, [0.3, 0.1, 0.2]),
     "effort": mbs.forces.GeneralisedEffort(gearing),
     "controller": blocks.PID(2.0, 0.1 + 0.2, mbs.Harmonic(1.0, 0.5, 3.0), (-1.0, 2.0), 0.3, 0.1, 0.05),
     "integral": blocks.PI(2.0, 1 / 3, 0.1),

@@ -1,0 +1,76 @@
+"""Element of a geometrically exact beam between two cross sections, by the screw from one to the other."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..checks import any_concrete, faults_if, negative
+from ..math._screw import screw_of_pose, screw_rate, wrench_of_screw_gradient
+from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
+from ._base import AbstractPoseLaw
+from ._fields import number, optional_number
+
+
+class BeamElement(AbstractPoseLaw):
+    """Piece of a beam between cross sections A and B, whose line is a helix between them (helical interpolation).
+
+    Stretch, shear, twist and bending (6,) are the screw that takes A to B, less that without load; the energy is
+    `(s - s0)^T K (s - s0) / 2` for any rotation below half a turn, and the wrench its exact gradient.  Constant
+    bending and twist are exact with one element.  `SystemBuilder.beam` declares a whole beam, and
+    `BeamSection.element_stiffness` gives K.
+    Source: Borri and Bottasso, Int. J. Numer. Methods Eng. 37 (1994) 2267-2289; Sonneville, Cardona and Bruls,
+    Comput. Methods Appl. Mech. Eng. 268 (2014) 451-474.
+
+    Attributes:
+        stiffness: (6, 6) symmetric, positive definite, of stretch and shears, then twist and bendings [N/m, N, N m].
+        screw: (6,) of B from A without load: translation [m], rotation vector [rad], in A axes; of a straight piece
+            (length, 0, 0, 0, 0, 0).
+        damping: time by which it multiplies the rate of the screw in the stiffness [s], or None.
+    """
+
+    is_steep = True
+
+    stiffness: Convertible[Float[Array, "6 6"]] = eqx.field(converter=number)
+    screw: Convertible[Float[Array, " 6"]] = eqx.field(converter=number)
+    damping: Convertible[Float[Array, ""] | None] = eqx.field(converter=optional_number, default=None)
+
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
+        """`-(d potential) - damping K rate` on B."""
+        screw = screw_of_pose(rotation, displacement)
+        stretch = screw - self.screw
+        if self.damping is not None:
+            stretch = stretch + self.damping * screw_rate(screw, displacement, velocity, angular_velocity)
+        gradient = (self.stiffness + self.stiffness.T) @ stretch / 2
+        force, moment = wrench_of_screw_gradient(screw, displacement, gradient)
+        return -force, -moment
+
+    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
+        """`(s - s0)^T K (s - s0) / 2` [J]."""
+        stretch = screw_of_pose(rotation, displacement) - self.screw
+        return stretch @ self.stiffness @ stretch / 2
+
+    @property
+    def dissipates(self) -> bool:
+        return self.damping is not None
+
+    def faults(self) -> list[str]:
+        """Stiffness is symmetric and positive definite, the screw has a length, damping dissipates."""
+        found = super().faults()
+        if self.stiffness.shape != (6, 6) or self.screw.shape != (6,):
+            return [*found, "stiffness must be (6, 6) and screw (6,)"]
+        return found or faults_if(
+            (any_concrete(_not_definite, self.stiffness), "stiffness must be symmetric and positive definite"),
+            (any_concrete(lambda s: not np.any(s[:3]), self.screw), "screw must have a length without load"),
+            (
+                any_concrete(lambda s: np.linalg.norm(s[3:]) > 3.0, self.screw),
+                "screw must turn less than half a turn",
+            ),
+            (self.damping is not None and negative(self.damping), "damping must not be negative [s]"),
+        )
+
+
+def _not_definite(matrix):
+    asymmetric = np.abs(matrix - matrix.T).max() > 1e-6 * np.abs(matrix).max()
+    return bool(asymmetric or np.linalg.eigvalsh(matrix + matrix.T)[0] <= 0.0)
