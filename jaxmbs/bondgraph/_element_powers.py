@@ -10,6 +10,7 @@ from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._signals import with_signals
+from ..kinematics._slips import bristle_storage
 from ..kinematics._state import State
 from ..model._entry_points import check_system, states_of
 from ..model._internal_states import with_internal
@@ -131,10 +132,11 @@ def _group_powers(system, group, at):
 
 
 def _friction_powers(system, at):
-    """The fields of `ElementPowers` for the rubbing surfaces of joints, whose friction is heat."""
-    powers = motion_with_friction(system, at).powers
-    names, none = system.friction.names, jnp.zeros_like(powers)
-    fields = powers, none, -powers, none, none, dict.fromkeys(DOMAINS, none)
+    """The fields of `ElementPowers` for the rubbing surfaces of joints: heat, and what bends bristles."""
+    found = motion_with_friction(system, at)
+    names, powers, none = system.friction.names, found.powers, jnp.zeros_like(found.powers)
+    stored = none if system.friction.bristles is None else found.total * bristle_storage(system, at)
+    fields = powers, stored, -powers - stored, none, none, dict.fromkeys(DOMAINS, none)
     return (*({name: _entry(values, i) for i, name in enumerate(names)} for values in fields), {n: {} for n in names})
 
 

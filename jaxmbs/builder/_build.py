@@ -12,6 +12,7 @@ from ..errors import ModelError
 from ..joints import Coupler, Weld
 from ..kinematics._linear_solver import with_linear_solver
 from ..kinematics._mobility import with_mobility
+from ..model._open_friction import warn_of_open_friction
 from ..model._pose import Pose
 from ..model._system import System
 from ._arrays import reference_poses
@@ -51,7 +52,12 @@ def build_system(
     if traced and system.has_constraints:
         raise ModelError(["a traced model with constraints needs build(like=system) with a concrete build of it"])
     _warn_single_precision()
-    return system if traced else analyse_mobility(system, independent)
+    if traced:
+        return system
+    system = analyse_mobility(system, independent)
+    if system.friction is not None:
+        warn_of_open_friction(system)
+    return system
 
 
 def _cut_loops(model, cut):

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..checks import any_concrete, is_concrete, no_such
 from ..forces import AbstractJointFriction
-from ..kinematics._friction_surfaces import SURFACES
 from ..model._friction import JointFriction
+from ..model._friction_surfaces import SURFACES
 from ._arrays import stack, to_numpy
 from ._declarations import Friction, Joint
 

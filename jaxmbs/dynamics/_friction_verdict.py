@@ -11,11 +11,11 @@ from ..errors import ModelError
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
-from ..kinematics._friction_surfaces import SURFACES, surface_rows
 from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
 from ..math._linalg import few_columns
 from ..model._entry_points import state_function
+from ..model._friction_surfaces import SURFACES, surface_rows
 from ..model._system import System
 from ..runtime import segment_sum_static
 from ._joint_friction import FrictionSolution, carriers, joint_axes

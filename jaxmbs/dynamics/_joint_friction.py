@@ -19,12 +19,12 @@ from jax import Array
 from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed, tanh_over
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
-from ..kinematics._friction_surfaces import surface_rows
 from ..kinematics._slips import bristle_rates, bristle_slips, slips_of
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import few_columns
 from ..math._spatial import cross
 from ..model._friction import JointFriction
+from ..model._friction_surfaces import surface_rows
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads

@@ -9,10 +9,10 @@ from jax import Array
 from ..forces._friction_laws import bristle_rate
 from ..math._spatial import cross
 from ..model._friction import JointFriction
+from ..model._friction_surfaces import SurfaceRows, surface_rows
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
 from ._configuration import VelocityKinematics
-from ._friction_surfaces import SurfaceRows, surface_rows
 from ._poses import frame_twists
 
 _THREAD_AXIS = np.eye(1, 6, 5)
@@ -91,3 +91,11 @@ def bristle_rates(f: JointFriction, at: Slips) -> Array:
     moves = at.square > 0.0
     speed = jnp.where(moves, jnp.sqrt(jnp.where(moves, at.square, 1.0)), 0.0)
     return bristle_rate(gather_static(at.slip, places), gather_static(speed, on), f.bristles, bend)
+
+
+def bristle_storage(system: System, at: VelocityKinematics) -> Array:
+    """Power (n,) per unit load that bends the bristles of each surface [m/s], zero for those without."""
+    f = system.friction
+    on = surface_rows(f.kinds, float).surface_of_slip[bristle_slips(f)]
+    power = gather_static(f.stiffness, on) * f.bristles * bristle_rates(f, slips_of(system, at))
+    return segment_sum_static(power, on, len(f.joints))

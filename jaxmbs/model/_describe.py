@@ -60,17 +60,20 @@ def summary(topology) -> str:
     return f"{_heading_lines(topology)[0]}, mobility {topology.mobility}"
 
 
-def describe(topology, built=None, rows=()) -> str:
+def describe(topology, built=None, rows=(), more=()) -> str:
     """Bodies, joints, loops, mobility and redundancy of a topology, as aligned text.
 
-    Args: built: the `Mobility` of its build, where the topology has that of a state; rows: of couplers and drives.
+    Args: built: the `Mobility` of its build, where the topology has that of a state; rows: of couplers and drives;
+    more: lines after the heading.
     """
     lines = _heading_lines(topology) + _coupler_lines(topology, rows)
     if built is not None and built.mobility != topology.mobility:
         lines[1] += f" at this state, {built.mobility} at the pose of the build"
-    return "\n".join([*lines, "", aligned([_HEAD, *_joint_rows(topology)], left=len(_HEAD))])
+    return "\n".join([*lines, *more, "", aligned([_HEAD, *_joint_rows(topology)], left=len(_HEAD))])
 
 
-def describe_html(topology, rows=()) -> str:
+def describe_html(topology, rows=(), more=()) -> str:
     """Description of a topology as an HTML table, for notebooks."""
-    return as_html(_heading_lines(topology) + _coupler_lines(topology, rows), [_HEAD, *_joint_rows(topology)])
+    return as_html(
+        _heading_lines(topology) + _coupler_lines(topology, rows) + list(more), [_HEAD, *_joint_rows(topology)]
+    )

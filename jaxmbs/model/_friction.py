@@ -13,7 +13,7 @@ class JointFriction(eqx.Module):
 
     Attributes:
         names: of the surfaces, those of the friction elements; joints: index of each joint.
-        kinds: key of each surface's geometry in `kinematics._friction_surfaces`; models: key of each surface's model.
+        kinds: key of each surface's geometry in `model._friction_surfaces`; models: key of each surface's model.
         axes, points: frames whose axes and whose origin each surface has; parents, children: frames of the joint.
         basis: (n, 3, 3) from the surface's axes, z along its own axis, to those of its frame.
         mu, static_ratio: sliding coefficient, and breakaway over sliding friction.

@@ -13,6 +13,7 @@ from ..typing import ArrayLike
 from ._describe import describe, describe_html, summary
 from ._elastic import ElasticGroup
 from ._entry_points import check_state
+from ._open_friction import open_friction_lines
 from ._pose import Pose
 from ._rows import CoordinateRows
 from ._signals import BlockElement, Measure
@@ -128,15 +129,15 @@ class System(eqx.Module):
         Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).
         """
         if state is None:
-            return describe(self.topology, rows=self.rows)
+            return describe(self.topology, rows=self.rows, more=open_friction_lines(self))
         check_state(self, state)
-        return describe(state.topology_at(self), self.topology.analysis, self.rows)
+        return describe(state.topology_at(self), self.topology.analysis, self.rows, open_friction_lines(self))
 
     def __repr__(self) -> str:
         return f"System: {summary(self.topology)}"
 
     def _repr_html_(self) -> str:
-        return describe_html(self.topology, self.rows)
+        return describe_html(self.topology, self.rows, open_friction_lines(self))
 
 
 def coordinates_by_joint(topology: Topology, values: Array) -> dict:

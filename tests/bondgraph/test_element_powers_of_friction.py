@@ -48,3 +48,21 @@ def test_audit_of_a_four_bar_whose_pins_rub(view):
         for name in "ABCD":
             assert float(powers.net_power(f"R:rub {name}")) == pytest.approx(-float(found[name]), rel=1e-10)
             assert float(powers.net_power(f"R:rub {name}")) > 0.0
+
+
+@pytest.mark.long
+def test_bristles_store_what_they_give_back():
+    """Energy of bristles at a steady load is that of a spring, and the rest is heat."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    b.body("block", mass=3.0, inertia=1.0)
+    b.joint("guide", mbs.Prismatic("x"), "ground", "block")
+    b.friction("rub", "guide", 0.2, model=mbs.forces.JointLuGre(1e4, 0.0, 0.4))
+    system = b.build()
+    bend, speed, load = 1.2e-5, -0.02, 3.0 * 9.81
+    state = mbs.State.at(system, velocities={"guide": speed}, internal={"rub.bristle": bend})
+    found = mbs.bondgraph.element_powers(system, state)
+    rate = speed - abs(speed) * bend * 1e4 / 0.2
+    assert float(found.stored["rub"]) == pytest.approx(load * 1e4 * bend * rate, rel=1e-12)
+    heat = load * (1e4 * bend * (speed - rate) + 0.4 * speed**2)
+    assert heat > 0.0 and float(found.dissipated["rub"]) == pytest.approx(heat, rel=1e-12)
+    assert float(found.residual["rub"]) == 0.0
