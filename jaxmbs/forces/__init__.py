@@ -15,7 +15,7 @@ from ._base import (
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
 from ._cable import Cable
-from ._cable_elements import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
+from ._cable_elements import Attachment, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
 from ._elasto_plastic import ElastoPlastic
 from ._element_bonds import ElementBond
 from ._friction import CoulombFriction
@@ -90,6 +90,7 @@ __all__ = [
     "Step",
     "Table",
     "Torque",
+    "Winch",
     "WrapCylinder",
     "WrapSphere",
     "Wrench",

@@ -347,6 +347,7 @@ CASES = {
         positive="module stiffness damping backlash transition",
     ),
     "forces.Attachment": case(lambda z: call("arm"), through=_through(_cable)),
+    "forces.Winch": case(lambda z: call(("ground", (0.0, 0.0, 1.0)), "shoulder", 0.5), through=_through(_cable)),
     "forces.Eyelet": case(lambda z: call("arm", 0.5), through=_through(_cable), positive="friction"),
     "forces.Sheave": case(
         lambda z: call("arm", 0.5, "+", "z", 1, 0.25), through=_through(_cable), positive="radius friction"
