@@ -90,7 +90,9 @@ def _cable(item):
     b = _two_bodies()
     b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
     forces = mbs.forces
-    first = item if isinstance(item, forces.Attachment) else forces.Attachment(("ground", (0.0, 0.0, 1.0)))
+    first = (
+        item if isinstance(item, forces.Attachment | forces.Winch) else forces.Attachment(("ground", (0.0, 0.0, 1.0)))
+    )
     between = [] if first is item else [item]
     b.cable("cable", [first, *between, forces.Attachment(("hand", (1.0, 0.2, 0.0)))], stiffness=2.0)
     return b.build()
