@@ -55,7 +55,7 @@ def crane(kind, stiffness=STIFFNESS, like=None):
         ],
         stiffness=stiffness,
         damping=DAMPING,
-        free_length=64.69,
+        free_length=65.40458,  # so that the boom starts as with the spring
     )
     b.cable(
         "hoist",
@@ -68,7 +68,7 @@ def crane(kind, stiffness=STIFFNESS, like=None):
         ],
         stiffness=stiffness,
         damping=DAMPING,
-        free_length=37.4687,
+        free_length=37.46868,
     )
     return b.build(like=like)
 

@@ -135,7 +135,7 @@ FACES = {
         BeamElement BeamSection BearingFriction BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
         ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState
         JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave SmoothCoulomb
-        Spline SpringDamper Step Table Torque WrapCylinder WrapSphere Wrench Zener
+        Spline SpringDamper Step Table Torque Winch WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.hydraulics": """
         AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump

@@ -7,7 +7,7 @@ import numpy as np
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..forces._fields import as_function
-from ..forces._ports import JointPort, PathPort, port_of
+from ..forces._ports import JointPort, PathPort, WinchPort, port_of
 from ..forces._signals import as_signal
 from ..forces._state_laws import internal_layout
 from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
@@ -179,7 +179,7 @@ def _group_by_structure(items):
 def _force_groups(forces, frames, record, bodies, named):
     items, paths = [], {}
     for force in forces.values():
-        if force.joint is not None:
+        if force.joint is not None and force.between is None:
             joint = record[force.joint]
             items.append((force.name, force.law, joint.first_velocity, joint.first_coordinate, JointPort()))
             continue
@@ -187,6 +187,9 @@ def _force_groups(forces, frames, record, bodies, named):
         labels, port = ("a", "b"), port_of(force.law)
         if isinstance(port, PathPort):
             labels = tuple(str(k) for k in range(port.num_frames))
+            if force.joint is not None:
+                joint = record[force.joint]
+                port = WinchPort(port.num_frames, joint.first_velocity, joint.first_coordinate)
         places = []
         for label, reference in zip(labels, ends, strict=False):
             body, pose = resolve_frame(reference, bodies, named)

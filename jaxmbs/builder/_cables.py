@@ -5,16 +5,23 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from ..forces import Attachment, Cable, Eyelet, Sheave, WrapCylinder, WrapSphere
+from ..forces import Attachment, Cable, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
 from ..math._rotation import axis_vector
 from ..runtime import as_array
 
-_KINDS = {Attachment: "point", Eyelet: "point", Sheave: "sheave", WrapCylinder: "cylinder", WrapSphere: "sphere"}
+_KINDS = {
+    Attachment: "point",
+    Winch: "point",
+    Eyelet: "point",
+    Sheave: "sheave",
+    WrapCylinder: "cylinder",
+    WrapSphere: "sphere",
+}
 _SENSES = {"+": 1, "-": -1}
 
 
-def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Cable, tuple]:
-    """The law of a cable and its frames.
+def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Cable, tuple, str | None]:
+    """The law of a cable, its frames, and the joint of its drum.
 
     Args:
         values: the fields of `Cable` that are no parts of the path.
@@ -24,7 +31,9 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
     elements = list(elements)
     for k, item in enumerate(elements):
         if type(item) not in _KINDS:
-            raise TypeError(f"element {k}: {item!r} is not Attachment, Eyelet, Sheave, WrapCylinder or WrapSphere")
+            raise TypeError(
+                f"element {k}: {item!r} is not Attachment, Winch, Eyelet, Sheave, WrapCylinder or WrapSphere"
+            )
         if getattr(item, "side", "+") not in _SENSES:
             raise ValueError(f"element {k}: side is '+' or '-', got {item.side!r}")
         turns = getattr(item, "turns", 0)
@@ -32,7 +41,10 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
             raise TypeError(f"element {k}: turns is a whole number, got {turns!r}")
         if isinstance(item, Attachment) and (closed or k not in (0, len(elements) - 1)):
             raise ValueError(f"element {k}: an Attachment is an end; a cable passes through an Eyelet")
-    circles = [item for item in elements if hasattr(item, "radius")]
+        if isinstance(item, Winch) and (closed or k != 0):
+            raise ValueError(f"element {k}: a Winch is the first element of a cable")
+    circles = [item for item in elements if hasattr(item, "axis") or isinstance(item, Sheave)]
+    winch = elements[0] if elements and isinstance(elements[0], Winch) else None
     law = Cable(
         kinds=tuple(_KINDS[type(item)] for item in elements),
         radii=_stack([item.radius for item in circles], ()),
@@ -40,9 +52,10 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
         turns=jnp.array([float(getattr(item, "turns", 0)) for item in circles]),
         closed=closed,
         friction=_frictions(elements, friction),
+        drum_radius=None if winch is None else _stack([winch.radius], ())[0] * _SENSES[winch.side],
         **values,
     )
-    return law, tuple(item.at for item in elements)
+    return law, tuple(item.at for item in elements), None if winch is None else winch.joint
 
 
 def _axis(item):

@@ -127,8 +127,8 @@ class MachineElements:
         stiffness=2e6, free_length=21.0)`.  It is a force element of the law `forces.Cable`, which says more.
 
         Args:
-            path: elements in order: `Attachment` at the ends, `Eyelet`, `Sheave`, `WrapCylinder`, `WrapSphere`
-                between them; of a closed belt all but the first.
+            path: elements in order: `Attachment` at the ends or `Winch` at the first, `Eyelet`, `Sheave`,
+                `WrapCylinder`, `WrapSphere` between them; of a closed belt all but the first.
             stiffness: tension per stretch [N/m]; or axial_stiffness: modulus times cross section [N].
             damping: tension per rate of stretch [N s/m].
             free_length: length without tension [m], or a function of time for a winch at the first element.
@@ -150,11 +150,11 @@ class MachineElements:
             "transition": transition,
         }
         try:
-            law, frames = cable_parts(path, bool(closed), friction, values)
+            law, frames, drum = cable_parts(path, bool(closed), friction, values)
         except (TypeError, ValueError) as error:
             self._faults.append(f"cable {name!r}: {error}")
             return
-        self.force(name, law, between=frames)
+        self.force(name, law, between=frames, joint=drum)
 
     def beam(
         self,

@@ -16,7 +16,7 @@ from ..forces import (
     AbstractSystemLaw,
     AbstractSystemStateLaw,
 )
-from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, port_of
+from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, WinchPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
 from ._circuits import circuit_faults, with_circuits
@@ -236,7 +236,10 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
         wanted = ()
     else:
         return [f"{where}: {law!r} is not a force law such as SpringDamper(...) or Force(...)"]
-    if (wanted and (len(given) != 1 or given[0] not in wanted)) or (not wanted and given):
+    if getattr(law, "drum_radius", None) is not None:
+        if given != ["between", "joint"]:
+            return [f"{where}: a cable on a drum takes between=... and joint=..., got {', '.join(given) or 'none'}"]
+    elif (wanted and (len(given) != 1 or given[0] not in wanted)) or (not wanted and given):
         need = " or ".join(f"{w}=..." for w in wanted) or "no port"
         return [f"{where}: {type(law).__name__} takes {need}, got {', '.join(given) or 'none'}"]
     if force.joint is not None:
@@ -265,7 +268,10 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
             )
         if hasattr(law, "length_faults"):
             found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
-    return found + [f"{where}: {fault}" for fault in law.faults() or _effort_faults(law, force.joint is not None)]
+    return found + [
+        f"{where}: {fault}"
+        for fault in law.faults() or _effort_faults(law, force.joint is not None and force.between is None)
+    ]
 
 
 def _path_faults(where, bodies):
@@ -284,6 +290,8 @@ def _effort_faults(law, on_joint) -> list[str]:
     displacement = {LinePort: place[1:], JointPort: (zero,)}.get(type(port), place)
     if isinstance(port, PathPort):
         displacement = tuple(jnp.stack([part] * port.num_frames) for part in place)
+        if getattr(law, "drum_radius", None) is not None:
+            port, displacement = WinchPort(port.num_frames), (*displacement, zero)
     return law_call_faults(law, port, displacement, port.num_flows)
 
 

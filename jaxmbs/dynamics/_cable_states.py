@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..forces import Cable, PathKinematics
+from ..forces import Cable
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._state import HasStates, State
@@ -78,10 +78,12 @@ def _of_one(system, state):
         if not isinstance(group.law, Cable):
             continue
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
-        effort = element_efforts(group, displacement, flow, at.t).reshape(len(group.names), -1, 6)
+        effort = element_efforts(group, displacement, flow, at.t)[:, : 6 * group.port.num_frames]
+        effort = effort.reshape(len(group.names), -1, 6)
 
         def read(law, x, flow, port=group.port):
-            return law.state(PathKinematics(*x, *port.arguments(x, flow)[1]), at.t)
+            law, frames = port.law_and_motion(law, x, flow)
+            return law.state(frames, at.t)
 
         seen = jax.vmap(read)(group.law, displacement, flow)
         seen = seen._replace(points=seen.points + at.origin[None, None, None])

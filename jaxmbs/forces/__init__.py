@@ -17,7 +17,7 @@ from ._beam_section import BeamSection
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
 from ._cable import Cable
-from ._cable_elements import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
+from ._cable_elements import Attachment, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
 from ._elasto_plastic import ElastoPlastic
 from ._element_bonds import ElementBond
 from ._friction import CoulombFriction
@@ -94,6 +94,7 @@ __all__ = [
     "Step",
     "Table",
     "Torque",
+    "Winch",
     "WrapCylinder",
     "WrapSphere",
     "Wrench",

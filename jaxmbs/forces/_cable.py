@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -68,6 +69,8 @@ class Cable(AbstractPathLaw):
         friction: (n,) coefficients at the elements; None for none.
         slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
         transition: half of the stretch over which a cable becomes slack [m].
+        drum_radius: of a drum at the first element that pays out `drum_radius` times the angle of its joint, and
+            feels the tension of the first span times it [m], negative where it winds in; None for no drum.
     """
 
     kinds: tuple[str, ...] = eqx.field(static=True)
@@ -84,6 +87,7 @@ class Cable(AbstractPathLaw):
     friction: Convertible[Float[Array, " n"] | None] = eqx.field(converter=optional_number, default=None)
     slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)
     transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-4)
+    drum_radius: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
 
     @property
     def num_frames(self) -> int:
@@ -114,6 +118,16 @@ class Cable(AbstractPathLaw):
     def dissipates(self) -> bool:
         """True for damping, friction, or a winch."""
         return self.is_wound or self.friction is not None or may_be_nonzero(self.damping)
+
+    def paid_out(self, angle: ScalarLike, rate: ScalarLike) -> "Cable":
+        """This cable when its drum has turned by an angle [rad], with the free length that is then off the drum."""
+        assert self.drum_radius is not None and isinstance(self.free_length, Constant)
+        free = _PaidOut(self.free_length.value + self.drum_radius * angle, self.drum_radius * rate)
+        return eqx.tree_at(lambda law: law.free_length, self, free)
+
+    def elastic_tension(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
+        """Tension without that of the damping [N]."""
+        return self._elastic(*self._stretch(self.path(frames.rotations, frames.positions).length, t)[:2])
 
     def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
         """The path through frames of these poses."""
@@ -223,6 +237,10 @@ class Cable(AbstractPathLaw):
             ),
             (self.friction is not None and negative(self.friction), "friction must not be negative"),
             (not_positive(self.slip_speed), "slip_speed must be positive"),
+            (
+                self.drum_radius is not None and (self.is_wound or self.stiffness is None or self.closed),
+                "a cable on a drum is open and takes stiffness= and a free_length that is a number",
+            ),
             (not_positive(self.transition), "transition must be positive"),
         )
         return found + self._path_faults()
@@ -252,6 +270,15 @@ class Cable(AbstractPathLaw):
             if kind not in ("point", "sheave", "cylinder", "sphere"):
                 found.append(f"element {k}: {kind!r} is not point, sheave, cylinder or sphere")
         return found
+
+
+class _PaidOut(Constant):
+    """A free length that is known at this instant only, with its rate."""
+
+    rate: Array
+
+    def __call__(self, t):
+        return self.value + self.rate * (t - jax.lax.stop_gradient(t))
 
 
 def _bend_at_points(layout, path):

@@ -15,6 +15,25 @@ class Attachment(NamedTuple):
     at: Any
 
 
+class Winch(NamedTuple):
+    """The first end of a cable, on a drum that pays it out: its free length grows by the radius times the angle.
+
+    The drum feels the tension times the radius about its joint, and the frame the pull of the cable.
+
+    Attributes:
+        at: frame where the cable leaves the drum, on the body that carries the drum: body or frame name, (body,
+            point) or (body, Pose).
+        joint: name of the drum's joint, of one coordinate.
+        radius: of the drum and half the cable [m].
+        side: "+" if a positive turn of the joint pays out, "-" if it winds in.
+    """
+
+    at: Any
+    joint: str
+    radius: ArrayLike
+    side: str = "+"
+
+
 class Eyelet(NamedTuple):
     """A point that a cable passes through.
 

@@ -242,11 +242,17 @@ class PathPort(AbstractPort):
         return displacement, _spins_and_velocities(flow)
 
     def effort(self, law, displacement, flow, t):
-        force, moment = law.wrench(PathKinematics(*displacement, *_spins_and_velocities(flow)), t)
+        law, frames = self.law_and_motion(law, displacement, flow)
+        force, moment = law.wrench(frames, t)
         return jnp.concatenate([moment, force], axis=1).reshape(-1)
 
+    def law_and_motion(self, law, displacement, flow):
+        """The law as it acts now, and the motion of its frames."""
+        return law, PathKinematics(*displacement, *_spins_and_velocities(flow))
+
     def storage_power(self, law, displacement, flow, t):
-        return law.storage_power(PathKinematics(*displacement, *_spins_and_velocities(flow)), t)
+        law, frames = self.law_and_motion(law, displacement, flow)
+        return law.storage_power(frames, t)
 
     def reading(self, seen, effort):
         return jax.vmap(to_public_order)(effort.reshape(-1, 6)).reshape(-1), None, None
@@ -259,6 +265,64 @@ class PathPort(AbstractPort):
 
     def stiffness(self, law, displacement, flow, t):
         return self.slope(law, displacement, flow, t)
+
+
+@dataclasses.dataclass(frozen=True)
+class WinchPort(PathPort):
+    """The frames of a path and the joint of a drum, whose angle and rate come last in displacement and flow.
+
+    Attributes:
+        velocity, coordinate: places of the joint's own.
+    """
+
+    velocity: int = 0
+    coordinate: int = 0
+
+    @property
+    def num_flows(self):
+        return 6 * self.num_frames + 1
+
+    def gather(self, group, at, V, u):
+        drum = jnp.stack([at.psi[self.coordinate], u[self.velocity]])
+        return *super().gather(group, at, V, u), jnp.broadcast_to(drum, (len(group.names), 2))
+
+    def displacement(self, frames, drum):
+        return *super().displacement(frames), drum[0]
+
+    def flow(self, frames, drum):
+        return jnp.append(super().flow(frames), drum[1])
+
+    def rate(self, displacement, flow):
+        return *super().rate(displacement[:2], flow[:-1]), flow[-1]
+
+    def arguments(self, displacement, flow):
+        return displacement, (*_spins_and_velocities(flow[:-1]), flow[-1])
+
+    def law_and_motion(self, law, displacement, flow):
+        *poses, turned = displacement
+        return law.paid_out(turned, flow[-1]), PathKinematics(*poses, *_spins_and_velocities(flow[:-1]))
+
+    def potential(self, law, displacement, t):
+        *poses, turned = displacement
+        return law.paid_out(turned, jnp.zeros_like(turned)).potential(*poses, t)
+
+    def effort(self, law, displacement, flow, t):
+        now, frames = self.law_and_motion(law, displacement, flow)
+        force, moment = now.wrench(frames, t)
+        drum = law.drum_radius * now.state(frames, t).tensions[0]
+        return jnp.append(jnp.concatenate([moment, force], axis=1).reshape(-1), drum)
+
+    def storage_power(self, law, displacement, flow, t):
+        now, frames = self.law_and_motion(law, displacement, flow)
+        return now.storage_power(frames, t) - law.drum_radius * flow[-1] * now.elastic_tension(frames, t)
+
+    def reading(self, seen, effort):
+        on_frames = super().reading(seen, effort[:-1])[0]
+        return jnp.append(on_frames, effort[-1]), None, None
+
+    def spread(self, group, seen, efforts, owners, num_velocities):
+        on_frames, _ = super().spread(group, seen, efforts[:, :-1], owners, num_velocities)
+        return on_frames, jnp.zeros(num_velocities, efforts.dtype).at[self.velocity].add(jnp.sum(efforts[:, -1]))
 
 
 def _spins_and_velocities(flow):

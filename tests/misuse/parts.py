@@ -90,7 +90,9 @@ def _cable(item):
     b = _two_bodies()
     b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
     forces = mbs.forces
-    first = item if isinstance(item, forces.Attachment) else forces.Attachment(("ground", (0.0, 0.0, 1.0)))
+    first = (
+        item if isinstance(item, forces.Attachment | forces.Winch) else forces.Attachment(("ground", (0.0, 0.0, 1.0)))
+    )
     between = [] if first is item else [item]
     b.cable("cable", [first, *between, forces.Attachment(("hand", (1.0, 0.2, 0.0)))], stiffness=2.0)
     return b.build()
@@ -364,6 +366,7 @@ CASES = {
         positive="module stiffness damping backlash transition",
     ),
     "forces.Attachment": case(lambda z: call("arm"), through=_through(_cable)),
+    "forces.Winch": case(lambda z: call(("ground", (0.0, 0.0, 1.0)), "shoulder", 0.5), through=_through(_cable)),
     "forces.Eyelet": case(lambda z: call("arm", 0.5), through=_through(_cable), positive="friction"),
     "forces.Sheave": case(
         lambda z: call("arm", 0.5, "+", "z", 1, 0.25), through=_through(_cable), positive="radius friction"

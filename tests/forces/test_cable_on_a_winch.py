@@ -1,0 +1,56 @@
+"""A load on a winch against closed forms: acceleration, torque of the drum, energy, slope by the radius."""
+
+import jax
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.forces import Attachment, Winch
+
+G, M, J, R, K = 9.81, 5.0, 0.3, 0.2, 1e5
+
+
+def hoist(radius=R, side="+", free=1.0, like=None):
+    b = mbs.SystemBuilder(gravity=(0, 0, -G))
+    b.body("drum", 2.0, inertia=(J, J, J))
+    b.joint("turn", mbs.Revolute("y"), "ground", "drum")
+    b.body("load", M)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(R, 0, -1.0))
+    path = [Winch(("ground", (R, 0, 0)), "turn", radius, side), Attachment("load")]
+    b.cable("rope", path, stiffness=K, free_length=free, transition=1e-9)
+    return b.build(like=like)
+
+
+TENSION = M * G / (1 + M * R**2 / J)  # both accelerations agree: r T / J = (m g - T) / (m r)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("side", "sign"), [("+", 1), ("-", -1)])
+def test_load_on_a_drum_with_inertia(side, sign):
+    """After 20 turns the drum has paid out 20 circumferences, and the load falls with the drum."""
+    turned, shift = 40 * np.pi * sign, -40 * np.pi * R
+    system = hoist(side=side, free=1.0 - TENSION / K)
+    state = mbs.State.at(system, {"turn": turned, "lift": shift})
+    rope = mbs.dynamics.cable_states(system, state)["rope"]
+    np.testing.assert_allclose(rope.tension, TENSION, rtol=1e-8)
+    np.testing.assert_allclose(rope.force[1], [0, 0, TENSION], rtol=1e-8, atol=1e-12)
+    rates = system.by_joint(mbs.forward_dynamics(system, state)[0])
+    np.testing.assert_allclose(rates["turn"], sign * R * TENSION / J, rtol=1e-8)
+    np.testing.assert_allclose(rates["lift"], -R * R * TENSION / J, rtol=1e-8)
+
+
+@pytest.mark.long
+def test_energy_and_the_slope_by_the_radius():
+    """Paying out 0.3 s: the energy stays; the slope of the load's place by the radius is that of differences."""
+    system = hoist()
+    start = mbs.State.at(system, {"lift": -TENSION / K})
+
+    def fallen(radius):
+        motion = mbs.simulate(hoist(radius, like=system), start, t1=0.3, rtol=1e-9, atol=1e-11)
+        return motion.states.coordinates[-1, 1], motion.diagnostics.energy_residual
+
+    (place, residual), slope = jax.value_and_grad(fallen, has_aux=True)(R)
+    np.testing.assert_allclose(place, -TENSION / K - 0.5 * R * R * TENSION / J * 0.09, rtol=1e-6)
+    assert np.abs(residual).max() < 1e-6
+    h = 1e-4
+    np.testing.assert_allclose(slope, (fallen(R + h)[0] - fallen(R - h)[0]) / (2 * h), rtol=1e-5)
