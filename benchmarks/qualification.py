@@ -1,6 +1,6 @@
 """Random response, shock spectrum, rainflow and life by frequency, each with its gradient, beside pyYeti and rainflow.
 
-The random response is that of the Craig-Bampton block of `substructures`, base and directions at its 432 interface
+The random response is that of the Craig-Bampton block of `substructures`, moved at its 432 interface
 coordinates: RMS of the loads there under five inputs, by the thickness of 50 slices across its length, each of which
 scales stiffness and mass of its slice in the basis of the reduction.  CPU time throughout, one thread, without
 compiling; the reduction is counted for neither.
