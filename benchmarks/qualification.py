@@ -1,4 +1,4 @@
-"""Random response, shock spectrum, rainflow and life by frequency, each with its gradient, beside pyYeti and rainflow.
+"""Random response, shock spectrum, rainflow and life by frequency with gradients, beside pyYeti and rainflow.
 
 The random response is that of the Craig-Bampton block of `substructures`, moved at its 432 interface
 coordinates: RMS of the loads there under five inputs, by the thickness of 50 slices across its length, each of which

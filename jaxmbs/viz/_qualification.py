@@ -43,7 +43,7 @@ def plot_psd(
         rooms[0].loglog(f, density[:, place], label=f"{name}: RMS {rms[place]:.3g}", **curve_style(k))
         rooms[1].semilogx(f, below[:, place], **curve_style(k))
     rooms[1].set_ylim(bottom=0.0)
-    format_axes(rooms[0], "", f"PSD [{unit}$^2$/Hz]", "beside")
+    format_axes(rooms[0], "", f"PSD [({unit})$^2$/Hz]", "beside")
     format_axes(rooms[1], "frequency [Hz]", f"cumulative RMS [{unit}]", None)
     return rooms[0]
 
@@ -100,10 +100,11 @@ def plot_sn(sn: SN, cycles: Cycles, ax: Any = None, *, unit: str = "MPa") -> Any
     stress, number = amplitudes[kept][order], np.cumsum(counts[kept][order])
     ax = get_axes(ax)
     low, high = (stress.min(), stress.max()) if stress.size else (1.0, 10.0)
-    line = np.geomspace(low / 2, 5 * high, 400)
+    line = np.geomspace(max(low, high / 50) / 2, 5 * high, 400)
     life = np.asarray(sn.cycles(line))
     ax.loglog(np.where(np.isfinite(life), life, np.nan), line, label="S-N curve", **curve_style(0))
     ax.step(number, stress, where="pre", label="cycles of the history", **curve_style(1))
+    ax.set_ylim(bottom=line[0])
     return format_axes(ax, "number of cycles", f"stress amplitude [{unit}]")
 
 
