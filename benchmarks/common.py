@@ -21,7 +21,7 @@ from jaxmbs.runtime._compiler_options import compiler_options
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_enable_compilation_cache", False)  # compile times are measured, never read from disk
 
-PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy", "pin", "mujoco", "exudyn")
+PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy", "pin", "mujoco", "exudyn", "pyyeti", "rainflow")
 
 
 @dataclass(frozen=True)

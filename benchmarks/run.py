@@ -31,6 +31,7 @@ NAMES = (
     "hydraulic_arm",
     "states",
     "contact",
+    "qualification",
 )
 
 

@@ -246,7 +246,8 @@ def _moved_rows(system, at):
     """Rows of the coordinates that are moved.  Raises: ModelError where names do not stand for single rows."""
     if at == ("interface",) and system.num_interface:
         return tuple(system.interface)
-    rows = system.outputs(*at)[0]
+    with jax.ensure_compile_time_eval():  # names are known, also where the matrices are traced
+        rows = system.outputs(*at)[0]
     if not is_concrete(rows):
         raise ModelError(["the moved coordinates must be known before tracing"], "the inputs")
     rows = np.asarray(rows)

@@ -270,3 +270,14 @@ def test_twice_the_order_changes_nothing_at_close_poles_of_unlike_damping(ratios
     inputs = {"base": BaseAcceleration(table, dict.fromkeys(names, 1.0))}
     found, finer = (random_response(system, inputs, names, order=order).rms for order in (24, 48))
     np.testing.assert_allclose(found, finer, rtol=2e-12)
+
+
+@pytest.mark.long
+def test_moved_coordinates_by_name_under_jit():
+    def rms(stiffness):
+        K = stiffness * jnp.array([[1.0, -1.0], [-1.0, 1.0]])
+        system = LinearSystem(mass=jnp.eye(2), stiffness=K, coordinates=[("base", "z"), ("top", "z")])
+        source = BaseAcceleration(psd_table([20.0, 2000.0], [0.1, 0.1]), {"base z": 1.0}, "base")
+        return random_response(system, {"base": source}, ["top z"], ratios=0.05).rms[0]
+
+    assert np.isclose(jax.jit(rms)(1e5), rms(1e5), rtol=1e-12)

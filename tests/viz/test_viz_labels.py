@@ -91,24 +91,55 @@ def pictured(fleet, motion):
         "plot_structure": lambda ax: viz.plot_structure(plate, modes.shapes[:, 0], ax=ax),
         "plot_modes": lambda ax: viz.plot_modes(plate, modes, range(3), ax=ax),
     }
-    return extra | {
-        "plot_coordinates": lambda ax: viz.plot_coordinates(fleet, motion, ax=ax),
-        "plot_reactions": lambda ax: viz.plot_reactions(loads, TIMES, ax=ax),
-        "plot_reactions moment": lambda ax: viz.plot_reactions(loads, TIMES, list(loads)[:3], moment=True, ax=ax),
-        "plot_energy": lambda ax: viz.plot_energy(motion, ax=ax),
-        "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
-        "plot_element_power": lambda ax: viz.plot_element_power(motion, inside, "motor of the lift", ax=ax),
-        "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
-        "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, few, plane="xz", ax=ax),
-        "plot_history": lambda ax: viz.plot_history(best, ax=ax),
-        "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
-    }
+    return (
+        extra
+        | qualified()
+        | {
+            "plot_coordinates": lambda ax: viz.plot_coordinates(fleet, motion, ax=ax),
+            "plot_reactions": lambda ax: viz.plot_reactions(loads, TIMES, ax=ax),
+            "plot_reactions moment": lambda ax: viz.plot_reactions(loads, TIMES, list(loads)[:3], moment=True, ax=ax),
+            "plot_energy": lambda ax: viz.plot_energy(motion, ax=ax),
+            "plot_power": lambda ax: viz.plot_power(motion, powers, ax=ax),
+            "plot_element_power": lambda ax: viz.plot_element_power(motion, inside, "motor of the lift", ax=ax),
+            "plot_power kind": lambda ax: viz.plot_power(motion, powers, by="kind", ax=ax),
+            "plot_mechanism": lambda ax: viz.plot_mechanism(fleet, few, plane="xz", ax=ax),
+            "plot_history": lambda ax: viz.plot_history(best, ax=ax),
+            "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
+        }
+    )
 
 
 def limit(name, after, bound):
     """A limit of an optimum; the design used twice as much before."""
     row = {"name": name, "before": np.array([2 * after]), "after": np.array([after]), "worst": (0,), "bound": bound}
     return SimpleNamespace(**row, side="<=", ok=after <= bound, active=True)
+
+
+def qualified():
+    """What draws the pictures of qualification, from made-up answers."""
+    f = np.geomspace(20.0, 2000.0, 60)
+    bumps = 1e3 / (1 + (f / 300.0 - 1) ** 2 * 1e2)
+    response = SimpleNamespace(
+        names=("bolt fx", "bolt fz"),
+        place=("bolt fx", "bolt fz").index,
+        rms=np.array([123.0, 4567.0]),
+        psd=lambda f: np.stack([bumps, 2 * bumps], 1),
+        cumulative_rms=lambda f: np.stack([f / 20, f / 3], 1),
+    )
+    kind = "absolute acceleration"
+    shock = SimpleNamespace(frequencies=f, kind=kind, maximax=10 * bumps, primary=10 * bumps, residual=8 * bumps)
+    cycles = mbs.fatigue.rainflow(80 * np.random.default_rng(1).normal(size=200))
+    limiting = np.where((f > 250) & (f < 350), 0, -1)
+    sine = SimpleNamespace(
+        frequencies=f, levels=0 * f + 9.8, input=9.8 / (1 + (limiting == 0)), limiting=limiting, limits=("bolt fz",)
+    )
+    return {
+        "plot_psd": lambda ax: viz.plot_psd(response, f, ax=ax, unit="N"),
+        "plot_shock_spectrum": lambda ax: viz.plot_shock_spectrum(shock, ax=ax),
+        "plot_sn": lambda ax: viz.plot_sn(mbs.fatigue.SN(1e12, 3.0), cycles, ax=ax),
+        "plot_rainflow_matrix": lambda ax: viz.plot_rainflow_matrix(cycles, ax=ax),
+        "plot_notches": lambda ax: viz.plot_notches(sine, ax=ax),
+    }
 
 
 def study():
@@ -163,6 +194,7 @@ NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_en
 NAMES += ["plot_power kind", "plot_element_power", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
 OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
+OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix", "plot_notches"]
 
 
 def test_every_picture_is_looked_at(pictured):
