@@ -9,6 +9,7 @@ three nodes with one quaternion (w, x, y, z) of child in parent: its rates are a
 column for each, and its columns' z axes are x, y and z of the child (`CYCLE`).
 """
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -121,10 +122,9 @@ def coordinate_rate(topology: Topology, psi, u):
     if topology.is_simple:
         return u
     rate = _scatter_simple(topology, jnp.zeros_like(psi), u)
-    for first in topology.balls:
-        at = topology.node_coordinate[first]
-        rate = rate.at[at : at + 4].set(quaternion_rate(psi[at : at + 4], u[first : first + 3]))
-    return rate
+    parts, columns = _ball_parts(topology)
+    turning = jax.vmap(quaternion_rate)(psi[parts], u[columns])
+    return rate.at[parts].set(turning, unique_indices=True)
 
 
 def step_coordinates(topology: Topology, psi, delta):
@@ -132,20 +132,18 @@ def step_coordinates(topology: Topology, psi, delta):
     if topology.is_simple:
         return psi + delta
     moved = psi + _scatter_simple(topology, jnp.zeros_like(psi), delta)
-    for first in topology.balls:
-        at = topology.node_coordinate[first]
-        turned = quaternion_product(psi[at : at + 4], quaternion_exp(delta[first : first + 3]))
-        moved = moved.at[at : at + 4].set(turned)
-    return moved
+    parts, columns = _ball_parts(topology)
+    turned = jax.vmap(quaternion_product)(psi[parts], jax.vmap(quaternion_exp)(delta[columns]))
+    return moved.at[parts].set(turned, unique_indices=True)
 
 
 def normalise(topology: Topology, psi):
     """Coordinates with quaternions of unit length."""
-    for first in topology.balls:
-        at = topology.node_coordinate[first]
-        q = psi[at : at + 4]
-        psi = psi.at[at : at + 4].set(q * lax.rsqrt(jnp.sum(q * q)))
-    return psi
+    if topology.is_simple:
+        return psi
+    parts, _ = _ball_parts(topology)
+    q = psi[parts]
+    return psi.at[parts].set(q * lax.rsqrt(jnp.sum(q * q, axis=1, keepdims=True)), unique_indices=True)
 
 
 def neutral_coordinates(topology: Topology):
@@ -160,6 +158,12 @@ def simple_columns(topology: Topology):
     """Velocity columns and coordinates that are rate and integral of each other."""
     columns = np.array([k for k, kind in enumerate(topology.node_kind) if kind != "ball"], int)
     return columns, np.asarray(topology.node_coordinate, int)[columns]
+
+
+def _ball_parts(topology):
+    """Coordinates (balls, 4) and velocity columns (balls, 3) of the balls."""
+    first = topology.balls
+    return np.asarray(topology.node_coordinate, int)[first][:, None] + np.arange(4), first[:, None] + np.arange(3)
 
 
 def _scatter_simple(topology, into, values):

@@ -9,6 +9,7 @@ import jaxmbs as mbs
 from jaxmbs.builder._beams import _shares, _tangents
 from jaxmbs.forces import BeamSection, Force, Torque
 from jaxmbs.joints import Revolute, Weld
+from jaxmbs.kinematics._poses import coordinate_rate, normalise, step_coordinates
 
 SECTION = BeamSection([1e6, 1e6, 1e6, 1.0, 1.0, 1.0], 1.0, [2e-3, 1e-3, 1e-3])
 ENDS = [(0, 0, 0), (1, 0, 0)]
@@ -46,6 +47,17 @@ def test_declared_parts():
     assert sum(float(body.mass) for body in b.declared.bodies.values()) == pytest.approx(1.0)
     law = b.declared.forces["rod.2"].law
     np.testing.assert_allclose(law.screw, [0.25, 0, 0, 0, 0, 0], atol=1e-15)
+
+
+@pytest.mark.long
+def test_steps_and_rates_of_more_elements_have_no_more_equations():
+    counts = []
+    for elements in (4, 8):
+        top = cantilever(elements=elements).build().topology
+        psi, u = jnp.ones(top.num_coordinates), jnp.ones(top.num_velocities)
+        maps = (lambda x, v, top=top: step_coordinates(top, x, v)), (lambda x, v, top=top: coordinate_rate(top, x, v))
+        counts.append([len(jax.make_jaxpr(f)(psi, u).eqns) for f in (*maps, lambda x, v, top=top: normalise(top, x))])
+    assert counts[0] == counts[1]
 
 
 @pytest.mark.long
