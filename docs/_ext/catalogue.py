@@ -21,7 +21,7 @@ DRAWINGS = {**JOINTS, **LAWS, **STRUCTURES}
 LEFT_OUT = ("Abstract", "DIRECTIONS", "InternalState", "Node", "Reduced", "SymmetrySubspace", "VirtualMotions")
 LEFT_OUT += ("BearingFriction", "BrownMcPhee", "JointLuGre", "SmoothCoulomb")  # docs/guide/friction.md
 LEFT_OUT += ("Attachment", "BeamSection", "ElementBond", "Eyelet", "PathKinematics", "Sheave")
-LEFT_OUT += ("WrapCylinder", "WrapSphere")
+LEFT_OUT += ("Winch", "WrapCylinder", "WrapSphere")
 
 INTRODUCTION = """# Catalogue
 

@@ -119,8 +119,8 @@ def plot_rainflow_matrix(cycles: Cycles, bins: int = 24, ax: Any = None, *, unit
     kept = counts > 0
     if not np.any(kept):
         raise ValueError("the history has no cycles to plot")
-    data = [np.asarray(values)[kept] for values in (cycles.means, cycles.ranges)]
-    found, means, ranges = np.histogram2d(*data, bins, weights=counts[kept])
+    mean, size = np.asarray(cycles.means)[kept], np.asarray(cycles.ranges)[kept]
+    found, means, ranges = np.histogram2d(mean, size, bins, weights=counts[kept])
     ax = get_axes(ax, (5.4, 4.2))
     shown = ax.pcolormesh(means, ranges, np.where(found > 0, found, np.nan).T, cmap="Blues", norm="log")
     ax.figure.colorbar(shown, ax=ax, label="cycles")

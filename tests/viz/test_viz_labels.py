@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import jaxmbs as mbs
-from jaxmbs import viz
+from jaxmbs import qualification, viz
 from jaxmbs.demo import _mechanism as mechanism
 from jaxmbs.demo import _pictures as pictures
 from jaxmbs.kinematics._state import State
@@ -116,23 +116,22 @@ def limit(name, after, bound):
 
 
 def qualified():
-    """What draws the pictures of qualification, from made-up answers."""
+    """What draws the pictures of qualification."""
     f = np.geomspace(20.0, 2000.0, 60)
     bumps = 1e3 / (1 + (f / 300.0 - 1) ** 2 * 1e2)
-    response = SimpleNamespace(
-        names=("bolt fx", "bolt fz"),
-        place=("bolt fx", "bolt fz").index,
-        rms=np.array([123.0, 4567.0]),
-        psd=lambda f: np.stack([bumps, 2 * bumps], 1),
-        cumulative_rms=lambda f: np.stack([f / 20, f / 3], 1),
-    )
-    kind = "absolute acceleration"
-    shock = SimpleNamespace(frequencies=f, kind=kind, maximax=10 * bumps, primary=10 * bumps, residual=8 * bumps)
+    body = mbs.LinearSystem(
+        mass=np.eye(1), stiffness=np.array([[4e6]]), damping=np.array([[200.0]]), coordinates=["m z"],
+        positions={"m": (0, 0, 0)},
+    )  # fmt: skip
+    white = mbs.fatigue.psd_table([20.0, 2000.0], [0.1, 0.1])
+    response = mbs.random_response(body, {"base": qualification.BaseAcceleration(white, "z")}, ["m z"])
+    both = np.stack([10 * bumps, -8 * bumps])
+    shock = qualification.ShockSpectrum(*map(jnp.asarray, (f, both, 0.8 * both)), "absolute acceleration")
     cycles = mbs.fatigue.rainflow(80 * np.random.default_rng(1).normal(size=200))
     limiting = np.where((f > 250) & (f < 350), 0, -1)
-    sine = SimpleNamespace(
-        frequencies=f, levels=0 * f + 9.8, input=9.8 / (1 + (limiting == 0)), limiting=limiting, limits=("bolt fz",)
-    )
+    none, names = np.zeros((60, 1), complex), ("bolt fz",)
+    numbers = f, 0 * f + 9.8, 9.8 / (1 + (limiting == 0)), none, limiting, 2.0
+    sine = qualification.SineResponse(*map(jnp.asarray, numbers), names, names)
     return {
         "plot_psd": lambda ax: viz.plot_psd(response, f, ax=ax, unit="N"),
         "plot_shock_spectrum": lambda ax: viz.plot_shock_spectrum(shock, ax=ax),
