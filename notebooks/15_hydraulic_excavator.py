@@ -194,7 +194,7 @@ best = mbs.minimise(
     FIRST,
     bounds={"kp": (2.0, 30.0), "ki": (0.0, 20.0), "area": (0.3, 3.0)},
     limits=LIMITS,
-    steps=2 if FAST else 30,
+    steps=2 if FAST else 40,
     tolerance=1e-3,
     gradient="forward",
     compile="quick",

@@ -87,7 +87,7 @@ MORE = {
     "accumulator": mbs.hydraulics.Accumulator(2e-3, 5e6, 1.2),
     "tank": mbs.hydraulics.Tank(1e5),
     "cable": mbs.forces.Cable(
-        *(("point", "sheave", "point"), [0.1], [[0.0, 0.6, 0.8]], (1, -1, 1), (0, 2, 0)),
+        *(("point", "sheave", "point"), [0.1], [[0.0, 0.6, 0.8]], (0, 2, 0)),
         **{"axial_stiffness": 3e5, "free_length": mbs.Ramp(1.0, 0.1), "friction": [0.1, 0.2, 0.3], "slack": False},
     ),
     "gears": mbs.forces.GearPair((20, 60), 2e-3, 0.35, 0.1, True, 1e8, 1e3, 1e-5),
