@@ -64,6 +64,17 @@ def wanted(options, name):
     return not options.only or any(name == pattern or name.startswith(pattern + " ") for pattern in options.only)
 
 
+def run_cases(description, cases):
+    """Run the cases that were asked for, rows of a table by name, and report them."""
+    options = parser(description, *cases).parse_args()
+    found = []
+    for name, rows in cases.items():
+        if wanted(options, name):
+            found += rows(options.quick)
+            print(f"{name} done", flush=True)
+    report(found, options)
+
+
 # --------------------------------------------------------------------------------------------------------- timing
 def cpu_seconds(functions, rounds=5, least=0.2):
     """Median CPU seconds of one call of each function of a dict, all threads of the process counted.

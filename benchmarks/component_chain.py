@@ -269,15 +269,5 @@ def _lowest_values(net):
 CASES = {"chain": chain_rows, "free": free_rows, "break_even": break_even_rows}
 
 
-def main():
-    options = common.parser(__doc__, *CASES).parse_args()
-    found = []
-    for name, rows in CASES.items():
-        if common.wanted(options, name):
-            found += rows(options.quick)
-            print(f"{name} done", flush=True)
-    common.report(found, options)
-
-
 if __name__ == "__main__":
-    main()
+    common.run_cases(__doc__, CASES)

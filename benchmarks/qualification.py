@@ -222,15 +222,5 @@ def design_rows(quick):
 CASES = {"random": random_rows, "shock": shock_rows, "rainflow": rainflow_rows, "designs": design_rows}
 
 
-def main():
-    options = common.parser(__doc__, *CASES).parse_args()
-    found = []
-    for name, rows in CASES.items():
-        if common.wanted(options, name):
-            found += rows(options.quick)
-            print(f"{name} done", flush=True)
-    common.report(found, options)
-
-
 if __name__ == "__main__":
-    main()
+    common.run_cases(__doc__, CASES)

@@ -157,15 +157,5 @@ def gradient_rows(quick):
 CASES = {"craig_bampton": craig_bampton_rows, "transfer": transfer_rows, "gradient": gradient_rows}
 
 
-def main():
-    options = common.parser(__doc__, *CASES).parse_args()
-    found = []
-    for name, rows in CASES.items():
-        if common.wanted(options, name):
-            found += rows(options.quick)
-            print(f"{name} done", flush=True)
-    common.report(found, options)
-
-
 if __name__ == "__main__":
-    main()
+    common.run_cases(__doc__, CASES)

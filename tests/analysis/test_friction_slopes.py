@@ -6,20 +6,14 @@ import pytest
 
 import jaxmbs as mbs
 
+from ..dynamics.slider_cranks import slider_crank
+
 _MODELS = {"coulomb": mbs.forces.SmoothCoulomb(), "bearing": mbs.forces.BearingFriction(viscous=0.3, seal=0.5)}
 
 
 def crank(mu=0.1, load=-40.0, model=None, effort=0.0):
     """A slider-crank with friction in its pins and its guide."""
-    b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
-    b.body("crank", mass=0.5, com=(0.05, 0, 0), inertia=(1e-3, 1e-3, 1e-3))
-    b.body("rod", mass=1.0, com=(0.12, 0, 0), inertia=(1e-4, 0.01, 0.01))
-    b.body("slider", mass=2.0, inertia=(1e-3, 1e-3, 1e-3))
-    b.joint("A", mbs.Revolute("z"), "ground", "crank")
-    b.joint("B", mbs.Revolute("z"), "crank", "rod", parent_frame=(0.1, 0, 0))
-    b.joint("guide", mbs.Prismatic("x"), "ground", "slider")
-    b.joint("C", mbs.Revolute("z"), "rod", "slider", parent_frame=(0.3, 0, 0))
-    b.force("load", mbs.Force((load, 0, 0)), on="slider")
+    b = slider_crank(load)
     b.force("push", mbs.Torque((0, 0, effort)), on="crank")
     for name in ("A", "B", "C"):
         b.friction(f"rub {name}", name, mu, radius=0.02, model=model or _MODELS["coulomb"])

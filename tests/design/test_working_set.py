@@ -9,10 +9,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tqdm import tqdm
 
 import jaxmbs as mbs
 from jaxmbs.design import minimise as minimise_with_bar
 from jaxmbs.design._constrained import run_constrained
+from jaxmbs.design._problem import trace_problem
+from jaxmbs.design._variables import read_variables
 from jaxmbs.design._working_set import ConstrainedSearch
 
 minimise = functools.partial(minimise_with_bar, progress=False)
@@ -52,6 +55,19 @@ def test_a_limit_that_is_not_active_has_no_price():
     best = minimise(sum_of, {"x": 0.1, "y": 0.3}, limits=[CIRCLE, easy])
     assert best.ok and not best.limit("height").active and best.limit("height").price == 0.0
     assert best.limit("height").margin == pytest.approx(np.sqrt(1.6) - 1.0, rel=1e-5)
+
+
+def test_forward_derivatives_take_all_constraints_from_the_start():
+    """A hundred tangents of the circle: reverse mode begins with some, forward mode has them for nothing."""
+    angle = np.linspace(0.0, np.pi / 2, 100)
+    lines = mbs.Limit("tangents", lambda d: jnp.cos(angle) * d["x"] + jnp.sin(angle) * d["y"], upper=np.sqrt(2.0))
+    sizes = {}
+    for gradient in ("reverse", "forward"):
+        variables = read_variables({"x": 0.1, "y": 0.3}, None)
+        problem = trace_problem(sum_of, variables, gradient, [lines])
+        search = ConstrainedSearch(problem, problem.evaluate, variables, 1e-8, None, tqdm(disable=True))
+        sizes[gradient] = len(search.working_set)
+    assert sizes == {"reverse": 24, "forward": 100}
 
 
 def test_bounds_have_prices_too():

@@ -7,6 +7,8 @@ from scipy.integrate import solve_ivp
 
 import jaxmbs as mbs
 
+from .slider_cranks import slider_crank
+
 #: Closed forms of case CT2.
 BEARING, NET, JAM, TORQUE, EFFICIENCY = 175.0, 47.5, 0.28571428571428575, 13.88068894519601, 0.34397776015356396
 LENGTH, ARM, PUSH = 0.2, 0.35, 100.0
@@ -179,15 +181,7 @@ def test_pendulum_beside_scipy(options):
 
 def crank(cut, solver="auto"):
     """A slider-crank whose every joint rubs, as case FR2 has it, without drive."""
-    b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
-    b.body("crank", mass=0.5, com=(0.05, 0, 0), inertia=(1e-3, 1e-3, 1e-3))
-    b.body("rod", mass=1.0, com=(0.12, 0, 0), inertia=(1e-4, 0.01, 0.01))
-    b.body("slider", mass=2.0, inertia=(1e-3, 1e-3, 1e-3))
-    b.joint("A", mbs.Revolute("z"), "ground", "crank")
-    b.joint("B", mbs.Revolute("z"), "crank", "rod", parent_frame=(0.1, 0, 0))
-    b.joint("guide", mbs.Prismatic("x"), "ground", "slider")
-    b.joint("C", mbs.Revolute("z"), "rod", "slider", parent_frame=(0.3, 0, 0))
-    b.force("load", mbs.Force((-400.0, 0, 0)), on="slider")
+    b = slider_crank(-400.0)
     for name, radius in (("A", 0.02), ("B", 0.015), ("C", 0.012), ("guide", None)):
         b.friction(f"rub {name}", name, 0.12, radius=radius)
     return b.build(cut=cut, guess={"A": 0.7, "B": -0.93, "C": 0.23, "guide": 0.37}, linear_solver=solver)
