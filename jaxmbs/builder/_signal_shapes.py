@@ -18,9 +18,9 @@ from ._law_faults import law_call_faults, named_faults
 
 
 def with_signal_shapes(system: System, forces) -> tuple[System, list[str]]:
-    """The system whose blocks know the shapes of their outputs and the sizes of their inputs; faults of measures, of
-    blocks, and of laws at the values that drive them."""
-    top, faults, shapes = system.topology, [], {}
+    """The system whose blocks know the shapes of their outputs and the sizes of their inputs, and whose measures know
+    the internal states that they read; faults of measures, of blocks, and of laws at the values that drive them."""
+    top, faults, shapes, measures = system.topology, [], {}, []
 
     def evaluate():
         psi = jnp.asarray(neutral_coordinates(top), float)
@@ -28,12 +28,14 @@ def with_signal_shapes(system: System, forces) -> tuple[System, list[str]]:
         at = with_velocities(system, at, jnp.zeros(top.num_velocities))
         internal = jnp.zeros(top.num_internal)
         instant = Instant(with_internal(system, internal), at)
-        if top.internal:
-            shapes.update({name: value.shape for name, value in instant.internal.items()})
+        states = instant.internal if top.internal else {}
+        shapes.update({name: value.shape for name, value in states.items()})
         for measure in system.measures:
+            instant.internal = reads = _ReadStates(states)
             shape, wrong = _shape_of(lambda measure=measure: measure.function(instant))
             faults.extend(f"measure {measure.name!r}: {fault}" for fault in wrong)
             shapes[measure.name] = shape
+            measures.append(replace_field(measure, "internal", tuple(sorted(reads.names))))
         return jnp.zeros(())
 
     jax.eval_shape(evaluate)
@@ -46,8 +48,36 @@ def with_signal_shapes(system: System, forces) -> tuple[System, list[str]]:
         blocks[element.name], wrong = _with_shapes(element, shapes, drivers)
         faults += [f"block {element.name!r}: {fault}" for fault in wrong]
     blocks = tuple(blocks[element.name] for element in system.blocks)
-    system = _with_output_states(replace_field(system, "blocks", blocks))
+    system = replace_field(replace_field(system, "blocks", blocks), "measures", tuple(measures))
+    system = _with_output_states(system)
     return system, faults or _driven_law_faults(system, forces, shapes)
+
+
+class _ReadStates(dict):
+    """Internal states by name that keeps the names of those that were read."""
+
+    def __init__(self, states):
+        super().__init__(states)
+        self.names = set()
+
+    def __getitem__(self, name):
+        self.names.add(name)
+        return super().__getitem__(name)
+
+    def get(self, name, default=None):
+        return self[name] if name in self else default
+
+    def __iter__(self):
+        self.names.update(self.keys())
+        return super().__iter__()
+
+    def values(self):
+        self.names.update(self.keys())
+        return super().values()
+
+    def items(self):
+        self.names.update(self.keys())
+        return super().items()
 
 
 def _with_output_states(system):

@@ -8,10 +8,14 @@ from ._internal_states import replace_field
 
 
 class Measure(eqx.Module):
-    """A signal of coordinates, velocities, internal states and time: `function(instant)`."""
+    """A signal of coordinates, velocities, internal states and time: `function(instant)`.
+
+    Attributes: internal: names of the internal states that the function reads.
+    """
 
     name: str = eqx.field(static=True)
     function: Any
+    internal: tuple[str, ...] = eqx.field(static=True, default=())
 
 
 class BlockElement(eqx.Module):
@@ -53,6 +57,12 @@ def drivers_of(system) -> dict[str, tuple[str, int | None]]:
         alone = len(element.drives) == 1
         found |= {field: (element.name, None if alone else k) for k, field in enumerate(element.drives)}
     return found
+
+
+def internal_reads(system) -> set[str]:
+    """Names of the internal states that measures and blocks read, among the names of other signals."""
+    of_measures = {name for measure in system.measures for name in measure.internal}
+    return of_measures | {read for element in system.blocks for read in element.reads if isinstance(read, str)}
 
 
 def law_of(law):

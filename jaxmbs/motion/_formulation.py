@@ -132,17 +132,10 @@ class Formulation(eqx.Module):
         return parts / self.scale
 
     @property
-    def implicit_stages(self) -> Callable | None:
-        """Stages of implicit methods with the internal states eliminated, from s = h a_ii [s] and a `StageStart`.
-
-        None where they are not the larger part of the state: the solver's own matrix of all is then the cheaper one.
-        None with blocks, whose signals join the states of all elements.
-        """
-        top = self.system.topology
-        if self.system.blocks:
-            return None
-        are_many = top.num_internal > top.num_coordinates + top.num_velocities
-        return functools.partial(ImplicitStages.of, self) if are_many else None
+    def implicit_stages(self) -> Callable:
+        """Stages of implicit methods, from s = h a_ii [s] and a `StageStart`: one matrix a step, the internal states
+        of laws eliminated."""
+        return functools.partial(ImplicitStages.of, self)
 
     def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""

@@ -1,9 +1,10 @@
-"""Implicit stages of a mechanism whose force elements have internal states: a step costs what the mechanism costs.
+"""Implicit stages of a mechanism whose force elements and blocks have internal states: a step costs what the
+mechanism costs.
 
-The states of an element are seen by that element alone, so the stage equations have an arrow of blocks: at given
-coordinates and second half each element finds its own (`ImplicitLaw`), and only these two parts are left to
-Newton's method, with one matrix a step (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8).
-Derivatives by the implicit function theorem: the adjoint has the transposed elimination.
+The states of a law that no signal reads are seen by their element alone, so the stage equations have an arrow of
+blocks: at given coordinates, second half and other internal states each such element finds its own (`ImplicitLaw`),
+and only these are left to Newton's method, with one matrix a step (Hairer and Wanner, Solving Ordinary Differential
+Equations II, IV.8).  Derivatives by the implicit function theorem: the adjoint has the transposed elimination.
 """
 
 from typing import TYPE_CHECKING
@@ -11,14 +12,17 @@ from typing import TYPE_CHECKING
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from ..forces._implicit_law import ImplicitLaw
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._internal_states import internal_rates
 from ..math import _square as square
-from ..model._internal_states import with_internal
+from ..model._internal_states import group_size, with_internal
+from ..model._signals import internal_reads
 from ..ode._stages_of_equations import StageStart
+from ..runtime import gather_static
 
 if TYPE_CHECKING:
     from ._formulation import Formulation
@@ -33,8 +37,8 @@ class ImplicitStages(eqx.Module):
 
     Attributes:
         step: s.
-        inverse: of the derivative of the stage equations at the start of the step, internal states eliminated.
-        scale: tolerance of every coordinate and entry of the second half.
+        inverse: of the derivative of the stage equations at the start of the step by the unknowns of the stage.
+        scale: tolerance of every unknown.
     """
 
     equations: "Formulation"
@@ -46,59 +50,99 @@ class ImplicitStages(eqx.Module):
     def of(cls, equations: "Formulation", s: Array, start: StageStart) -> "ImplicitStages":
         """The stages of a step from its start."""
         fixed, step, (t, y, rtol, atol) = lax.stop_gradient((equations, s, start))
-        z, internal = _unknowns(fixed, y)
-        matrix = jax.jacfwd(_residual(_with_implicit_laws(fixed, step, internal), step, t, z))(z)
-        return cls(equations, s, square.inverse(matrix), atol + rtol * jnp.abs(z))
+        stage = _Stage(fixed, step, t, y)
+        z = stage.start
+        return cls(equations, s, square.inverse(stage.matrix(z)), atol + rtol * jnp.abs(z))
 
     def rate(self, t: Array, y: tuple) -> tuple[tuple, Array]:
         """The rate, and True if it was found."""
-        equations, s = self.equations, self.step
-        start, internal = _unknowns(equations, y)
-        eliminated = _with_implicit_laws(equations, s, internal)
-        residual = eqx.filter_closure_convert(_residual(eliminated, s, t, start), start)
-        z, found = _root(residual, *lax.stop_gradient((start, self.scale, self.inverse)))
-        psi, second = _halves(equations, z)
-        at = configuration(equations.system, equations.P, psi, t)
+        stage = _Stage(self.equations, self.step, t, y)
+        residual = eqx.filter_closure_convert(stage.residual, stage.start)
+        z, found = _root(residual, *lax.stop_gradient((stage.start, self.scale, self.inverse)))
+        return stage.rates(z), found
+
+
+class _Stage:
+    """The equations of one stage in z: coordinates, second half and the internal states that are not eliminated, all
+    but the first divided by their scales; at given z the laws find their own internal states."""
+
+    def __init__(self, equations, s, t, y):
+        psi, p, _ = y
+        self.equations, self.step, self.t = equations, s, t
+        eliminated = eliminated_states(equations.system)
+        self.nq, self.end = psi.size, p.size - eliminated.size
+        self.kept, self.eliminated = np.flatnonzero(~eliminated), np.flatnonzero(eliminated)
+        self.internal = p[self.end :] * equations.scale[self.end :]
+        self.start = jnp.concatenate([psi, p[: self.end], gather_static(p[self.end :], self.kept)])
+
+    def matrix(self, z):
+        """Derivative of the residual: first by coordinates and second half; then by internal states, where the
+        kinematics have none."""
+        mechanism = self.nq + self.end
+        by_mechanism = jax.jacfwd(lambda x: self.residual(jnp.concatenate([x, z[mechanism:]])))(z[:mechanism])
+        if not self.kept.size:
+            return by_mechanism
+        by_states = jax.jacfwd(lambda s: self.residual(jnp.concatenate([z[:mechanism], s])))(z[mechanism:])
+        return jnp.concatenate([by_mechanism, by_states], axis=1)
+
+    def residual(self, z):
+        """`z - start - s f(z)`."""
+        equations, at, second = self._at(z)
+        rates, scale = equations.rates_of(at, second), equations.scale
+        parts = [rates.psi, rates.second / scale[: self.end]]
+        if self.kept.size:
+            rate = internal_rates(equations.system, with_velocities(equations.system, at, rates.u))
+            parts.append(gather_static(rate / scale[self.end :], self.kept))
+        return z - self.start - self.step * jnp.concatenate(parts)
+
+    def rates(self, z):
+        """Rates of (coordinates, p, work) at the solution z."""
+        equations, at, second = self._at(z)
         at = with_velocities(equations.system, at, equations.velocities_of(at, second))
-        rates = internal_rates(eliminated.system, at)
-        powers = equations.powers(with_internal(equations.system, internal + s * rates), at)
-        nq, end = psi.size, z.size - psi.size
-        r = (z - start) / s
-        return (r[:nq], jnp.concatenate([r[nq:], rates / equations.scale[end:]]), powers), found
+        r = (z - self.start) / self.step
+        rate, powers = r[self.nq : self.nq + self.end], None
+        if self.internal.size:
+            own = internal_rates(equations.system, at)
+            found = self._internal(z).at[self.eliminated].add(self.step * gather_static(own, self.eliminated))
+            rate = jnp.concatenate([rate, own / equations.scale[self.end :]])
+            powers = self.equations.powers(with_internal(self.equations.system, found), at)
+        else:
+            powers = equations.powers(equations.system, at)
+        return r[: self.nq], rate, powers
+
+    def _at(self, z):
+        """The equations at the internal states in z, a configuration, and the second half, not scaled."""
+        implicit = _implicit_laws(self.equations.system)
+
+        def law_at(group, states):
+            if group.names in implicit:
+                return ImplicitLaw(group.law, states, jnp.broadcast_to(self.step, len(group.names)))
+            return group.law.at(states)
+
+        system = with_internal(self.equations.system, self._internal(z), law_at)
+        equations = eqx.tree_at(lambda e: e.system, self.equations, system)
+        at = configuration(system, equations.P, z[: self.nq], self.t)
+        return equations, at, z[self.nq : self.nq + self.end] * equations.scale[: self.end]
+
+    def _internal(self, z):
+        """Internal states: those in z, and of eliminated ones those at the start of the stage."""
+        kept = z[self.nq + self.end :] * gather_static(self.equations.scale[self.end :], self.kept)
+        return self.internal.at[self.kept].set(kept) if self.kept.size else self.internal
 
 
-def _unknowns(equations, y):
-    """(coordinates and second half, scaled, in one vector; internal states, not scaled) of y."""
-    psi, p, _ = y
-    end = p.size - equations.system.topology.num_internal
-    return jnp.concatenate([psi, p[:end]]), p[end:] * equations.scale[end:]
+def _implicit_laws(system) -> set[tuple[str, ...]]:
+    """Names of the groups of laws whose internal states no signal reads."""
+    read = internal_reads(system)
+    groups = (group for group in system.forces if group.internal)
+    return {g.names for g in groups if read.isdisjoint(f"{e}.{name}" for e in g.names for name, *_ in g.internal)}
 
 
-def _halves(equations, z):
-    """Coordinates, and second half, not scaled."""
-    nq = equations.system.topology.num_coordinates
-    return z[:nq], z[nq:] * equations.scale[: z.size - nq]
-
-
-def _with_implicit_laws(equations, s, internal):
-    """The equations whose laws find their internal states from those at the start of the stage."""
-
-    def implicit(group, states):
-        return ImplicitLaw(group.law, states, jnp.broadcast_to(s, len(group.names)))
-
-    return eqx.tree_at(lambda e: e.system, equations, with_internal(equations.system, internal, implicit))
-
-
-def _residual(equations, s, t, start):
-    """`z - start - s f(z)` as a function of z."""
-
-    def residual(z):
-        psi, second = _halves(equations, z)
-        rates = equations.rates_of(configuration(equations.system, equations.P, psi, t), second)
-        second_rate = rates.second / equations.scale[: second.size]
-        return z - start - s * jnp.concatenate([rates.psi, second_rate])
-
-    return residual
+def eliminated_states(system) -> np.ndarray:
+    """True (ns,) for each internal state that its law finds alone in an implicit stage (static)."""
+    implicit = _implicit_laws(system)
+    sizes = [(group.names in implicit, len(group.names) * group_size(group)) for group in system.forces]
+    of_laws = np.repeat(*np.array(sizes, dtype=int).reshape(-1, 2).T).astype(bool)
+    return np.concatenate([of_laws, np.zeros(system.topology.num_internal - of_laws.size, bool)])
 
 
 @eqx.filter_custom_jvp

@@ -37,7 +37,9 @@ def test_two_thousand_mutated_files(tmp_path):
 @pytest.mark.long
 def test_twenty_thousand_mutated_files(tmp_path):
     """In a process of their own, as a crash would be one of MuJoCo's parser."""
-    code = "import sys, pathlib; from tests.io.hostile import tried; tried(20000, 3, pathlib.Path(sys.argv[1]))"
+    code = (
+        "import sys, pathlib; from tests.adversary.hostile import tried; tried(20000, 3, pathlib.Path(sys.argv[1]))"
+    )
     root = Path(__file__).parent.parent.parent
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=root, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]

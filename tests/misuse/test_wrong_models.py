@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs import hydraulics
 from tests.models import four_bar
 
 PIN, SLIDE, BALL = mbs.Revolute(axis="z"), mbs.Prismatic(axis="x"), mbs.Spherical()
+PUMP = hydraulics.Pump(1e-6)
 SPRING = mbs.SpringDamper(stiffness=1.0)
 
 
@@ -73,6 +75,17 @@ def rub_on_weld(b):
 def rub_on_slide(b):
     spare(b).joint("hang", SLIDE, "ground", "spare")
     b.friction("rub", "hang", 0.1, radius=0.1)
+
+
+def pump(kind, shaft, **options):
+    """A pump or another element between two volumes, on a shaft."""
+
+    def declare(b):
+        for name in ("one", "two"):
+            b.hydraulic(name, hydraulics.Volume(1e-3))
+        b.hydraulic("pump", kind, {"a": "one", "b": "two"}, shaft=shaft, **options)
+
+    return declare
 
 
 def twice(b):
@@ -160,6 +173,9 @@ MODELS = [
     case("weak start", friction(static_ratio=0.9), "friction 'rub': static_ratio must be at least 1"),
     case("no transition", friction(transition_speed=0.0), "friction 'rub': transition_speed must be positive"),
     case("endless bearing", friction(length=np.inf), "friction 'rub': length must be one finite number"),
+    case("no shaft", pump(PUMP, "elbow"), "'pump': shaft: there is no joint 'elbow'"),
+    case("driven shaft", pump(PUMP, "wrist", signal=1.0), "'pump': give its speed as a signal, or the joint"),
+    case("slit on a shaft", pump(hydraulics.Orifice(1e-6), "wrist"), "'pump': shaft= goes with a Pump, not with a"),
     case("not a law", force("spring", joint="wrist"), "force 'pull': 'spring' is not a force law"),
     case("no port", force(), "force 'pull': SpringDamper takes between=... or joint=..., got none"),
     case("two ports", force(joint="wrist", on="hand"), "force 'pull': SpringDamper takes .*, got joint, on"),
