@@ -1,9 +1,9 @@
 """Cost of internal states: twenty of them in a four-bar, and the samples of a controller.
 
 The four-bar has its twenty states in one law (a rubber's), in twenty blocks of the first order, or in one block.
-Each compilation is in a process of its own, and the least of several counts, as two of the same program differ by more
-than the states cost.  The sampled motion has a sample each millisecond; beside it is the same motion saved as often, its
-controller continuous.
+Each compilation is in a process of its own, and the least of several counts, as two of the same program differ by
+more than the states cost.  The sampled motion has a sample each millisecond; beside it is the same motion saved as
+often, its controller continuous.
 """
 
 import subprocess

@@ -62,7 +62,9 @@ class ClosedCurve(eqx.Module):
         return (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / jnp.sum(first**2, axis=1) ** 1.5
 
     def faults(self) -> list[str]:
-        """Finite points, none of them twice."""
+        """Finite points with a slope each, none of them twice."""
+        if self.points.shape != self.slopes.shape or self.points.shape[1:] != (2,) or len(self.points) < 8:
+            return [f"points {self.points.shape} and slopes {self.slopes.shape} do not go together"]
         same = any_concrete(lambda p: np.all(p == np.roll(p, 1, axis=0), axis=1), self.points)
         return value_faults(self) + faults_if((same, "points: two neighbours coincide; do not repeat the first one"))
 

@@ -70,7 +70,11 @@ class HeightField(eqx.Module):
         return max(along, _curvature(np.asarray(self.y, float), heights.T, slopes[1].T))
 
     def faults(self) -> list[str]:
-        """Places increase."""
+        """Places increase, and each has a height and slopes."""
+        places = self.x.shape + (() if self.y is None else self.y.shape)
+        slopes = places if self.y is None else (3, *places)
+        if self.heights.shape != places or self.slopes.shape != slopes or min(places) < 2:
+            return [f"heights {self.heights.shape} and slopes {self.slopes.shape} do not go with places {places}"]
         return value_faults(self) + faults_if(
             (not_increasing(self.x), "x must increase strictly"),
             (self.y is not None and not_increasing(self.y), "y must increase strictly"),

@@ -28,8 +28,10 @@ class _VectorLoad(AbstractBodyLaw):
 
     def faults(self) -> list[str]:
         """The value has three components."""
+        if found := super().faults():  # a signal with faults may have no value
+            return found
         shape = jax.eval_shape(lambda: number(self.value(number(0.0)))).shape
-        return super().faults() + faults_if((shape != (3,), f"value must have shape (3,), not {shape}"))
+        return faults_if((shape != (3,), f"value must have shape (3,), not {shape}"))
 
     def _vector(self, rotation, t):
         """The value (3,) at time t in world axes."""

@@ -69,7 +69,7 @@ class Polynomial(AbstractSignal):
     coefficients: Convertible[Float[Array, "n ..."]] = eqx.field(converter=number)
 
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:
-        first = jnp.zeros_like(self.coefficients[0]) * t
+        first = jnp.zeros(self.coefficients.shape[1:], self.coefficients.dtype) * t
         return jax.lax.scan(lambda total, c: (total * t + c, None), first, self.coefficients, reverse=True)[0]
 
 
@@ -118,7 +118,10 @@ class Spline(AbstractSignal):
         return hermite(self.times, self.values, self.slopes, t)
 
     def faults(self) -> list[str]:
-        """Times increase."""
+        """Times increase, and each has a value and a slope."""
+        times, values, slopes = self.times.shape, self.values.shape, self.slopes.shape
+        if len(times) != 1 or times[0] < 2 or values[:1] != times or slopes != values:
+            return [f"times {times}, values {values} and slopes {slopes} do not go together"]
         return super().faults() + (["times must increase"] if not_increasing(self.times) else [])
 
 

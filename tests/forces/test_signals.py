@@ -1,5 +1,6 @@
 """Functions of time: values, two derivatives, parameters, stacking."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -91,3 +92,12 @@ def test_as_signal_and_faults():
     assert F.Spline([0.0, 1.0, 1.0], [0.0, 1.0, 2.0], (0.0, 0.0)).faults()[-1] == "times must increase"
     with pytest.raises(ValueError):
         F.Spline([0.0, 1.0], [1.0])
+
+
+@pytest.mark.parametrize("name, shape", [("values", (1, 3)), ("slopes", (2, 3)), ("times", (3, 1)), ("times", (1,))])
+def test_parts_of_a_spline_that_do_not_go_together(name, shape):
+    """As a damaged file gives them; the force that holds the spline says so, and does not evaluate it."""
+    spline = F.Spline([0.0, 1.0, 2.0], np.eye(3))
+    broken = eqx.tree_at(lambda spline: getattr(spline, name), spline, jnp.zeros(shape))
+    for faults in (broken.faults(), F.Force(broken).faults()):
+        assert len(faults) == 1 and "do not go together" in faults[0]
