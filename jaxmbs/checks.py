@@ -9,6 +9,9 @@ import numpy as np
 
 from .errors import UnknownNameError
 
+#: Numbers from here on have squares that are not finite.
+LARGEST = 1e150
+
 
 def is_concrete(*values: Any) -> bool:
     """True if no number in these pytrees is traced, so that all can be read."""
@@ -38,6 +41,11 @@ def negative(value: Any) -> bool:
 def not_positive(value: Any) -> bool:
     """True if any concrete entry is zero or negative."""
     return any_concrete(lambda x: x <= 0, value)
+
+
+def in_range(values: Any) -> bool:
+    """True if all concrete numbers are finite and their squares, too."""
+    return bool(np.all(np.abs(np.asarray(values, float)) < LARGEST))
 
 
 def not_increasing(points: Any) -> bool:

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import any_concrete, faults_if, is_concrete, no_such
+from ..checks import LARGEST, any_concrete, faults_if, in_range, is_concrete, no_such
 from ..forces import (
     AbstractBodyLaw,
     AbstractBodyStateLaw,
@@ -110,7 +110,7 @@ def mass_faults(where: str, body) -> list[str]:
         found.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
     elif is_concrete(body.mass):
         mass = np.asarray(body.mass, float)
-        if not np.isfinite(mass) or mass < 0:
+        if not in_range(mass) or mass < 0:
             found.append(f"{where}: mass is {mass}; it must be finite and not negative")
     if is_concrete(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
         found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
@@ -123,8 +123,8 @@ def mass_faults(where: str, body) -> list[str]:
 def _inertia_faults(where, body):
     matrix = np.asarray(body.inertia, float)  # on the host: many bodies, and constants inside a traced build
     matrix = matrix if matrix.ndim == 2 else np.diag(matrix * np.ones(3))
-    if not np.all(np.isfinite(matrix)):
-        return [f"{where}: inertia is not finite"]
+    if not in_range(matrix):
+        return [f"{where}: inertia is not finite, or larger than {LARGEST:g}"]
     scale = max(np.abs(matrix).max(), 1e-300)
     # rounding of a rotation stays below 1e-9; a principal value of a rod may be 0, and a plate's third the sum of two
     if np.abs(matrix - matrix.T).max() > 1e-9 * scale:

@@ -1,7 +1,7 @@
 """Hostile model files: mutations of good ones, and what reading one of them may do: give a model or our own error.
 
-`python -m tests.adversary.hostile 1000000` tries a million in processes of their own, so that a crash is counted and not
-met.
+`python -m tests.adversary.hostile 1000000` tries a million in processes of their own, so that a crash is counted and
+not met.
 """
 
 import collections

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...checks import in_range
 from ._cards import Card
 from ._connections import Groups, element_ids, group_cards, node_indices
 from ._context import DeckContext
@@ -33,7 +34,9 @@ def _offset_and_inertia(card, deck, node):
     offset = np.array(card.reals(5, 3, "X"))
     xx, yx, yy, zx, zy, zz = card.reals(9, 6, "I")
     inertia = np.array([[xx, -yx, -zx], [-yx, yy, -zy], [-zx, -zy, zz]])
-    if np.linalg.eigvalsh(inertia)[0] < -1e-6 * np.max(np.abs(inertia)):
+    if not in_range(inertia):
+        card.fault("its inertia is too large")
+    elif np.linalg.eigvalsh(inertia)[0] < -1e-6 * np.max(np.abs(inertia)):
         card.fault("its inertia is negative about some axis")
     offset = offset - point if one == -1 else offset @ axes
     return offset, axes.T @ inertia @ axes

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ...checks import in_range
+
 MODES = ("refuse", "repair", "accept")
 _EXACT = 1e-6  # short of the rule by this much, relative to C, a builder takes an inertia as it is
 _ROUNDING = 1e-3  # A, B and C printed with four digits: 5e-4 of each where it begins with a 1
@@ -12,7 +14,7 @@ def check_inertia(where: str, inertia: np.ndarray, mode: str, faults: list[str],
 
     Mended is the second moment, `tr(I) / 2 - I`, whose negative principal values become zero: C stays, A or B grows.
     """
-    if not np.all(np.isfinite(inertia)):
+    if not in_range(inertia):  # the builder refuses it
         return inertia
     a, b, c = values = np.linalg.eigvalsh((inertia + inertia.T) / 2)
     short = (c - a - b) / max(abs(c), 1e-300)
