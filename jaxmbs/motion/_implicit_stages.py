@@ -76,12 +76,11 @@ class _Stage:
         self.start = jnp.concatenate([psi, p[: self.end], gather_static(p[self.end :], self.kept)])
 
     def matrix(self, z):
-        """Derivative of the residual: first by coordinates and second half; then by internal states, where the
-        kinematics have none."""
+        """Derivative of the residual; by many internal states apart, as the kinematics have none by these."""
         mechanism = self.nq + self.end
+        if self.kept.size <= mechanism:
+            return jax.jacfwd(self.residual)(z)
         by_mechanism = jax.jacfwd(lambda x: self.residual(jnp.concatenate([x, z[mechanism:]])))(z[:mechanism])
-        if not self.kept.size:
-            return by_mechanism
         by_states = jax.jacfwd(lambda s: self.residual(jnp.concatenate([z[:mechanism], s])))(z[mechanism:])
         return jnp.concatenate([by_mechanism, by_states], axis=1)
 
@@ -131,10 +130,16 @@ class _Stage:
 
 
 def _implicit_laws(system) -> set[tuple[str, ...]]:
-    """Names of the groups of laws whose internal states no signal reads."""
-    read = internal_reads(system)
-    groups = (group for group in system.forces if group.internal)
-    return {g.names for g in groups if read.isdisjoint(f"{e}.{name}" for e in g.names for name, *_ in g.internal)}
+    """Names of the groups of laws whose internal states no signal reads.
+
+    None where these states are fewer than coordinates and velocities: the matrix of all is then the cheaper one.
+    """
+    read, top = internal_reads(system), system.topology
+    groups = [group for group in system.forces if group.internal]
+    alone = [g for g in groups if read.isdisjoint(f"{e}.{name}" for e in g.names for name, *_ in g.internal)]
+    number = sum(len(group.names) * group_size(group) for group in alone)
+    are_many = number > top.num_coordinates + top.num_velocities
+    return {group.names for group in alone} if are_many else set()
 
 
 def eliminated_states(system) -> np.ndarray:
