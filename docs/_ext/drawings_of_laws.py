@@ -102,6 +102,28 @@ def gear_pair(p):
     p.text((0.75, 0, -0.3), "B")
 
 
+def bevel_gear(p):
+    p.tube((-1.3, 0, -0.55), (-0.9, 0, -0.55), 0.35)
+    p.tube((0.0, 0, 0.75), (0.0, 0, 0.45), 0.9, BLUE)
+    for x, z in ((-0.9, -0.2), (-0.9, 0.45)):
+        p.line((x, 0, z), (0, 0, -0.55), width=0.9, dash="4 3")
+    p.dot((0, 0, -0.55))
+    p.arrow((-0.9, 0, -0.2), (-0.45, 0, -0.75), "N", RED, (4, 12))
+    p.text((-1.55, 0, -0.55), "A")
+    p.text((0.35, 0, 0.95), "B")
+
+
+def worm_gear(p):
+    p.tube((-1.3, 0, 0.75), (1.3, 0, 0.75), 0.3)
+    for x in (-0.8, -0.4, 0.0, 0.4, 0.8):
+        p.line((x - 0.1, 0, 0.45), (x + 0.1, 0, 1.05))
+    p.circle((0, 0, -0.35), (0, 1, 0), 0.8)
+    p.dot((0, 0, -0.35))
+    p.arrow((0, 0, 0.45), (-0.7, 0, 0.2), "N", RED, (-8, 8))
+    p.text((1.5, 0, 0.75), "A")
+    p.text((0.0, 0, -0.65), "B")
+
+
 def motor(p):
     p.tube((-0.7, 0, 0), (0.5, 0, 0), 0.6)
     p.tube((0.5, 0, 0), (1.2, 0, 0), 0.12, BLUE)
@@ -260,7 +282,9 @@ LAWS = {
     "CoulombFriction": coulomb_friction,
     "ElastoPlastic": elasto_plastic,
     "Force": force,
+    "BevelGear": bevel_gear,
     "GearPair": gear_pair,
+    "WormGear": worm_gear,
     "GeneralisedEffort": generalised_effort,
     "Harmonic": harmonic,
     "HydraulicCylinder": hydraulic_cylinder,

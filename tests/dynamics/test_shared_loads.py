@@ -1,4 +1,4 @@
-"""Friction of a door on two hinges: equal compliances share its weight, by a closed form, as `reactions` report it."""
+"""Friction of a door on two hinges: equal compliances share its load, by a closed form, as `reactions` have it."""
 
 import jax
 import numpy as np
