@@ -22,8 +22,8 @@ class WormGear(AbstractPitchPointMesh):
 
     where the worm drives, so that bearings carry the right loads, the efficiency of the worm is
     `(cos(alpha) - mu tan(g)) / (cos(alpha) + mu cot(g))`, and with `mu > cos(alpha) tan(g)` the wheel cannot drive
-    it.  The flanks approach by the angles of both, and by the relative place of their centres; tilt of the axes does not
-    change that.  Friction rises with the speed of slip v as `tanh(v / slip_speed)`: at rest the worm creeps.
+    it.  The flanks approach by the angles of both, and by the relative place of their centres; tilt of the axes does
+    not change that.  Friction rises with the speed of slip v as `tanh(v / slip_speed)`: at rest the worm creeps.
 
     Attributes:
         threads, teeth: of the worm and the wheel (static).
