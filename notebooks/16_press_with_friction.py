@@ -68,7 +68,7 @@ print(mbs.check(first))
 # the torque at which the ram would come back. Where that is not positive, the press locks itself.
 
 # %%
-LEFT = np.linspace(20e-3, 0.2e-3, 5 if FAST else 15)  # way of the ram to the end of its stroke [m]
+LEFT = np.linspace(20e-3**0.5, 0.02e-3**0.5, 5 if FAST else 25) ** 2  # way of the ram to the end of its stroke [m]
 
 
 def angle_of(design, left):
@@ -102,7 +102,7 @@ for mu, color in ((0.05, "C0"), (0.12, "C1")):
     locked = LEFT[np.asarray(band.self_locking)]
     print(
         f"mu {mu}: efficiency {band.efficiency[0]:.2f} to {band.efficiency[-1]:.2f}, locks itself in the last "
-        f"{1e3 * max(locked, default=0.0):.1f} mm"
+        f"{1e3 * max(locked, default=0.0):.2f} mm"
     )
 axes[0].plot(1e3 * LEFT, -band.frictionless["A"][:, 0] / 1e3, "k--", label="without friction")
 axes[0].set_ylabel("torque [kN m]")
@@ -185,7 +185,7 @@ def brake(speed):
 fig, axes = plt.subplots(1, 2, figsize=(9, 3), layout="constrained", sharey=True)
 for ax, speed in zip(axes, (0.5, 8.0), strict=True):
     system = brake(speed)
-    ts = np.linspace(0.0, 0.4 if FAST else 1.6, 40 if FAST else 400)
+    ts = np.linspace(0.0, 0.4 if FAST else 2.5, 40 if FAST else 500)
     motion = mbs.simulate(system, mbs.State.at(system), ts=ts, solver=mbs.motion.Rodas5P(), max_steps=20_000)
     assert motion.ok
     torque = SHAFT * (speed * ts - motion.states.coordinates[:, 0])
