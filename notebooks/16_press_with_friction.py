@@ -169,7 +169,8 @@ for ax, name in zip(axes, ("torque [kN m]", "efficiency"), strict=True):
 # rest is larger than in motion: the disc sticks, the shaft winds up, and the disc jumps. At a higher speed it slides.
 
 # %%
-PADS, RADIUS, MU, RISE, SHAFT = 800.0, 0.12, 0.35, 1.5, 150.0  # [N], [m], shaft [N m/rad]
+PADS, RADIUS, MU, RISE = 800.0, 0.12, 0.35, 1.5  # [N], [m]
+SHAFT, DAMPING = 150.0, 0.6  # [N m/rad], [N m s/rad]
 SLIDING = MU * PADS * RADIUS
 
 
@@ -178,7 +179,8 @@ def brake(speed):
     b.body("disc", mass=5.0, inertia=0.04)
     b.joint("axle", mbs.Revolute("z"), "ground", "disc")
     b.friction("pads", "axle", MU, static_ratio=RISE, radius=RADIUS, preload=PADS, transition_speed=2e-3)
-    b.force("shaft", mbs.forces.Actuator(lambda x, v, t: SHAFT * (speed * t - x) - 0.2 * v), joint="axle")
+    shaft = mbs.forces.Actuator(lambda x, v, t: SHAFT * (speed * t - x) + DAMPING * (speed - v))
+    b.force("shaft", shaft, joint="axle")
     return b.build()
 
 
@@ -194,6 +196,7 @@ for ax, speed in zip(axes, (0.5, 8.0), strict=True):
     ax.axhline(RISE * SLIDING, color="k", lw=0.7, ls=":")
     ax.set_title(f"motor at {speed} rad/s", fontsize=9)
     ax.set_xlabel("time [s]")
+    assert FAST or np.isclose(torque[-1], SLIDING, rtol=0.02) == (speed > 1.0)
     late = torque[len(ts) // 2 :]
     heat = -motion.diagnostics.work["pads"][-1]
     print(

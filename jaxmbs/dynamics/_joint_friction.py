@@ -168,8 +168,6 @@ def solve_friction(
             per unit resistance.
         compliance: by which redundant constraints share the loads that statics leaves open, see `reactions`.
     """
-    if system.friction.is_shared and system.closures:
-        multipliers = shared_multipliers(system, at, rub.wrench, a, multipliers, compliance)
     f, to, dtype = system.friction, carriers(system), a.dtype
     targets, top = node_targets(system), system.topology
 
@@ -181,6 +179,8 @@ def solve_friction(
     still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
     first = np.eye(1, len(a), dtype=dtype)[0]
     parts = [moving + first[:, None, None] * (still - F)[None]]
+    if f.is_shared and system.closures:
+        multipliers = shared_multipliers(system, at, rub.wrench, parts[0], a, multipliers, compliance)
     if system.closures:
         D = closures.directions(system, at)
         parts.append(jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers))

@@ -11,10 +11,13 @@ MASS, LEVER, INERTIA, GRAVITY, SPEED, MU = 20.0, 0.4, 1.0, 9.81, 2.0, 0.3
 SPAN, HEIGHT, RADII = 1.2, 0.9, (0.05, 0.02)
 
 
-def door(mu=MU, solver="auto", like=None):
-    """A door whose axis is level, on two hinges."""
+def door(mu=MU, solver="auto", like=None, handle=0.0):
+    """A door whose axis is level, on two hinges; part of its mass is a handle that is welded to it."""
     b = mbs.SystemBuilder(gravity=(0, -GRAVITY, 0))
-    b.body("door", mass=MASS, com=(LEVER, 0, HEIGHT), inertia=(1.0, 1.0, INERTIA))
+    b.body("door", mass=MASS - handle, com=(LEVER, 0, HEIGHT), inertia=(1.0, 1.0, INERTIA))
+    if handle:
+        b.body("handle", mass=handle, com=(LEVER, 0, HEIGHT))
+        b.joint("weld", mbs.joints.Weld(), "door", "handle")
     for name, at, radius in (("near", 0.0, RADII[0]), ("far", SPAN, RADII[1])):
         b.joint(name, mbs.Revolute("z"), "ground", "door", parent_frame=(0, 0, at), child_frame=(0, 0, at))
         b.friction(f"rub {name}", name, mu, radius=radius, transition_speed=1e-4)
@@ -63,6 +66,18 @@ def test_loads_of_friction_are_those_of_reactions_and_of_the_closed_form(solver)
     slope = (closed_form(float(system.length), MU + h)[0] - closed_form(float(system.length), MU - h)[0]) / (2 * h)
     assert jax.grad(acceleration)(MU) == pytest.approx(slope, rel=1e-6)
     assert jax.jacfwd(acceleration)(MU) == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore:friction of joint")
+def test_a_body_welded_to_the_door_changes_nothing():
+    system = door(handle=5.0)
+    state = state_of(system)
+    _, loads = closed_form(float(system.length))
+    found = mbs.dynamics.joint_friction(system, state)
+    for k, name in enumerate(("near", "far")):
+        assert found.loads[name] == pytest.approx(loads[k], rel=1e-6)
+        assert np.hypot(*mbs.reactions(system, state)[name].force[:2]) == pytest.approx(loads[k], rel=1e-6)
 
 
 @pytest.mark.long
