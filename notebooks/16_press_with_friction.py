@@ -196,8 +196,8 @@ for ax, speed in zip(axes, (0.5, 8.0), strict=True):
     ax.axhline(RISE * SLIDING, color="k", lw=0.7, ls=":")
     ax.set_title(f"motor at {speed} rad/s", fontsize=9)
     ax.set_xlabel("time [s]")
-    assert FAST or np.isclose(torque[-1], SLIDING, rtol=0.02) == (speed > 1.0)
     late = torque[len(ts) // 2 :]
+    assert FAST or (np.ptp(late) < 0.01 * SLIDING) == (speed > 1.0)
     heat = -motion.diagnostics.work["pads"][-1]
     print(
         f"{speed} rad/s: torque of the shaft {late.min():.1f} to {late.max():.1f} N m, heat of the pads {heat:.0f} J"

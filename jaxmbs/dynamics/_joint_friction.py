@@ -226,7 +226,8 @@ def friction_of_motion(
     rub = rubbing(system, at)
     b = jnp.concatenate([need[None], rub.efforts])
     c = jnp.concatenate([gamma[None], jnp.zeros((len(rub.efforts), len(gamma)), gamma.dtype)])
-    return solve_friction(system, at, rub, F, *solve(b, c), compliance)
+    a, multipliers = solve(b, c)
+    return solve_friction(system, at, rub, F, a, multipliers, compliance)
 
 
 def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:

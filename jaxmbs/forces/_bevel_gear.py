@@ -32,7 +32,7 @@ class BevelGear(AbstractPitchPointMesh):
         transition: half of the approach over which the teeth come into touch [m].
     """
 
-    teeth: tuple[int, int] = eqx.field(static=True)
+    teeth: tuple[int, int] = eqx.field(static=True)  # type: ignore[misc]
     module: Convertible[Scalar] = eqx.field(converter=number)
     pressure_angle: Convertible[Scalar] = eqx.field(converter=number, default=np.pi / 9)
     stiffness: Convertible[Scalar] = eqx.field(converter=number, default=1e8)

@@ -39,10 +39,10 @@ class WormGear(AbstractPitchPointMesh):
         transition: half of the approach over which the teeth come into touch [m].
     """
 
-    threads: int = eqx.field(static=True)
-    teeth: int = eqx.field(static=True)
+    threads: int = eqx.field(static=True)  # type: ignore[misc]
+    teeth: int = eqx.field(static=True)  # type: ignore[misc]
     module: Convertible[Scalar] = eqx.field(converter=number)
-    radius: Convertible[Scalar] = eqx.field(converter=number)
+    radius: Convertible[Scalar] = eqx.field(converter=number)  # type: ignore[misc]
     left_handed: bool = eqx.field(static=True, default=False)
     pressure_angle: Convertible[Scalar] = eqx.field(converter=number, default=np.pi / 9)
     friction: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
