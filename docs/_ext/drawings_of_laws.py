@@ -83,7 +83,7 @@ def cable(p):
     p.box((-1.5, 0, -0.7), (0.5, 0.5, 0.4), PALE)
     p.box((1.3, 0, -0.7), (0.7, 0.5, 0.5), BLUE)
     for x, z in ((-0.6, 0.4), (0.6, -0.1)):
-        p.circle((x, 0, z), (0, 1, 0), 0.4)
+        p.path(p.circle((x, 0, z), (0, 1, 0), 0.4))
         p.dot((x, 0, z))
     p.line((-1.5, 0, -0.5), (-0.99, 0, 0.48), color=RED)
     p.line((-0.36, 0, 0.72), (0.33, 0, -0.4), color=RED)
@@ -92,14 +92,36 @@ def cable(p):
 
 
 def gear_pair(p):
-    p.circle((-0.7, 0, 0), (0, 1, 0), 0.6)
-    p.circle((0.75, 0, 0), (0, 1, 0), 0.85)
+    p.path(p.circle((-0.7, 0, 0), (0, 1, 0), 0.6))
+    p.path(p.circle((0.75, 0, 0), (0, 1, 0), 0.85))
     for x in (-0.7, 0.75):
         p.dot((x, 0, 0))
     p.line((-0.43, 0, -0.9), (0.23, 0, 0.9), color=RED, dash="4 3")
     p.arrow((-0.1, 0, 0), (0.16, 0, 0.72), "N", RED, (14, 4))
     p.text((-0.7, 0, -0.3), "A")
     p.text((0.75, 0, -0.3), "B")
+
+
+def bevel_gear(p):
+    p.tube((0.0, 0, 0.35), (0.0, 0, 0.0), 0.9, BLUE)
+    p.tube((-1.35, 0, -0.4), (-0.95, 0, -0.4), 0.38)
+    p.line((-0.95, 0, -0.02), (0, 0, -0.4), width=0.9, dash="4 3")
+    p.line((-0.95, 0, -0.78), (0, 0, -0.4), width=0.9, dash="4 3")
+    p.dot((0, 0, -0.4))
+    p.arrow((-0.95, 0, -0.02), (-0.5, 0, -0.65), "N", RED, (4, 12))
+    p.text((-1.65, 0, -0.4), "A")
+    p.text((0.3, 0, 0.65), "B")
+
+
+def worm_gear(p):
+    p.tube((-1.3, 0, 0.75), (1.3, 0, 0.75), 0.3)
+    for x in (-0.8, -0.4, 0.0, 0.4, 0.8):
+        p.line((x - 0.1, 0, 0.45), (x + 0.1, 0, 1.05))
+    p.path(p.circle((0, 0, -0.35), (0, 1, 0), 0.8))
+    p.dot((0, 0, -0.35))
+    p.arrow((0, 0, 0.45), (-0.7, 0, 0.2), "N", RED, (-8, 8))
+    p.text((1.5, 0, 0.75), "A")
+    p.text((0.0, 0, -0.65), "B")
 
 
 def motor(p):
@@ -260,7 +282,9 @@ LAWS = {
     "CoulombFriction": coulomb_friction,
     "ElastoPlastic": elasto_plastic,
     "Force": force,
+    "BevelGear": bevel_gear,
     "GearPair": gear_pair,
+    "WormGear": worm_gear,
     "GeneralisedEffort": generalised_effort,
     "Harmonic": harmonic,
     "HydraulicCylinder": hydraulic_cylinder,

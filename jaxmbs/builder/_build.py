@@ -12,7 +12,8 @@ from ..errors import ModelError
 from ..joints import Coupler, Weld
 from ..kinematics._linear_solver import with_linear_solver
 from ..kinematics._mobility import with_mobility
-from ..model._open_friction import warn_of_open_friction
+from ..model._internal_states import replace_field
+from ..model._open_friction import open_friction, warn_of_open_friction
 from ..model._pose import Pose
 from ..model._system import System
 from ._arrays import reference_poses
@@ -57,7 +58,15 @@ def build_system(
     system = analyse_mobility(system, independent)
     if system.friction is not None:
         warn_of_open_friction(system)
+        system = _with_shared_loads(system, bool(open_friction(system)))
     return system
+
+
+def _with_shared_loads(system, is_shared):
+    """The system with the flag that compliances share loads of its rubbing joints."""
+    if system.friction.is_shared == is_shared:
+        return system
+    return replace_field(system, "friction", replace_field(system.friction, "is_shared", is_shared))
 
 
 def _cut_loops(model, cut):
@@ -125,4 +134,6 @@ def _with_mobility_like(system, like):
         return system
     if is_concrete(system):
         check_closure_and_inertia(system)
+    if system.friction is not None and like.friction is not None:
+        system = _with_shared_loads(system, like.friction.is_shared)
     return with_mobility(system, like.topology.analysis, like.length)

@@ -42,6 +42,8 @@ class FrictionLoads(eqx.Module):
         contraction: (...) spectral radius of the derivative of the loads by the loads: from 1 on they have no unique
             solution.
         jammed: (...) true for the joints whose loads have none, as those of a drawer pulled at its corner.
+        shared: (...) true where redundant constraints leave the load open at this pose: they share it by least
+            compliance, as `reactions` do.
         unique: (...) true where the load is the only one: the mechanism does not jam, statics alone determines the
             load, and no contact of a coupler is left out.
     """
@@ -51,6 +53,7 @@ class FrictionLoads(eqx.Module):
     powers: dict[str, Float[Array, "..."]]
     contraction: Float[Array, "..."]
     jammed: dict[str, Bool[Array, "..."]]
+    shared: dict[str, Bool[Array, "..."]]
     unique: dict[str, Bool[Array, "..."]]
 
 
@@ -60,7 +63,8 @@ def _joint_friction(system: System, state: State) -> FrictionLoads:
     found, f = motion_with_friction(system, at), system.friction
     contraction = spectral_radius(lax.stop_gradient(found.loads.slope))
     jammed = ~found.loads.unique & _growing(lax.stop_gradient(found.loads.slope))
-    unique = found.loads.unique & ~_open_loads(system, at, found)
+    shared, touched = _shared_loads(system, at, found), _touched_by_couplers(system, at)
+    unique = found.loads.unique & ~(shared | touched)
     names = [system.topology.joints[j].name for j in f.joints]
     places = {name: [k for k, other in enumerate(names) if other == name] for name in names}
     efforts = _efforts_along(system, at, found)
@@ -75,6 +79,7 @@ def _joint_friction(system: System, state: State) -> FrictionLoads:
         powers=by_joint(found.powers, jnp.sum),
         contraction=contraction,
         jammed=by_joint(jammed, jnp.any),
+        shared=by_joint(shared, jnp.any),
         unique=by_joint(unique, jnp.all),
     )
 
@@ -115,14 +120,20 @@ def _efforts_along(system, at, found: FrictionSolution):
     return wrenches
 
 
-def _open_loads(system: System, at: VelocityKinematics, found: FrictionSolution):
-    """True (n,) for the surfaces whose load statics leaves open: self-stresses change it, or couplers touch it."""
-    f, top = system.friction, system.topology
-    touched = np.zeros(len(f.joints), bool)
+def _touched_by_couplers(system: System, at: VelocityKinematics):
+    """True (n,) for the surfaces of joints that couplers or rows of the user touch."""
+    mine = np.array(system.friction.joints)
+    touched = np.zeros(len(mine), bool)
     for row in couplers_and_user_rows(system):
-        touched = touched | coupled_joints(system, row, at)[np.array(f.joints)]
+        touched = touched | coupled_joints(system, row, at)[mine]
+    return jnp.asarray(touched)
+
+
+def _shared_loads(system: System, at: VelocityKinematics, found: FrictionSolution):
+    """True (n,) for the surfaces whose load self-stresses change, so that statics leaves it open."""
+    f, top = system.friction, system.topology
     if not system.closures:
-        return jnp.asarray(touched)
+        return jnp.zeros(len(f.joints), bool)
     rows, dtype = constraint_operator(system, at), at.u.dtype
     tried = jnp.asarray(np.random.default_rng(_SEED).normal(size=(_PROBES, top.num_rows)), dtype)
     efforts = jax.vmap(rows.efforts)(tried)
@@ -139,4 +150,4 @@ def _open_loads(system: System, at: VelocityKinematics, found: FrictionSolution)
     )
     size = jnp.maximum(size, _ROUNDING / length)
     of_surface = segment_sum_static(jnp.max(jnp.abs(loads), axis=0), table.surface_of_load, len(f.joints))
-    return lax.stop_gradient(of_surface > _TOLERANCE[dtype.itemsize] * size) | touched
+    return lax.stop_gradient(of_surface > _TOLERANCE[dtype.itemsize] * size)

@@ -30,6 +30,7 @@ from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
 from ._loads import Loads
 from ._normal_loads import LoadMap, NormalLoads, normal_loads
+from ._shared_loads import shared_multipliers
 
 
 class Rubbing(NamedTuple):
@@ -156,13 +157,16 @@ def carriers(system: System) -> _Carriers:
     return _Carriers(lack, shares, friction, is_cut)
 
 
-def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, multipliers) -> FrictionSolution:
+def solve_friction(
+    system: System, at: VelocityKinematics, rub: Rubbing, F, a, multipliers, compliance=None
+) -> FrictionSolution:
     """Loads of all surfaces, and the motion with their friction.
 
     Args:
         at: `closures.with_directions`; F (nodes, 6): wrenches of the force elements.
         a (1 + n, nv), multipliers (1 + n, rows): of the motion without friction, and of each surface's friction alone
             per unit resistance.
+        compliance: by which redundant constraints share the loads that statics leaves open, see `reactions`.
     """
     f, to, dtype = system.friction, carriers(system), a.dtype
     targets, top = node_targets(system), system.topology
@@ -175,6 +179,8 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
     first = np.eye(1, len(a), dtype=dtype)[0]
     parts = [moving + first[:, None, None] * (still - F)[None]]
+    if f.is_shared and system.closures:
+        multipliers = shared_multipliers(system, at, rub.wrench, parts[0], a, multipliers, compliance)
     if system.closures:
         D = closures.directions(system, at)
         parts.append(jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers))
@@ -211,14 +217,17 @@ def solve_friction(system: System, at: VelocityKinematics, rub: Rubbing, F, a, m
     )
 
 
-def friction_of_motion(system: System, at: VelocityKinematics, F, need, gamma, solve: Callable) -> FrictionSolution:
+def friction_of_motion(
+    system: System, at: VelocityKinematics, F, need, gamma, solve: Callable, compliance=None
+) -> FrictionSolution:
     """Motion with friction, from `solve`: efforts (1 + n, nv) and rates of the rows (1 + n, rows) to accelerations
     and multipliers of the same shapes; need, gamma: of the motion without friction; F (nodes, 6): wrenches of force
     elements."""
     rub = rubbing(system, at)
     b = jnp.concatenate([need[None], rub.efforts])
     c = jnp.concatenate([gamma[None], jnp.zeros((len(rub.efforts), len(gamma)), gamma.dtype)])
-    return solve_friction(system, at, rub, F, *solve(b, c))
+    a, multipliers = solve(b, c)
+    return solve_friction(system, at, rub, F, a, multipliers, compliance)
 
 
 def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:

@@ -66,7 +66,9 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
     return a, -y, A @ a - gamma
 
 
-def motion_with_friction(system: System, at: VelocityKinematics, method=None, loads=None) -> FrictionSolution:
+def motion_with_friction(
+    system: System, at: VelocityKinematics, method=None, loads=None, compliance=None
+) -> FrictionSolution:
     """Accelerations as those of `accelerations`, of a system whose joints rub, with the loads of the joints."""
     at = at if at.directions is not None else closures.with_directions(system, at)
     loads = efforts(system, at)[:2] if loads is None else loads
@@ -79,7 +81,7 @@ def motion_with_friction(system: System, at: VelocityKinematics, method=None, lo
 
         return friction_of_motion(system, at, loads[0], need, none, along)._replace(gaps=none)
     along, rates = saddle_solver(system, at, method)
-    solution = friction_of_motion(system, at, loads[0], need, gamma, along)
+    solution = friction_of_motion(system, at, loads[0], need, gamma, along, compliance)
     return solution._replace(gaps=rates(solution.accelerations) - gamma)
 
 

@@ -14,6 +14,7 @@ from ._base import (
 )
 from ._beam_element import BeamElement
 from ._beam_section import BeamSection
+from ._bevel_gear import BevelGear
 from ._bump_stop import BumpStop
 from ._bushing import Bushing
 from ._cable import Cable
@@ -40,6 +41,7 @@ from ._state_laws import (
     InternalState,
 )
 from ._table import Table
+from ._worm_gear import WormGear
 from ._zener import Zener
 
 __all__ = [
@@ -62,6 +64,7 @@ __all__ = [
     "BeamElement",
     "BeamSection",
     "BearingFriction",
+    "BevelGear",
     "BrownMcPhee",
     "BumpStop",
     "Bushing",
@@ -95,6 +98,7 @@ __all__ = [
     "Table",
     "Torque",
     "Winch",
+    "WormGear",
     "WrapCylinder",
     "WrapSphere",
     "Wrench",

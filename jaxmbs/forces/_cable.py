@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -192,9 +191,14 @@ class Cable(AbstractPathLaw):
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""
-        free, paid = value_and_rate(self.free_length, t)
+        free, paid = self._free_length_and_rate(t)
         k = self.stiffness if self.stiffness is not None else self.axial_stiffness / free
         return k, length - free + self.pretension / k, paid
+
+    def _free_length_and_rate(self, t):
+        if isinstance(self.free_length, _PaidOut):
+            return self.free_length.value, self.free_length.rate
+        return value_and_rate(self.free_length, t)
 
     def _tension(self, length, rate, t):
         k, stretch, paid = self._stretch(length, t)
@@ -217,7 +221,7 @@ class Cable(AbstractPathLaw):
         grip = self.friction * jnp.where(bend > 0, bend, 0.0)
         share = path.spans + sum(layout.ends(path.arc)) / 2
         share = share / jnp.sum(share)
-        _, paid = value_and_rate(self.free_length, t)
+        _, paid = self._free_length_and_rate(t)
         ratios = tension_ratios(grip, share, parting, paid, self.slip_speed, self.closed)
         return tension * ratios / jnp.sum(share * ratios)
 
@@ -273,12 +277,9 @@ class Cable(AbstractPathLaw):
 
 
 class _PaidOut(Constant):
-    """A free length that is known at this instant only, with its rate."""
+    """The free length off a drum at this instant, with its rate."""
 
     rate: Array
-
-    def __call__(self, t):
-        return self.value + self.rate * (t - jax.lax.stop_gradient(t))
 
 
 def _bend_at_points(layout, path):

@@ -53,6 +53,8 @@ class StateRequest(NamedTuple):
 def parse_request(system: System, values, velocities, guess, t, internal=None) -> StateRequest:
     """A checked request from values by name.  Raises: ModelError with all faults."""
     top, faults, own = system.topology, [], set(guess or {})
+    values, velocities, guess = (_as_arrays("joint", x, faults) for x in (values, velocities, guess))
+    internal, t = _as_arrays("internal state", internal, faults), jnp.asarray(t) if isinstance(t, list | tuple) else t
     guess = {**{name: np.squeeze(x) for name, x in top.guess}, **(guess or {})}
     precision = jnp.result_type(float)
     (guess, cut_guesses), (values, cuts) = (
@@ -69,6 +71,21 @@ def parse_request(system: System, values, velocities, guess, t, internal=None) -
     drives = tuple(row for row in system.rows if isinstance(row, Drive) and row.name not in {*own, *values})
     held, rates = (velocity_columns(top, given) for given in (values, velocities or {}))
     return StateRequest(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess), internal)
+
+
+def _as_arrays(what, given, faults):
+    """Values by name, with an array for each list or tuple that has traced parts; faults are collected."""
+    if not isinstance(given, Mapping):
+        return given
+    found = dict(given)
+    for name, value in given.items():
+        if isinstance(value, list | tuple) and not is_concrete(value):
+            try:
+                found[name] = jnp.asarray(value, float)
+            except (TypeError, ValueError):
+                faults.append(f"state: {what} {name!r} takes real numbers of one shape, got {value!r}")
+                del found[name]
+    return found
 
 
 def _internal_values(top, given, faults):

@@ -24,6 +24,8 @@ class JointFriction(eqx.Module):
             others, but a stiffness of one.
         bristles: (ns,) their bends [m], None where none has bristles or their state is not given.
         bristle_sizes: components of the slip of each surface with bristles, zero for all others.
+        is_shared: true where redundant constraints leave the load of a surface open: by least compliance it is
+            shared.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -48,6 +50,7 @@ class JointFriction(eqx.Module):
     stiffness: Float[Array, " n"]
     damping: Float[Array, " n"]
     bristles: Float[Array, " ns"] | None = None
+    is_shared: bool = eqx.field(static=True, default=False)
 
     @property
     def groups(self) -> tuple["BristleGroup", ...]:

@@ -38,7 +38,8 @@ def _loading(kind, basis):
 def open_friction_lines(system) -> list[str]:
     """One sentence for each such joint."""
     return [
-        f"friction of joint {name!r}: redundant constraints leave its load open ({', '.join(parts)})"
+        f"friction of joint {name!r}: redundant constraints leave its load open ({', '.join(parts)}); "
+        "it is shared by least compliance"
         for name, parts in open_friction(system).items()
     ]
 
@@ -49,9 +50,8 @@ def warn_of_open_friction(system) -> None:
         return
     others = ", ".join(system.topology.analysis.redundant_names)
     warnings.warn(
-        "; ".join(lines) + "; the rows of constraint share it with the least efforts and no regard to stiffness, so "
-        "friction and loads of these joints are one answer of many, and that of `reactions`, which shares by least "
-        f"compliance, may be another; free these directions in one of {others} (two hinges in line: one Spherical, "
+        "; ".join(lines) + ", with equal compliances, as that of `reactions`: friction and loads of these joints are "
+        f"one answer of many; free these directions in one of {others} (two hinges in line: one Spherical, "
         "and a PointOnLine constraint for the other), or let bushings carry them",
         stacklevel=4,
     )

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import is_concrete
+from ..dynamics._distribution import system_bonds
 from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
@@ -18,7 +19,6 @@ from ..runtime import jit
 from ..statics import Bonds
 from ..statics._bonds import shift_wrench
 from ..statics._network_sums import body_wrenches
-from ._distribution import system_bonds
 from ._solve import reactions
 
 

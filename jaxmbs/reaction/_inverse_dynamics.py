@@ -168,23 +168,23 @@ class Balance(NamedTuple):
 
 
 def balance_with_friction(
-    system: System, at: VelocityKinematics, a, need, loads, columns
+    system: System, at: VelocityKinematics, a, need, loads, columns, compliance=None
 ) -> tuple[Balance, FrictionSolution | None]:
     """`balance_efforts` of the efforts needed (nv,) and of the friction of the joints at accelerations a (nv,), which
-    is None where none rubs; loads: of the force elements on nodes and columns."""
+    is None where none rubs; loads: of the force elements on nodes and columns; compliance: see `reactions`."""
     if system.friction is None:
         return balance_efforts(system, at, need, columns), None
     every = jnp.concatenate([need[None], -rubbing(system, at).efforts])
     multipliers = jax.vmap(lambda b: balance_efforts(system, at, b, columns).multipliers)(every)
-    found = _friction_along(system, at, a, loads, multipliers)
+    found = _friction_along(system, at, a, loads, multipliers, compliance)
     return balance_efforts(system, at, need - jnp.sum(found.efforts, axis=0), columns), found
 
 
-def _friction_along(system, at, a, loads, multipliers):
+def _friction_along(system, at, a, loads, multipliers, compliance=None):
     """Friction at given accelerations (nv,), from the multipliers (1 + n, rows) without friction and of each
     surface's unit load."""
     a = jnp.concatenate([a[None], jnp.zeros((len(multipliers) - 1, len(a)), a.dtype)])
-    return solve_friction(system, at, rubbing(system, at), loads[0], a, multipliers)
+    return solve_friction(system, at, rubbing(system, at), loads[0], a, multipliers, compliance)
 
 
 def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Balance:

@@ -13,6 +13,7 @@ from jax import Array, lax
 
 from ..checks import is_concrete, no_such
 from ..dynamics._bodies import inverse_dynamics_loads
+from ..dynamics._distribution import least_compliance_reactions
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import FrictionSolution, cut_friction, friction_loads
 from ..dynamics._loads import Loads
@@ -33,7 +34,6 @@ from ..model._system import System
 from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_static
 from ..typing import ArrayLike
 from ._determinacy import joint_determinacy
-from ._distribution import least_compliance_reactions
 from ._inverse_dynamics import actuated_columns, balance_with_friction, tree_efforts
 from ._named_loads import drive_loads, law_forces, row_loads
 from ._result import JointReactions, Reactions
@@ -118,11 +118,11 @@ def _balance(system, at, a, loads, options):
         if options.columns is None and options.method != "dense" and system.has_constraints:
             saddle = sparse_saddle_with_stresses(system, at, loads, options.method)
             if system.friction is not None:
-                friction = motion_with_friction(system, at, options.method, loads)
+                friction = motion_with_friction(system, at, options.method, loads, options.compliance)
                 saddle = SaddleSolution(*friction[:3], saddle.stresses)
             return _Balance(system, at, saddle, jnp.zeros_like(at.u), friction)
         if system.friction is not None:
-            friction = motion_with_friction(system, at, options.method, loads)
+            friction = motion_with_friction(system, at, options.method, loads, options.compliance)
         a, multipliers, gaps = accelerations(system, at, options.method, loads) if friction is None else friction[:3]
         if options.columns is None:
             saddle = SaddleSolution(a, multipliers, gaps, self_stresses(system, at))
@@ -131,7 +131,7 @@ def _balance(system, at, a, loads, options):
     if released is not system:
         at = closures.with_directions(released, at)
     need = tree_efforts(released, at, a, loads)
-    found, friction = balance_with_friction(released, at, a, need, loads, options.columns)
+    found, friction = balance_with_friction(released, at, a, need, loads, options.columns, options.compliance)
     stresses = self_stresses(released, at, options.columns)
     saddle = SaddleSolution(a, found.multipliers, row_residuals(released, at, a), stresses)
     return _Balance(released, at, saddle, found.columns, friction)
@@ -234,7 +234,8 @@ def reactions(
 
     Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
     distributed so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the
-    least norm, moments over the system's characteristic length `system.length`.
+    least norm, moments over the system's characteristic length `system.length`.  The friction of joints follows the
+    same compliances; that of a motion follows the default ones.
 
     Raises: ValueError for an unknown frame, side, method or name, and accelerations of another shape; ModelError for
     an actuator without freedom.  Source: S1 (26)-(29).

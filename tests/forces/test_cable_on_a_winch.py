@@ -54,3 +54,44 @@ def test_energy_and_the_slope_by_the_radius():
     assert np.abs(residual).max() < 1e-6
     h = 1e-4
     np.testing.assert_allclose(slope, (fallen(R + h)[0] - fallen(R - h)[0]) / (2 * h), rtol=1e-5)
+
+
+def held(free=1.0):
+    """The hoist, its drum on a torsion spring, in balance and in motion."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -G))
+    b.body("drum", 2.0, inertia=(J, J, J))
+    b.joint("turn", mbs.Revolute("y"), "ground", "drum")
+    b.body("load", M)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(R, 0, -1.0))
+    b.force("spring", mbs.SpringDamper(SPRING), joint="turn")
+    b.cable("rope", [Winch(("ground", (R, 0, 0)), "turn", R), Attachment("load")], stiffness=K, free_length=free)
+    return b
+
+
+SPRING, TURNED = 200.0, R * M * G / 200.0
+
+
+@pytest.mark.long
+def test_linear_equations_and_powers_about_the_balance():
+    system = held().build()
+    state = mbs.State.at(system, {"turn": TURNED, "lift": -R * TURNED - M * G / K}, velocities={"turn": 2.0})
+    linear = mbs.analysis.linearise(system, state)
+    assert linear.names == ("turn", "lift")
+    np.testing.assert_allclose(linear.mass, np.diag([J, M]), atol=1e-12)
+    np.testing.assert_allclose(linear.stiffness, [[SPRING + K * R * R, K * R], [K * R, K]], rtol=1e-7)
+    powers = mbs.bondgraph.element_powers(system, state)
+    np.testing.assert_allclose(powers.mechanical["rope"], 2.0 * R * M * G, rtol=1e-9)  # the drum gives way
+    np.testing.assert_allclose(powers.stored["rope"], -2.0 * R * M * G, rtol=1e-9)
+    assert abs(powers.dissipated["rope"]) + abs(powers.supplied["rope"]) < 1e-9
+    left = mbs.bondgraph.junction_residual(mbs.bondgraph.bond_powers(system, state))
+    assert all(abs(float(power)) < 1e-9 for power in left.values())
+
+
+def test_a_winch_comes_back_from_a_file(tmp_path):
+    mbs.save_model(held(0.7), tmp_path / "winch.json")
+    system, again = held(0.7).build(), mbs.load_model(tmp_path / "winch.json").build()
+    assert again.topology == system.topology
+    (rope,), (same,) = ([g.law for g in s.forces if "rope" in g.names] for s in (system, again))
+    assert jax.tree.structure(rope) == jax.tree.structure(same)
+    for first, second in zip(jax.tree.leaves(rope), jax.tree.leaves(same), strict=True):
+        np.testing.assert_array_equal(first, second)

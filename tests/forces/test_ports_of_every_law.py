@@ -98,7 +98,13 @@ def test_every_law_is_here():
     """Those with internal states have a file of their own."""
     laws = {name: law for name, law in vars(F).items() if inspect.isclass(law) and issubclass(law, F.AbstractLaw)}
     laws = {name for name, law in laws.items() if not issubclass(law, F.AbstractStateLaw)}
-    own_tests = {"BeamElement", "Cable", "GearPair"}  # of a shape without load, over several frames
+    own_tests = {
+        "BeamElement",
+        "BevelGear",
+        "Cable",
+        "GearPair",
+        "WormGear",
+    }  # of a shape without load, over several frames
     assert {name for name in laws if not name.startswith("Abstract")} == {*LAWS, *OTHERS, *own_tests}
 
 

@@ -365,6 +365,16 @@ CASES = {
         through=_through(_law(between=("arm", "hand"))),
         positive="module stiffness damping backlash transition",
     ),
+    "forces.BevelGear": case(
+        lambda z: call((20, 30), 2e-3, 0.35, 2.0, 0.5, 1e-4, 0.25, 1e-3),
+        through=_through(_law(between=("arm", "hand"))),
+        positive="module stiffness damping backlash transition",
+    ),
+    "forces.WormGear": case(
+        lambda z: call(2, 30, 2e-3, 0.02, False, 0.35, 0.25, 0.5, 2.0, 0.5, 1e-4, 0.25, 1e-3),
+        through=_through(_law(between=("arm", "hand"))),
+        positive="module radius friction slip_speed stiffness damping backlash transition",
+    ),
     "forces.Attachment": case(lambda z: call("arm"), through=_through(_cable)),
     "forces.Winch": case(lambda z: call(("ground", (0.0, 0.0, 1.0)), "shoulder", 0.5), through=_through(_cable)),
     "forces.Eyelet": case(lambda z: call("arm", 0.5), through=_through(_cable), positive="friction"),

@@ -108,7 +108,8 @@ LONG = """
     hydraulics.Volume contact.ClosedCurve contact.CylinderOnPlane contact.HeightField contact.JournalInBush
     contact.RollerOnCurve contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad forces.Cable
     forces.GearPair forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
-    kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch
+    kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
+    forces.WormGear
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself

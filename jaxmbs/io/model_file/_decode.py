@@ -57,7 +57,7 @@ def decode(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
     if len(faults) > _MOST_FAULTS:
         return INVALID
     if is_array(wanted) and _is_numeric(value, wanted):
-        found = _as_array(value)
+        found = _with_columns(_as_array(value), wanted)
         numeric = found is not None and (not np.iscomplexobj(found) or _has_shape(wanted))
         own = (as_array(found, None) if _is_leaf(wanted) else found) if numeric else _NOTHING
     elif isinstance(value, dict):
@@ -107,6 +107,17 @@ def _as_array(value):
     except (TypeError, ValueError, OverflowError, RecursionError):
         return None
     return flat
+
+
+def _with_columns(array, wanted):
+    """The array; one without rows, `[]` in JSON, with the columns (0, 3) of an annotation (n, 3)."""
+    if array is None or array.shape != (0,):
+        return array
+    for one in alternatives(wanted):
+        _, *columns = getattr(one, "dim_str", "").split() or [""]
+        if columns and all(size.isdigit() for size in columns):
+            return array.reshape(0, *map(int, columns))
+    return array
 
 
 def _replace_special_floats(value):

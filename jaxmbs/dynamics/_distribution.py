@@ -10,7 +10,7 @@ from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import Configuration
 from ..kinematics._joint_wrenches import wrenches_at_frames
 from ..kinematics._saddle_operator import row_kinds
-from ..math._linalg import RowScale, saddle_solve
+from ..math._linalg import RowScale, few_columns, saddle_solve
 from ..math._spatial import from_public_order, to_public_order
 from ..math._spd import spd_solve
 from ..model._rows import Drive
@@ -75,13 +75,17 @@ def _free_projector(D):
 def least_compliance_reactions(system: System, at: Configuration, wrench, multipliers, compliance, method="dense"):
     """Multipliers (rows,) changed along the self-stresses so that the complementary energy of all bonds is least.
 
-    Args: wrench (carriers, 6): reactions in balance, for the multipliers given; method: "dense" solves
-        for few rows at once.
+    Args: wrench (carriers, 6), or (k, carriers, 6) with multipliers (k, rows): reactions in balance, for the
+        multipliers given; method: "dense" solves for few rows at once.
     Source: S1 (28).
     """
     moved = _distributable_rows(system)
-    by = _distribute_by_rows if method == "dense" and len(moved) <= tuning.SHARED_ROWS else _distribute_by_bonds
-    return by(system, at, wrench, multipliers, compliance, moved)
+    if method == "dense" and len(moved) <= tuning.SHARED_ROWS:
+        by = _distribute_by_rows if multipliers.ndim == 1 else _distribute_columns_by_rows
+        return by(system, at, wrench, multipliers, compliance, moved)
+    if multipliers.ndim == 1:
+        return _distribute_by_bonds(system, at, wrench, multipliers, compliance, moved)
+    return jax.vmap(lambda w, y: _distribute_by_bonds(system, at, w, y, compliance, moved))(wrench, multipliers)
 
 
 def _distributable_rows(system):
@@ -92,21 +96,43 @@ def _distributable_rows(system):
 
 def _distribute_by_rows(system, at, wrench, multipliers, compliance, moved):
     """Least `1/2 w.C w`, `w = w_0 + W d`, over changes d of the multipliers that move no freedom, `A^T d = 0`."""
-    W, A = reaction_map.reaction_map(system, at), constraints.jacobian(system, at)
-    own = np.array([b for *_, b in reaction_map.carriers(system)])
-    w = jnp.concatenate(
-        wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0), axis=1
-    )
-    every = len(moved) == system.topology.num_rows
-    if not every:
-        W, A = W[:, :, moved], A[moved]
-    W, C = W.reshape(-1, len(moved)), _compliances(system, compliance, w.dtype).reshape(-1)
-    spins = np.asarray(system.topology.spins) > 0
-    unit = RowScale(jnp.where(spins, 1.0 / system.length, 1.0), np.zeros(len(spins), int))  # of efforts
+    W, A, C, unit = _rows_and_compliances(system, at, compliance, moved)
+    w = _local_wrenches(system, at, wrench)
     change = saddle_solve(
         W.T @ (C[:, None] * W), A.T, -W.T @ (C * w.reshape(-1)), jnp.zeros(A.shape[1], A.dtype), unit
     )
+    every = len(moved) == system.topology.num_rows
     return multipliers + change[0] if every else multipliers.at[moved].add(change[0])
+
+
+def _distribute_columns_by_rows(system, at, wrench, multipliers, compliance, moved):
+    """`_distribute_by_rows` of several wrenches (k, carriers, 6) and multipliers (k, rows), by one factor."""
+    W, A, C, unit = _rows_and_compliances(system, at, compliance, moved)
+    w = jax.vmap(lambda wrench: _local_wrenches(system, at, wrench).reshape(-1))(wrench)
+    V = C[:, None] * W
+    right = -few_columns(V.T, w.T)
+    none = jnp.zeros((A.shape[1], len(w)), A.dtype)
+    change = saddle_solve(few_columns(W.T, V), A.T, right, none, unit)[0].T
+    every = len(moved) == system.topology.num_rows
+    return multipliers + change if every else multipliers.at[:, moved].add(change)
+
+
+def _rows_and_compliances(system, at, compliance, moved):
+    """Wrenches W (carriers 6, rows) per unit multiplier, rows A (rows, nv), compliances C (carriers 6,), and the
+    scale of efforts."""
+    W, A = reaction_map.reaction_map(system, at), constraints.jacobian(system, at)
+    if len(moved) != system.topology.num_rows:
+        W, A = W[:, :, moved], A[moved]
+    W, C = W.reshape(-1, len(moved)), _compliances(system, compliance, W.dtype).reshape(-1)
+    spins = np.asarray(system.topology.spins) > 0
+    return W, A, C, RowScale(jnp.where(spins, 1.0 / system.length, 1.0), np.zeros(len(spins), int))
+
+
+def _local_wrenches(system, at, wrench):
+    """World wrenches (carriers, 6) as force and moment at the child's frame of each, in its axes."""
+    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    at_frames = wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0)
+    return jnp.concatenate(at_frames, axis=1)
 
 
 def _distribute_by_bonds(system, at, wrench, multipliers, compliance, moved):

@@ -1,0 +1,104 @@
+"""Worm and wheel in mesh."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..checks import faults_if, negative, not_positive
+from ..typing import Convertible, Scalar
+from ._fields import number
+from ._pitch_point_mesh import AbstractPitchPointMesh, PitchPoint, angle_about, within_a_tooth
+
+
+class WormGear(AbstractPitchPointMesh):
+    """Worm A and wheel B, whose axes cross at a right angle, in mesh: `b.force(name, WormGear(...), between=(A, B))`.
+
+    The z axes of the frames are the axes, their origins the middle of the worm and of the wheel.  With the normal
+    force N, the lead angle g, `tan g = threads module / (2 radius)`, and friction `mu N` along the thread the wheel
+    feels the textbook's forces
+
+        along the worm `N (cos(alpha) cos(g) - mu sin(g))`,  about it `N (cos(alpha) sin(g) + mu cos(g))`,
+        away from it `N sin(alpha)`
+
+    where the worm drives, so that bearings carry the right loads, the efficiency of the worm is
+    `(cos(alpha) - mu tan(g)) / (cos(alpha) + mu cot(g))`, and with `mu > cos(alpha) tan(g)` the wheel cannot drive
+    it.  The flanks approach by the angles of both, and by the relative place of their centres; tilt of the axes does
+    not change that.  Friction rises with the speed of slip v as `tanh(v / slip_speed)`: at rest the worm creeps.
+
+    Attributes:
+        threads, teeth: of the worm and the wheel (static).
+        module: axial module, pitch of the worm over pi [m]; the wheel's radius is teeth times module over two.
+        radius: of the worm's pitch cylinder [m].
+        left_handed: True for a worm that is no right-handed screw (static).
+        pressure_angle: alpha, normal to the thread [rad].
+        friction: mu >= 0 of the flanks; slip_speed: of slip, at which friction is at three quarters of mu N [m/s].
+        stiffness: k of the teeth along their normal [N/m]; damping: c >= 0 while they touch [N s/m].
+        backlash: j >= 0, play along the normal of the teeth [m].
+        phase: of the mesh [rad], 2 pi for a tooth: the teeth are in the middle of their play where it is zero, the x
+            axes of both frames point from the worm to the wheel, and the middle of the worm faces the wheel.
+        transition: half of the approach over which the teeth come into touch [m].
+    """
+
+    threads: int = eqx.field(static=True)  # type: ignore[misc]
+    teeth: int = eqx.field(static=True)  # type: ignore[misc]
+    module: Convertible[Scalar] = eqx.field(converter=number)
+    radius: Convertible[Scalar] = eqx.field(converter=number)  # type: ignore[misc]
+    left_handed: bool = eqx.field(static=True, default=False)
+    pressure_angle: Convertible[Scalar] = eqx.field(converter=number, default=np.pi / 9)
+    friction: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)
+    stiffness: Convertible[Scalar] = eqx.field(converter=number, default=1e8)
+    damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    backlash: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    phase: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-6)
+
+    @property
+    def lead_angle(self) -> Scalar:
+        """Of the thread at the pitch cylinder [rad]; negative if left-handed."""
+        return (-1.0 if self.left_handed else 1.0) * jnp.arctan(self.threads * self.module / 2 / self.radius)
+
+    @property
+    def wheel_radius(self) -> Scalar:
+        """Pitch radius of the wheel [m]."""
+        return self.teeth * self.module / 2
+
+    @property
+    def centre_distance(self) -> Scalar:
+        """Nominal distance of the axes [m]."""
+        return self.radius + self.wheel_radius
+
+    def _friction(self):
+        return self.friction, self.slip_speed
+
+    def _pitch_point(self, rotations, positions):
+        worm, wheel = rotations[0, :, 2], rotations[1, :, 2]
+        between = positions[1] - positions[0]
+        normal = jnp.cross(worm, wheel)
+        normal = normal / jnp.sqrt(jnp.dot(normal, normal))
+        centre = jnp.where(jnp.dot(normal, between) < 0, -normal, normal)
+        about = jnp.cross(worm, centre)  # the way of the worm's rim where it faces the wheel
+        sense = jnp.where(jnp.dot(wheel, about) < 0, -1.0, 1.0)  # a positive turn moves the rim along the worm
+        hand = -1.0 if self.left_handed else 1.0
+        lead, alpha = self.lead_angle, self.pressure_angle
+        first = angle_about(worm, rotations[0, :, 0], centre)
+        second = angle_about(wheel, rotations[1, :, 0], centre)
+        climb = jnp.dot(worm, between)
+        cycle = hand * self.threads * first + sense * self.teeth * second + 2 * climb / self.module + self.phase
+        # the normal in the plane of both axes' directions: a right-handed worm drives the rim backwards
+        along = jnp.sin(lead) * about - jnp.cos(lead) * worm
+        turned = jnp.cos(lead) * self.module / 2 * within_a_tooth(cycle) - jnp.sin(lead) * jnp.dot(about, between)
+        side = np.array([1.0, -1.0])[:, None]
+        nearer = self.centre_distance - jnp.dot(centre, between)
+        approach = side[:, 0] * jnp.cos(alpha) * turned + jnp.sin(alpha) * nearer - self.backlash / 2
+        normals = side * jnp.cos(alpha) * along[None] + jnp.sin(alpha) * centre[None]
+        point = positions[0] + climb * worm + self.radius * centre
+        return PitchPoint(point, normals, approach, jnp.cos(lead) * about + jnp.sin(lead) * worm)
+
+    def faults(self) -> list[str]:
+        """Whole numbers of threads and teeth; positive module, radius and stiffness."""
+        return self._mesh_faults((self.threads, self.teeth)) + faults_if(
+            (not_positive(self.radius), "radius must be positive"),
+            (negative(self.friction), "friction must not be negative"),
+            (not_positive(self.slip_speed), "slip_speed must be positive"),
+        )
