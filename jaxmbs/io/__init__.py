@@ -2,27 +2,33 @@
 
 from ._matrices import read_dmig, read_matrix_market, read_op4
 from ._meshes import Mesh, read_mesh
+from .curves import Curves, read_curves, read_psd, write_curves, write_psd
 from .model_file import load_model, model_schema, register, save_model
 from .nastran import Deck, read_nastran
 from .robots import Imported, JointLimits, read_mjcf, read_urdf
 from .universal import read_uff, write_uff
 
 __all__ = [
+    "Curves",
     "Deck",
     "Imported",
     "JointLimits",
     "Mesh",
     "load_model",
     "model_schema",
+    "read_curves",
     "read_dmig",
     "read_matrix_market",
     "read_mesh",
     "read_mjcf",
     "read_nastran",
     "read_op4",
+    "read_psd",
     "read_uff",
     "read_urdf",
     "register",
     "save_model",
+    "write_curves",
+    "write_psd",
     "write_uff",
 ]

@@ -12,7 +12,7 @@ from ._mechanism import plot_mechanism, plot_views
 from ._mode_animation import ModeAnimation, animate_mode
 from ._plots import plot_coordinates, plot_energy, plot_history, plot_reactions
 from ._power import plot_element_power, plot_power
-from ._qualification import plot_notches, plot_psd, plot_rainflow_matrix, plot_shock_spectrum, plot_sn
+from ._qualification import plot_margins, plot_notches, plot_psd, plot_rainflow_matrix, plot_shock_spectrum, plot_sn
 from ._responses import plot_bode, plot_campbell, plot_mac, plot_nyquist
 from ._structure import plot_modes, plot_structure
 from .scenes._page import Scene, scene
@@ -35,6 +35,7 @@ __all__ = [
     "plot_limit_values",
     "plot_limits",
     "plot_mac",
+    "plot_margins",
     "plot_mechanism",
     "plot_modes",
     "plot_notches",

@@ -1,4 +1,5 @@
-"""Plots of qualification: spectra with their RMS, shock spectra, S-N curves with cycles, notched inputs."""
+"""Plots of qualification: spectra with their RMS, shock spectra, S-N curves with cycles, notched inputs,
+margins."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -8,6 +9,8 @@ import numpy as np
 from ..fatigue._cycles import Cycles
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..fatigue._sn import SN
+from ..palette import COLORS
+from ..qualification._load_cases import Envelope
 from ..qualification._random_response import RandomResponse
 from ..qualification._shock_spectrum import ShockSpectrum
 from ..qualification._sine_response import SineResponse
@@ -143,3 +146,29 @@ def plot_notches(response: SineResponse, ax: Any = None, *, unit: str = "m/s$^2$
         style = {**curve_style(k + 1), "linewidth": 2.4}
         ax.loglog(f, own, label=f"limit of {response.limits[number]}", **style)
     return format_axes(ax, "frequency [Hz]", f"amplitude [{unit}]")
+
+
+def plot_margins(envelope: Envelope, allowed: ArrayLike, most: int = 20, ax: Any = None) -> Any:
+    """Plot margins of safety of the components of an envelope as bars, the least on top, each with its load case.
+
+    Args:
+        allowed: load that each component may have, one or (components,).
+        most: number of bars; components with larger margins are left out.
+        ax: matplotlib axes to draw into (default: new ones).
+    """
+    margins = np.asarray(envelope.margins(allowed))
+    is_high = np.abs(np.asarray(envelope.highest)) >= np.abs(np.asarray(envelope.lowest))
+    cases = np.where(is_high, np.asarray(envelope.case_highest), np.asarray(envelope.case_lowest))
+    order = np.argsort(margins)[:most]
+    ax = get_axes(ax, (6.4, 1.2 + 0.3 * len(order)))
+    ax.barh(np.arange(len(order)), margins[order], color=[COLORS[cases[k] % len(COLORS)] for k in order], height=0.7)
+    for place, k in enumerate(order):
+        side, gap = ("left", 3) if margins[k] >= 0 else ("right", -3)
+        text = f"{margins[k]:.2f}  {envelope.cases[cases[k]]}"
+        style = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": "small"}
+        ax.annotate(text, (margins[k], place), (gap, 0), **style)
+    ax.axvline(0.0, color="0.3", linewidth=0.8)
+    ax.set_yticks(np.arange(len(order)), [envelope.names[k] for k in order])
+    ax.invert_yaxis()
+    ax.margins(x=0.35)
+    return format_axes(ax, "margin of safety", "", None)

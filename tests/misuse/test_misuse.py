@@ -65,13 +65,14 @@ EXEMPT = {
     """,
     "files, programs and pictures, whose tests are their own": """
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
+        io.Curves io.read_curves io.read_psd io.write_curves io.write_psd
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_element_power
         viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
         viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac viz.plot_modes
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
-        viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
+        viz.plot_margins viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
         viz.scene viz.animate_mode studies.sweep demo.run jaxmbs.cache jaxmbs.jit
     """,
 }

@@ -137,8 +137,19 @@ def qualified():
         "plot_shock_spectrum": lambda ax: viz.plot_shock_spectrum(shock, ax=ax),
         "plot_sn": lambda ax: viz.plot_sn(mbs.fatigue.SN(1e12, 3.0), cycles, ax=ax),
         "plot_rainflow_matrix": lambda ax: viz.plot_rainflow_matrix(cycles, ax=ax),
+        "plot_margins": lambda ax: viz.plot_margins(envelope(), [1e3, 1e3, 200.0, 60.0], ax=ax),
         "plot_notches": lambda ax: viz.plot_notches(sine, ax=ax),
     }
+
+
+def envelope():
+    """Loads of two events, one of them above what is allowed."""
+    names, times = ["bolt fx", "bolt fy", "bolt fz", "strut"], np.linspace(0.0, 1.0, 5)
+    loads = np.outer(np.array([0.0, 1.0, -0.5, 0.2, 0.1]), [900.0, -300.0, 250.0, 40.0])
+    events = {"burn-out": loads, "landing": -0.9 * loads[::-1] * np.array([0.5, 1.5, 1.0, 1.2])}
+    return qualification.load_envelope(
+        [qualification.LoadCase(name, values, names, times) for name, values in events.items()]
+    )
 
 
 def study():
@@ -193,7 +204,7 @@ NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_en
 NAMES += ["plot_power kind", "plot_element_power", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
 OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
-OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix", "plot_notches"]
+OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix", "plot_notches", "plot_margins"]
 
 
 def test_every_picture_is_looked_at(pictured):
