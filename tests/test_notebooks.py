@@ -12,7 +12,7 @@ FOLDER = Path(__file__).parent.parent / "notebooks"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
 
 
-LONG = ("02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12", "14", "15", "16")
+LONG = ("02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12", "14", "15", "16", "17")
 
 
 def _marked(script):
