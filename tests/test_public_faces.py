@@ -142,8 +142,9 @@ FACES = {
         ReliefValve Tank Valve Volume
     """,
     "jaxmbs.io": """
-        Curves Deck Imported JointLimits Mesh load_model model_schema read_curves read_dmig read_matrix_market read_mesh
-        read_mjcf read_nastran read_op4 read_psd read_uff read_urdf register save_model write_curves write_psd write_uff
+        Curves Deck Imported JointLimits Mesh load_model model_schema read_curves read_dmig read_matrix_market
+        read_mesh read_mjcf read_nastran read_op4 read_psd read_uff read_urdf register save_model write_curves write_psd
+        write_uff
     """,
     "jaxmbs.linear": """
         Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes equilibrium
@@ -180,8 +181,8 @@ FACES = {
     "jaxmbs.viz": """
         ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell
         plot_coordinates plot_element_power plot_energy plot_envelope plot_history plot_limit_values plot_limits
-        plot_mac plot_margins plot_mechanism plot_modes plot_notches plot_nyquist plot_parallel plot_pareto_front plot_polar
-        plot_power plot_psd plot_rainflow_matrix plot_reactions plot_scatter plot_shock_spectrum plot_sn
+        plot_mac plot_margins plot_mechanism plot_modes plot_notches plot_nyquist plot_parallel plot_pareto_front
+        plot_polar plot_power plot_psd plot_rainflow_matrix plot_reactions plot_scatter plot_shock_spectrum plot_sn
         plot_structure plot_views scene
     """,
 }
