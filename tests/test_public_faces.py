@@ -35,8 +35,8 @@ FACES = {
         content_of export fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
         gather_static is_double is_motion is_on jaxpr_function jit lapack lazy_where load_program map_chunked
         not_tracing remat report_compiles reverse_only save_factor
-        segment_sum_static set_quick_flags sets_marks small_call trick_states tuning user_jit without_tricks
-        without_unused working_bytes
+        segment_sum_static set_quick_flags sets_marks small_call trick_states tuning user_jit
+        with_library_calls without_tricks without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
         CableResult ContactLoad FrictionLoads acceleration angular_acceleration cable_states compliance_effort

@@ -85,8 +85,9 @@ class ModalModel(eqx.Module):
     def transfer(self, frequencies: ArrayLike) -> Array:
         """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz]."""
         s = _rate(frequencies, self.rows.real.dtype)
-        q = self.amplitudes(frequencies)
-        return jnp.einsum("wkm,wmi->wki", self.modal_rows(s), q) + self.direct_part(s)
+        q, rate = self.amplitudes(frequencies), s[:, None, None]
+        terms = jnp.concatenate([q, rate * q, rate**2 * q], axis=1)
+        return _recovered(jnp.concatenate(list(self.rows), axis=1), terms) + self.direct_part(s)
 
     def modal_rows(self, s: Array) -> Array:
         """Rows (frequencies, outputs, m) of the displacements of the modes at rates s = i w."""
@@ -96,10 +97,12 @@ class ModalModel(eqx.Module):
 
     def direct_part(self, s: Array) -> Array:
         """Part (frequencies, outputs, inputs) that no mode has."""
-        one, first, second = (part.astype(s.dtype)[None] for part in self.direct)
-        a, b, c = (part.astype(s.dtype)[None] for part in self.static)
-        s = s[:, None, None]
-        return one + first / s + second / s**2 + a + s * (b + s * c)
+        one, first, second = self.direct.astype(self.static.dtype)
+        a, b, c = self.static  # complex with a loss factor
+        w = s.imag
+        even = _by_powers([jnp.ones_like(w), -1.0 / w**2, -(w**2)], [one + a, second, c])
+        odd = _by_powers([-1.0 / w, w], [first, b])
+        return even + 1j * odd if jnp.iscomplexobj(odd) else lax.complex(even, odd)
 
     def unbounded_parts(self) -> tuple:
         """Parts that must be zero under white noise: integrals of inputs, rows without mass, a loss factor."""
@@ -137,6 +140,25 @@ def _solve(model, s, load):
         return found if C is None else found + s[:, None, None] * _times(C, q)
 
     return lax.custom_linear_solve(product, load, lambda _, r: r / z[:, :, None], symmetric=True)
+
+
+def _by_powers(powers, parts):
+    """Sum (frequencies, outputs, inputs) of powers (frequencies,) times parts (outputs, inputs)."""
+    stacked = jnp.stack(parts)
+    found = jnp.stack(powers, axis=1).astype(stacked.dtype) @ stacked.reshape(len(parts), -1)
+    return found.reshape(-1, *stacked.shape[1:])
+
+
+def _recovered(rows, q):
+    """Products (frequencies, outputs, inputs) of rows (outputs, m) and q (frequencies, m, inputs): one product of
+    matrices for all frequencies, of real ones where the rows are."""
+    columns = jnp.swapaxes(q, 0, 1).reshape(q.shape[1], -1)
+    if jnp.iscomplexobj(rows):
+        found = rows @ columns
+    else:
+        real, imag = jnp.split(rows @ jnp.concatenate([columns.real, columns.imag], axis=1), 2, axis=1)
+        found = lax.complex(real, imag)
+    return jnp.swapaxes(found.reshape(len(rows), len(q), -1), 0, 1)
 
 
 def _times(A, q):

@@ -14,7 +14,7 @@ from ..checks import is_concrete, no_such
 from ..errors import ModelError, UnknownNameError
 from ..linear._system import LinearSystem
 from ..math._lyapunov import lyapunov
-from ..runtime import jit
+from ..runtime import jit, with_library_calls
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
 from ._inputs import WhiteNoise, coherence_matrix, spectral_matrix
@@ -333,8 +333,14 @@ def _map_nodes(function, *columns):
         jnp.pad(x.reshape(-1), (0, rows * size - count), mode="edge" if k == 0 else "constant")
         for k, x in enumerate(columns)
     ]
+    if size > 1:
+        function = _after_library_calls(function)
     kept = jax.checkpoint(lambda row: function(*row))
     return lax.map(kept, tuple(x.reshape(rows, size) for x in padded))
+
+
+def _after_library_calls(function):
+    return lambda first, *others: function(with_library_calls(first), *others)
 
 
 def _integrate(function, nodes):

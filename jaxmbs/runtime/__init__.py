@@ -18,6 +18,7 @@ from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
 from ._jaxpr import jaxpr_function, without_unused
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
+from ._library_calls import with_library_calls
 from ._packing import Packing
 from ._precision import follow_precision, is_double
 from ._registry import TrickState, trick_states
@@ -76,6 +77,7 @@ __all__ = [
     "trick_states",
     "tuning",
     "user_jit",
+    "with_library_calls",
     "without_tricks",
     "without_unused",
     "working_bytes",

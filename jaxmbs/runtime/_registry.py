@@ -42,7 +42,10 @@ def _state(name):
 def _obstacle(name):
     """The reason why a trick does nothing here, or an empty text."""
     backend = jax.default_backend()
-    if name in (*OPTIONS, "small_call", "small_products", "chunked_maps", "sequential_lapack") and backend != "cpu":
+    if (
+        name in (*OPTIONS, "small_call", "small_products", "chunked_maps", "sequential_lapack", "library_calls")
+        and backend != "cpu"
+    ):
         return f"for the CPU alone, not for {backend}"
     option = OPTIONS.get(name, "")
     if option and option not in known_options(backend):

@@ -30,6 +30,7 @@ TRICKS = {
     "chunked_maps": "functions of many saved states run on a few at a time, within the cache",
     "remat": "gradients of states compute again what is cheap, and save solutions and small factors",
     "fusion_barriers": "what two results share is computed once, not in the loop of each",
+    "library_calls": "loops over products of large matrices keep XLA's calls for these, and are not one kernel",
     "paused_gc": "Python's garbage collector rests while a program is traced",
 }
 
