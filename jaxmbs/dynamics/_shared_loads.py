@@ -43,7 +43,7 @@ def shared_multipliers(system: System, at: VelocityKinematics, wrench, lack, a, 
 
 
 def _lack_of_bodies(system, at, a):
-    """What every body needs beside the force elements on it, (1 + n, bodies, 6), as `lack` of the nodes."""
+    """Wrenches (1 + n, bodies, 6) that the bodies need beside their force elements, as `lack` of the nodes."""
     owners, top, none = body_targets(system), system.topology, jnp.zeros_like(a[0])
 
     def lack(a):
