@@ -50,19 +50,19 @@ class ImplicitStages(eqx.Module):
     def of(cls, equations: "Formulation", s: Array, start: StageStart) -> "ImplicitStages":
         """The stages of a step from its start."""
         fixed, step, (t, y, rtol, atol) = lax.stop_gradient((equations, s, start))
-        stage = _StageEquations(fixed, step, t, y)
+        stage = _ImplicitEquations(fixed, step, t, y)
         z = stage.start
         return cls(equations, s, square.inverse(stage.matrix(z)), atol + rtol * jnp.abs(z))
 
     def rate(self, t: Array, y: tuple) -> tuple[tuple, Array]:
         """The rate, and True if it was found."""
-        stage = _StageEquations(self.equations, self.step, t, y)
+        stage = _ImplicitEquations(self.equations, self.step, t, y)
         residual = eqx.filter_closure_convert(stage.residual, stage.start)
         z, found = _root(residual, *lax.stop_gradient((stage.start, self.scale, self.inverse)))
         return stage.rates(z), found
 
 
-class _StageEquations:
+class _ImplicitEquations:
     """The equations of one stage in z: coordinates, second half and the internal states that are not eliminated, all
     but the first divided by their scales; at given z the laws find their own internal states."""
 
