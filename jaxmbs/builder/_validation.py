@@ -112,7 +112,7 @@ def mass_faults(where: str, body) -> list[str]:
         mass = np.asarray(body.mass, float)
         if not in_range(mass) or mass < 0:
             found.append(f"{where}: mass is {mass}; it must be finite and not negative")
-    if is_concrete(body.com) and (np.shape(body.com) != (3,) or not np.all(np.isfinite(np.asarray(body.com, float)))):
+    if is_concrete(body.com) and (np.shape(body.com) != (3,) or not in_range(body.com)):
         found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
     shape = np.shape(body.inertia)
     if shape not in ((), (3,), (3, 3)):

@@ -1,10 +1,10 @@
-"""Implicit stages of a mechanism whose force elements and blocks have internal states: a step costs what the
-mechanism costs.
+"""Implicit stages of a mechanism, by Newton's method with one matrix a step.
 
-The states of a law that no signal reads are seen by their element alone, so the stage equations have an arrow of
-blocks: at given coordinates, second half and other internal states each such element finds its own (`ImplicitLaw`),
-and only these are left to Newton's method, with one matrix a step (Hairer and Wanner, Solving Ordinary Differential
-Equations II, IV.8).  Derivatives by the implicit function theorem: the adjoint has the transposed elimination.
+Force elements and blocks may have internal states; a step still costs what the mechanism costs.  The states of a law
+that no signal reads are seen by their element alone, so the stage equations have an arrow of blocks: at given
+coordinates, second half and other internal states each such element finds its own (`ImplicitLaw`), and only these are
+left to Newton's method (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8).  Derivatives by the
+implicit function theorem: the adjoint has the transposed elimination.
 """
 
 from typing import TYPE_CHECKING
@@ -99,15 +99,13 @@ class _ImplicitEquations:
         equations, at, second = self._at(z)
         at = with_velocities(equations.system, at, equations.velocities_of(at, second))
         r = (z - self.start) / self.step
-        rate, powers = r[self.nq : self.nq + self.end], None
-        if self.internal.size:
-            own = internal_rates(equations.system, at)
-            found = self._internal(z).at[self.eliminated].add(self.step * gather_static(own, self.eliminated))
-            rate = jnp.concatenate([rate, own / equations.scale[self.end :]])
-            powers = self.equations.powers(with_internal(self.equations.system, found), at)
-        else:
-            powers = equations.powers(equations.system, at)
-        return r[: self.nq], rate, powers
+        rate = r[self.nq : self.nq + self.end]
+        if not self.internal.size:
+            return r[: self.nq], rate, equations.powers(equations.system, at)
+        own = internal_rates(equations.system, at)
+        found = self._internal(z).at[self.eliminated].add(self.step * gather_static(own, self.eliminated))
+        powers = equations.powers(with_internal(self.equations.system, found), at)
+        return r[: self.nq], jnp.concatenate([rate, own / equations.scale[self.end :]]), powers
 
     def _at(self, z):
         """The equations at the internal states in z, a configuration, and the second half, not scaled."""

@@ -2,6 +2,7 @@
 
 import itertools
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -189,3 +190,15 @@ def test_wrong_parts():
         *("max_depth must be positive", "wear must not be negative"),
     ):
         assert text in str(found.value)
+
+
+@pytest.mark.parametrize("name, shape", [("slopes", (9, 9)), ("slopes", (3, 9, 8)), ("heights", (9,)), ("x", (8,))])
+def test_parts_of_a_height_field_that_do_not_go_together(name, shape):
+    broken = eqx.tree_at(lambda field: getattr(field, name), WAVES, jnp.zeros(shape))
+    assert WAVES.faults() == [] and "do not go with places" in broken.faults()[0]
+
+
+@pytest.mark.parametrize("name, shape", [("slopes", (23, 2)), ("points", (24, 3)), ("points", (7, 2))])
+def test_parts_of_a_closed_curve_that_do_not_go_together(name, shape):
+    broken = eqx.tree_at(lambda curve: getattr(curve, name), cam(), jnp.zeros(shape))
+    assert cam().faults() == [] and "do not go together" in broken.faults()[0]

@@ -7,6 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.forces import BevelGear, PathKinematics
+from tests.differences import check_slopes
 
 ALPHA, STIFFNESS = np.radians(20.0), 1e7
 STILL = jnp.zeros((2, 3))
@@ -74,12 +75,7 @@ def test_slopes_against_differences():
         law = BevelGear((20, 40), **values, transition=1e-9)
         return law.wrench(PathKinematics(poses(3e-3, 0.0, 1.3), STILL, spin, STILL), 0.0)[1][0, 2]
 
-    value, found = jax.jit(torque), jax.jit(jax.grad(torque))(home)
-    for name, number in home.items():
-        h = 1e-5 * number
-        difference = (value(home | {name: number + h}) - value(home | {name: number - h})) / (2 * h)
-        assert abs(difference) > 0
-        np.testing.assert_allclose(found[name], difference, rtol=1e-5, err_msg=name)
+    check_slopes(torque, home)
 
 
 def test_faults():

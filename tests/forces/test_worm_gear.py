@@ -7,6 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.forces import PathKinematics, WormGear
+from tests.differences import check_slopes
 
 THREADS, TEETH, MODULE, RADIUS, ALPHA, MU = 2, 30, 4e-3, 0.02, np.radians(20.0), 0.08
 LEAD = np.arctan(THREADS * MODULE / 2 / RADIUS)
@@ -97,12 +98,7 @@ def test_slopes_against_differences():
     def torque(values):
         return forces(worm(**values, damping=100.0), 8e-3, 50.0)[1][0, 2]
 
-    value, found = jax.jit(torque), jax.jit(jax.grad(torque))(home)
-    for name, number in home.items():
-        h = 1e-5 * number
-        difference = (value(home | {name: number + h}) - value(home | {name: number - h})) / (2 * h)
-        assert abs(difference) > 0
-        np.testing.assert_allclose(found[name], difference, rtol=1e-5, err_msg=name)
+    check_slopes(torque, home)
 
 
 def test_faults():
