@@ -75,7 +75,8 @@ def random_rows(quick):
     }
 
     def rms(thickness, K, M):
-        whole_K, whole_M = (jnp.einsum("k,kij->ij", thickness, A) for A in (K, M))
+        # sums as products of a vector and a matrix, whose gradient XLA has as one
+        whole_K, whole_M = ((thickness @ A.reshape(length, -1)).reshape(A.shape[1:]) for A in (K, M))
         system = LinearSystem(mass=whole_M, stiffness=whole_K, coordinates=names)
         return random_response(system, inputs, {"base": BaseForces()}, ratios=RATIO).rms
 

@@ -83,26 +83,23 @@ class ModalModel(eqx.Module):
         return _solve(self, s, load)
 
     def transfer(self, frequencies: ArrayLike) -> Array:
-        """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz]."""
+        """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz].
+
+        One product of the rows by the modes with their rates, and by the inputs with theirs.
+        """
         s = _rate(frequencies, self.rows.real.dtype)
         q, rate = self.amplitudes(frequencies), s[:, None, None]
-        terms = jnp.concatenate([q, rate * q, rate**2 * q], axis=1)
-        return _recovered(jnp.concatenate(list(self.rows), axis=1), terms) + self.direct_part(s)
+        one, first, second = self.direct
+        still, rates, accelerations = self.static
+        rows = [*self.rows, one + still, first, second, rates, accelerations]
+        terms = [q, rate * q, rate**2 * q, _input_terms(s.imag, len(self.inputs))]
+        return _recovered(jnp.concatenate(rows, axis=1), jnp.concatenate(terms, axis=1))
 
     def modal_rows(self, s: Array) -> Array:
         """Rows (frequencies, outputs, m) of the displacements of the modes at rates s = i w."""
         a, b, c = (part.astype(s.dtype)[None] for part in self.rows)
         s = s[:, None, None]
         return a + s * (b + s * c)
-
-    def direct_part(self, s: Array) -> Array:
-        """Part (frequencies, outputs, inputs) that no mode has."""
-        one, first, second = self.direct.astype(self.static.dtype)
-        a, b, c = self.static  # complex with a loss factor
-        w = s.imag
-        even = _by_powers([jnp.ones_like(w), -1.0 / w**2, -(w**2)], [one + a, second, c])
-        odd = _by_powers([-1.0 / w, w], [first, b])
-        return even + 1j * odd if jnp.iscomplexobj(odd) else lax.complex(even, odd)
 
     def unbounded_parts(self) -> tuple:
         """Parts that must be zero under white noise: integrals of inputs, rows without mass, a loss factor."""
@@ -142,11 +139,12 @@ def _solve(model, s, load):
     return lax.custom_linear_solve(product, load, lambda _, r: r / z[:, :, None], symmetric=True)
 
 
-def _by_powers(powers, parts):
-    """Sum (frequencies, outputs, inputs) of powers (frequencies,) times parts (outputs, inputs)."""
-    stacked = jnp.stack(parts)
-    found = jnp.stack(powers, axis=1).astype(stacked.dtype) @ stacked.reshape(len(parts), -1)
-    return found.reshape(-1, *stacked.shape[1:])
+def _input_terms(w, num):
+    """The inputs, their first and second integrals, rates and second rates (frequencies, 5 num, num), for unit inputs."""
+    one, none = jnp.ones_like(w), jnp.zeros_like(w)
+    even, odd = (one, none, -1.0 / w**2, none, -(w**2)), (none, -1.0 / w, none, w, none)
+    powers = lax.complex(jnp.stack(even, axis=1), jnp.stack(odd, axis=1))
+    return (powers[:, :, None, None] * jnp.eye(num, dtype=powers.dtype)).reshape(len(w), -1, num)
 
 
 def _recovered(rows, q):
@@ -219,8 +217,9 @@ def modal_model(
     whole_load = lambda P: whole.load(P.T).T  # noqa: E731
     light = _embed(whole.expand(jnp.zeros((first.shape[1], len(K)), K.dtype), first.T), inner, system.num_rows)
     lag = None if ratios is None else expand(modal_lag(K=K, M=M, ratios=ratios, velocity=X.T).T)
+    is_lossy = may_be_nonzero(loss)  # of the number as given: an array made while tracing is not known
     loss = jnp.asarray(loss, K.dtype)
-    rows, labels = _rows(system, outputs, excitation, expand(X), light, lag, loss)
+    rows, labels = _rows(system, outputs, excitation, expand(X), light, lag, loss if is_lossy else None)
     return ModalModel(
         **matrices,
         loss=loss,
@@ -331,7 +330,7 @@ def _rows(system, outputs, excitation, shapes, light, lag, loss):
     terms = Terms(tuple(relative), tuple(carried), excitation.elastic, zero, forces, (), excitation.base)
     terms = terms._replace(given=_given_forces(excitation.given, at[9], count))
     late = zero if lag is None else zero.at[at[1] : at[2]].set(lag.T)
-    if may_be_nonzero(loss):
+    if loss is not None:
         late = lax.complex(late, loss * terms.strained(0))
     values, names = output_rows(outputs, system, terms._replace(lag=late))
     parts = [values[a:b].T for a, b in zip(at[:-1], at[1:], strict=True)]

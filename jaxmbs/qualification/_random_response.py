@@ -17,7 +17,7 @@ from ..math._lyapunov import lyapunov
 from ..runtime import jit, with_library_calls
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
-from ._inputs import WhiteNoise, coherence_matrix, spectral_matrix
+from ._inputs import WhiteNoise, coherence_matrix, level_at, spectral_matrix
 from ._modal_model import ModalModel, _rate, modal_model
 from ._outputs import named_outputs
 from ._quadrature import ORDER, Quadrature, pole_quadrature
@@ -52,6 +52,7 @@ class RandomResponse(eqx.Module):
         coherence: (inputs, inputs), complex.
         model: transfer functions from inputs to outputs.
         order: points of the quadrature by piece (static).
+        is_uncorrelated: True if no coherence of two inputs is given (static).
     """
 
     moments: Float[Array, "outputs 4"]
@@ -59,6 +60,7 @@ class RandomResponse(eqx.Module):
     coherence: Complex[Array, "inputs inputs"]
     model: Any
     order: int = eqx.field(static=True)
+    is_uncorrelated: bool = eqx.field(static=True)
 
     __repr__, _repr_html_ = table_repr(_table_rows)
 
@@ -239,7 +241,9 @@ def respond(model: Any, inputs: Mapping, coherence: Mapping | None, order: int =
     """Response of a model with poles to inputs."""
     _check_spectra(inputs)
     gamma = coherence_matrix(tuple(inputs), coherence)
-    response = RandomResponse(jnp.zeros((len(model.names), len(POWERS))), dict(inputs), gamma, model, order)
+    response = RandomResponse(
+        jnp.zeros((len(model.names), len(POWERS))), dict(inputs), gamma, model, order, not coherence
+    )
     if _is_white(inputs):
         _check_white(model)
         return eqx.tree_at(lambda r: r.moments, response, _white_moments(response))
@@ -319,6 +323,9 @@ def _nodes(response, more=None) -> Quadrature:
 def _densities(response, f):
     """Spectra (frequencies, outputs) at nodes [Hz]."""
     H = response.model.transfer(f)
+    if response.is_uncorrelated:
+        levels = jnp.stack([level_at(given.spectrum, f) for given in response.inputs.values()], axis=-1)
+        return jnp.sum((H.real**2 + H.imag**2) * levels.astype(H.real.dtype)[:, None, :], axis=-1)
     S = spectral_matrix(response.inputs, response.coherence, f).astype(H.dtype)
     through = jnp.einsum("wki,wij->wkj", H, S)
     return jnp.sum(through.real * H.real + through.imag * H.imag, axis=-1)
