@@ -140,11 +140,11 @@ def _solve(model, s, load):
 
 
 def _input_terms(w, num):
-    """The inputs, their first and second integrals, rates and second rates (frequencies, 5 num, num), for unit inputs."""
+    """Unit inputs, their first and second integrals, rates and second rates (frequencies, 5 num, num)."""
     one, none = jnp.ones_like(w), jnp.zeros_like(w)
     even, odd = (one, none, -1.0 / w**2, none, -(w**2)), (none, -1.0 / w, none, w, none)
     powers = lax.complex(jnp.stack(even, axis=1), jnp.stack(odd, axis=1))
-    return (powers[:, :, None, None] * jnp.eye(num, dtype=powers.dtype)).reshape(len(w), -1, num)
+    return jnp.einsum("wp,ij->wpij", powers, jnp.eye(num, dtype=powers.dtype)).reshape(len(w), -1, num)
 
 
 def _recovered(rows, q):
