@@ -13,6 +13,7 @@ from ..errors import ModelError
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
 from ._random_response import RandomResponse
+from ._response_spectrum import ResponseSpectrum
 from ._sine_response import SineResponse
 
 
@@ -21,9 +22,10 @@ class LoadCase(eqx.Module):
 
     Args:
         name: of the event.
-        loads: `RandomResponse` (three sigma, both signs), `SineResponse` (amplitudes, both signs), or a history
-            (times, components), as of `reactions` along a motion.
-        names: of the components of a history.
+        loads: `RandomResponse` (three sigma, both signs), `SineResponse` (amplitudes, both signs), `ResponseSpectrum`
+            (peaks, both signs), a history (times, components), as of `reactions` along a motion, or limit values
+            (components,), as of `coupling.limit_loads`, both signs.
+        names: of the components of a history or of limit values.
         times: (times,) [s] of a history.
         factor: uncertainty factor on all loads.
         sigmas: multiple of the RMS of a random response.
@@ -76,8 +78,14 @@ def _extremes(name, loads, names, times, sigmas):
     if isinstance(loads, SineResponse):
         where = loads.frequencies[jnp.argmax(loads.amplitudes, axis=0)]
         return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
+    if isinstance(loads, ResponseSpectrum):
+        where = loads.frequencies[jnp.argmax(jnp.abs(loads.modal), axis=0)]
+        return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
     loads = jnp.asarray(loads)
     names = tuple(names or ())
+    if loads.ndim == 1 and times is None and len(names) == len(loads):
+        nowhere = jnp.full_like(loads, jnp.nan)
+        return _Extremes(names, "", jnp.abs(loads), -jnp.abs(loads), nowhere, nowhere)
     faults = []
     if loads.ndim != 2 or len(names) != loads.shape[-1]:
         faults.append(f"{name}: loads of shape {loads.shape} are not (times, components) of {len(names)} names")
@@ -103,15 +111,19 @@ def _table_rows(envelope):
             (
                 name,
                 format_number(high[k]),
-                f"{format_number(at_high[k])} {unit_a}",
+                _place(at_high[k], unit_a),
                 a,
                 format_number(low[k]),
-                f"{format_number(at_low[k])} {unit_b}",
+                _place(at_low[k], unit_b),
                 b,
             )
         )
     title = ("component", "maximum", "at", "case", "minimum", "at", "case")
     return f"{len(rows)} components over {len(envelope.cases)} load cases", [title, *rows]
+
+
+def _place(where, unit):
+    return f"{format_number(where)} {unit}" if unit else "-"
 
 
 class Envelope(eqx.Module):

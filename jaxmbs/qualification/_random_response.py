@@ -4,31 +4,36 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
 from jaxtyping import Array, Complex, Float
 
-from ..checks import is_concrete, no_such
+from ..checks import no_such
 from ..errors import ModelError, UnknownNameError
 from ..linear._system import LinearSystem
-from ..math._lyapunov import lyapunov
-from ..runtime import jit, with_library_calls
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
-from ._inputs import WhiteNoise, coherence_matrix, level_at, spectral_matrix
-from ._modal_model import ModalModel, _rate, modal_model
+from ._inputs import coherence_matrix, spectral_matrix
+from ._modal_model import modal_model
+from ._modal_transfer import ModalModel, imaginary_rates
 from ._outputs import named_outputs
-from ._quadrature import ORDER, Quadrature, pole_quadrature
-from ._state_model import MeasuredModel
-
-#: Powers of the frequency of the spectral moments.
-POWERS = (0, 1, 2, 4)
-#: Nodes computed together.
-CHUNK = 128
-#: Halfwidth over frequency below which a mode counts as undamped.
-UNDAMPED = 1e-9
+from ._quadrature import ORDER
+from ._spectral_integrals import (
+    POWERS,
+    band_nodes,
+    check_damped,
+    check_spectra,
+    check_white,
+    densities,
+    integrate,
+    is_white,
+    map_nodes,
+    moments,
+    quotient,
+    safe_sqrt,
+    state_covariance,
+    white_moments,
+)
 
 
 def _table_rows(response):
@@ -83,7 +88,7 @@ class RandomResponse(eqx.Module):
     @property
     def rms(self) -> Float[Array, " outputs"]:
         """Roots of the mean squares (outputs,)."""
-        return _safe_sqrt(self.moments[:, 0])
+        return safe_sqrt(self.moments[:, 0])
 
     @property
     def three_sigma(self) -> Float[Array, " outputs"]:
@@ -93,7 +98,7 @@ class RandomResponse(eqx.Module):
     @property
     def zero_crossing_rate(self) -> Float[Array, " outputs"]:
         """Upward zero crossings per second (outputs,): `sqrt(m2 / m0)`."""
-        return _safe_sqrt(_quotient(self.moments[:, 2], self.moments[:, 0]))
+        return safe_sqrt(quotient(self.moments[:, 2], self.moments[:, 0]))
 
     @property
     def peak_rate(self) -> Float[Array, " outputs"]:
@@ -102,7 +107,7 @@ class RandomResponse(eqx.Module):
         The fourth moment of an absolute acceleration grows with the upper end of the table, as the structure does not
         filter it: there the rate is a property of the table.
         """
-        return _safe_sqrt(_quotient(self.moments[:, 3], self.moments[:, 2]))
+        return safe_sqrt(quotient(self.moments[:, 3], self.moments[:, 2]))
 
     def expected_maximum(self, duration: ArrayLike) -> Float[Array, " outputs"]:
         """Expected largest magnitude (outputs,) within a duration [s].
@@ -116,7 +121,7 @@ class RandomResponse(eqx.Module):
     def psd(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
         """Power spectral densities (frequencies, outputs) at frequencies [Hz]."""
         f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
-        found = _map_nodes(lambda f: _densities(self, f), f)
+        found = map_nodes(lambda f: densities(self, f), f)
         return found.reshape(-1, found.shape[-1])[: len(f)]
 
     def cross_spectrum(self, first: str, second: str, frequencies: ArrayLike) -> Complex[Array, " frequencies"]:
@@ -129,27 +134,27 @@ class RandomResponse(eqx.Module):
     def covariance(self, names: Iterable[str] | None = None) -> Float[Array, "k k"]:
         """Covariance (k, k) of outputs, all by default; the real part of the integral of the cross-spectra."""
         rows = np.array([self.place(name) for name in (self.names if names is None else names)], int)
-        if _is_white(self.inputs):
+        if is_white(self.inputs):
             A, B, C, D = self.model.state_space()
-            return C[rows] @ _state_covariance(self, A, B) @ C[rows].T
+            return C[rows] @ state_covariance(self, A, B) @ C[rows].T
 
         def piece(f, w):
             H = self.model.transfer(f)[:, rows]
             S = spectral_matrix(self.inputs, self.coherence, f).astype(H.dtype)
             return jnp.einsum("w,wki,wij,wlj->kl", w.astype(H.dtype), H, S, jnp.conj(H)).real
 
-        return _integrate(piece, _nodes(self))
+        return integrate(piece, band_nodes(self))
 
     def cumulative_rms(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
         """RMS (frequencies, outputs) of what lies below each frequency [Hz]; exact at each of them."""
         self._refuse_white("cumulative_rms")
         f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
-        nodes = _nodes(self, f)
-        found = _map_nodes(lambda f: _densities(self, f), nodes.frequencies)
+        nodes = band_nodes(self, f)
+        found = map_nodes(lambda f: densities(self, f), nodes.frequencies)
         found = found.reshape(-1, found.shape[-1])[: nodes.weights.size].reshape(*nodes.weights.shape, -1)
         parts = jnp.einsum("pw,pwk->pk", nodes.weights, found)
         below = nodes.ends[None] <= f[:, None] * (1 + 16 * jnp.finfo(f.dtype).eps)
-        return _safe_sqrt(below.astype(f.dtype) @ parts)
+        return safe_sqrt(below.astype(f.dtype) @ parts)
 
     def mode_shares(self) -> Float[Array, "outputs modes"]:
         """Shares (outputs, modes) of the modes in the mean squares: `Re integral Y_k Y*`, relative to the whole.
@@ -167,13 +172,13 @@ class RandomResponse(eqx.Module):
             q, H = model.amplitudes(f), model.transfer(f)
             S = spectral_matrix(self.inputs, self.coherence, f).astype(H.dtype)
             other = jnp.einsum("w,wij,wkj->wik", w.astype(H.dtype), S, jnp.conj(H))
-            rows = model.modal_rows(_rate(f, model.loss.dtype))
+            rows = model.modal_rows(imaginary_rates(f, model.loss.dtype))
             return jnp.einsum("wkm,wmi,wik->km", rows, q, other).real[:, : model.num]
 
-        return _quotient(_integrate(piece, _nodes(self)), self.mean_square[:, None])
+        return quotient(integrate(piece, band_nodes(self)), self.mean_square[:, None])
 
     def _refuse_white(self, what):
-        if _is_white(self.inputs):
+        if is_white(self.inputs):
             raise ModelError([f"{what} needs tables: white noise has no upper frequency"], "the question")
 
     def von_mises_rms(self, names: Iterable[str]) -> Float[Array, ""]:
@@ -189,7 +194,7 @@ class RandomResponse(eqx.Module):
         normal = 2 if len(names) == 3 else 3
         A = np.diag([1.0] * normal + [3.0] * (len(names) - normal))
         A[:normal, :normal] -= 0.5 * (1 - np.eye(normal))
-        return _safe_sqrt(jnp.sum(self.covariance(names) * A))
+        return safe_sqrt(jnp.sum(self.covariance(names) * A))
 
     def to_xarray(self, frequencies: ArrayLike) -> Any:
         """An `xarray.Dataset`: `psd` over `frequency` [Hz] and `output`, and `rms` by output."""
@@ -239,156 +244,13 @@ def random_response(
 
 def respond(model: Any, inputs: Mapping, coherence: Mapping | None, order: int = ORDER) -> RandomResponse:
     """Response of a model with poles to inputs."""
-    _check_spectra(inputs)
+    check_spectra(inputs)
     gamma = coherence_matrix(tuple(inputs), coherence)
     response = RandomResponse(
         jnp.zeros((len(model.names), len(POWERS))), dict(inputs), gamma, model, order, not coherence
     )
-    if _is_white(inputs):
-        _check_white(model)
-        return eqx.tree_at(lambda r: r.moments, response, _white_moments(response))
-    _check_damped(model, inputs)
-    return eqx.tree_at(lambda r: r.moments, response, _moments(response))
-
-
-def _check_spectra(inputs):
-    faults = [f"input {name!r} has no spectrum" for name, given in inputs.items() if given.spectrum is None]
-    white = {isinstance(given.spectrum, WhiteNoise) for given in inputs.values()}
-    if len(white) > 1:
-        faults.append("white noise and tables do not go together: ask them one by one and add the mean squares")
-    if faults:
-        raise ModelError(faults, "the question")
-
-
-def _check_white(model):
-    cut = isinstance(model, ModalModel) and model.num < len(model.stiffness)
-    if isinstance(model, MeasuredModel) or cut or _is_unbounded(model):
-        raise ModelError(
-            [
-                "white noise needs a model with all modes (no `num`), viscous damping (no `loss`), rows with mass "
-                "and outputs relative to the base: absolute displacements and velocities of a white acceleration grow"
-            ],
-            "the question",
-        )
-
-
-def _is_unbounded(model):
-    parts = model.unbounded_parts()
-    return is_concrete(parts) and bool(_any_nonzero(parts))
-
-
-def _any_nonzero(parts):
-    return jnp.any(jnp.stack([jnp.any(part != 0) for part in parts])) if parts else jnp.zeros((), bool)
-
-
-def _is_white(inputs):
-    return any(isinstance(given.spectrum, WhiteNoise) for given in inputs.values())
-
-
-def _check_damped(model, inputs):
-    if isinstance(model, MeasuredModel):
-        return
-    p, d = model.poles()
-    tables = [given.spectrum for given in inputs.values()]
-    if not is_concrete(p, d, *[table.frequencies for table in tables]):
-        return
-    p, d = np.asarray(p), np.asarray(d)
-    low, high = min(float(t.frequencies[0]) for t in tables), max(float(t.frequencies[-1]) for t in tables)
-    lost = (p >= low) & (p <= high) & (d <= UNDAMPED * p)
-    if np.any(lost):
-        raise ModelError(
-            [
-                f"the mode at {p[lost][0]:.6g} Hz lies in the band and is not damped: its response grows without "
-                "bound.  Give `ratios`, `loss`, or the system a damping"
-            ],
-            "the question",
-        )
-
-
-def _nodes(response, more=None) -> Quadrature:
-    """Nodes of the band of all tables, cut at all their points."""
-    breaks = jnp.concatenate([given.spectrum.frequencies for given in response.inputs.values()])
-    model, low, high = response.model, jnp.min(breaks), jnp.max(breaks)
-    if isinstance(model, MeasuredModel):
-        more = model.frequencies if more is None else jnp.concatenate([model.frequencies, more])
-        p = d = jnp.ones(1, breaks.dtype)
-        d = 1e6 * high * d  # no pole between the points of the grid: the pieces are even
-    else:
-        p, d = model.poles()
-    if more is not None:
-        breaks = jnp.concatenate([breaks, jnp.clip(more, low, high)])
-    return pole_quadrature(breaks, p.astype(breaks.dtype), d.astype(breaks.dtype), response.order)
-
-
-def _densities(response, f):
-    """Spectra (frequencies, outputs) at nodes [Hz]."""
-    H = response.model.transfer(f)
-    if response.is_uncorrelated:
-        levels = jnp.stack([level_at(given.spectrum, f) for given in response.inputs.values()], axis=-1)
-        return jnp.sum((H.real**2 + H.imag**2) * levels.astype(H.real.dtype)[:, None, :], axis=-1)
-    S = spectral_matrix(response.inputs, response.coherence, f).astype(H.dtype)
-    through = jnp.einsum("wki,wij->wkj", H, S)
-    return jnp.sum(through.real * H.real + through.imag * H.imag, axis=-1)
-
-
-def _map_nodes(function, *columns):
-    """Values of a function of chunks of nodes (CHUNK,), one after the other: memory does not grow with the band."""
-    count = columns[0].size
-    size = min(CHUNK, count)
-    rows = -(-count // size)
-    padded = [
-        jnp.pad(x.reshape(-1), (0, rows * size - count), mode="edge" if k == 0 else "constant")
-        for k, x in enumerate(columns)
-    ]
-    if size > 1:
-        function = _after_library_calls(function)
-    kept = jax.checkpoint(lambda row: function(*row))
-    return lax.map(kept, tuple(x.reshape(rows, size) for x in padded))
-
-
-def _after_library_calls(function):
-    return lambda first, *others: function(with_library_calls(first), *others)
-
-
-def _integrate(function, nodes):
-    return jnp.sum(_map_nodes(function, nodes.frequencies, nodes.weights), axis=0)
-
-
-@jit
-def _moments(response):
-    powers = jnp.asarray(POWERS)
-
-    def piece(f, w):
-        return (w[:, None] * f[:, None] ** powers.astype(f.dtype)[None]).T @ _densities(response, f)
-
-    return _integrate(piece, _nodes(response)).T
-
-
-def _state_covariance(response, A, B):
-    """Covariance (n, n) of the states under white noise; a two-sided level is half of the one-sided one."""
-    W = spectral_matrix(response.inputs, response.coherence, jnp.zeros(1))[0].real / 2
-    return lyapunov(A, B @ W.astype(B.dtype) @ B.T)
-
-
-@jit
-def _white_moments(response):
-    A, B, C, D = response.model.state_space()
-    P, found = _state_covariance(response, A, B), []
-    P = jnp.where(_any_nonzero(response.model.unbounded_parts()), jnp.nan, P)
-    finite = jnp.ones(len(C), bool)
-    for power in range(3):
-        reach = jnp.sum(jnp.abs(C), axis=1) * jnp.max(jnp.abs(B)) + jnp.sum(jnp.abs(D), axis=1)
-        finite = finite & (jnp.max(jnp.abs(D), axis=1) <= 1e3 * jnp.finfo(D.dtype).eps * reach)
-        square = jnp.einsum("ki,ij,kj->k", C, P, C) / (2 * jnp.pi) ** (2 * power)
-        found.append(jnp.where(finite, square, jnp.inf))
-        C, D = C @ A, C @ B
-    return jnp.stack([found[0], jnp.full_like(found[0], jnp.nan), *found[1:]], axis=1)
-
-
-def _safe_sqrt(x):
-    positive = x > 0
-    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), jnp.where(jnp.isnan(x), x, 0.0))
-
-
-def _quotient(a, b):
-    return jnp.where(b == 0, 0.0, a / jnp.where(b == 0, 1.0, b))
+    if is_white(inputs):
+        check_white(model)
+        return eqx.tree_at(lambda r: r.moments, response, white_moments(response))
+    check_damped(model, inputs)
+    return eqx.tree_at(lambda r: r.moments, response, moments(response))

@@ -19,7 +19,8 @@ from ..runtime import jit
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration
-from ._modal_model import ModalModel, modal_model
+from ._modal_model import modal_model
+from ._modal_transfer import ModalModel
 from ._outputs import KINDS as KINDS_OF_MOTION
 from ._outputs import Coordinates, named_outputs
 from ._shock_spectrum import KINDS, ShockSpectrum

@@ -15,7 +15,8 @@ from ..linear._system import LinearSystem
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
-from ._modal_model import ModalModel, modal_model
+from ._modal_model import modal_model
+from ._modal_transfer import ModalModel
 from ._outputs import named_outputs
 
 #: Units of the levels of sine tests: their size in SI units.

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ..math import _square as square
 from ..runtime import lapack
-from ._modal_model import _rate
+from ._modal_transfer import imaginary_rates
 
 
 class StateModel(eqx.Module):
@@ -31,7 +31,7 @@ class StateModel(eqx.Module):
 
     def transfer(self, frequencies) -> Array:
         """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz]."""
-        s = _rate(frequencies, self.A.dtype)
+        s = imaginary_rates(frequencies, self.A.dtype)
         A, B, C, D = (part.astype(s.dtype) for part in (self.A, self.B, self.C, self.D))
         eye = jnp.eye(len(A), dtype=s.dtype)
         return jax.vmap(lambda s: C @ square.solve(s * eye - A, B) + D)(s)

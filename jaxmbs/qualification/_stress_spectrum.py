@@ -11,7 +11,8 @@ from ..errors import ModelError
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._inputs import spectral_matrix
-from ._random_response import POWERS, RandomResponse, _integrate, _is_white, _map_nodes, _nodes, _safe_sqrt
+from ._random_response import RandomResponse
+from ._spectral_integrals import POWERS, band_nodes, integrate, is_white, map_nodes, safe_sqrt
 
 
 class StressSpectrum(eqx.Module):
@@ -30,11 +31,11 @@ class StressSpectrum(eqx.Module):
     def psd(self, frequencies: ArrayLike) -> Float[Array, " frequencies"]:
         """Levels (frequencies,) at frequencies [Hz]."""
         f = jnp.atleast_1d(jnp.asarray(frequencies, self.form.dtype))
-        return _map_nodes(lambda f: _levels(self, f), f).reshape(-1)[: len(f)]
+        return map_nodes(lambda f: _levels(self, f), f).reshape(-1)[: len(f)]
 
     def moments(self, orders: Sequence[float | int]) -> Float[Array, " orders"]:
         """Spectral moments `integral f^n G df` (orders,), exact as those of the response."""
-        if _is_white(self.response.inputs):
+        if is_white(self.response.inputs):
             raise ModelError(["spectra of stresses need tables: white noise has no upper frequency"], "the question")
         if len(self.places) == 1 and set(orders) <= set(POWERS):
             own = self.response.moments[self.places[0]] * self.form[0, 0]
@@ -48,7 +49,7 @@ class StressSpectrum(eqx.Module):
     @property
     def rms(self) -> Float[Array, ""]:
         """Root of the mean square ()."""
-        return _safe_sqrt(self.moment(0))
+        return safe_sqrt(self.moment(0))
 
 
 def stress_spectrum(response: RandomResponse, name: str) -> StressSpectrum:
@@ -99,4 +100,4 @@ def _moments(spectrum, orders):
     def piece(f, w):
         return (w[:, None] * f[:, None] ** powers.astype(f.dtype)[None]).T @ _levels(spectrum, f)
 
-    return _integrate(piece, _nodes(spectrum.response))
+    return integrate(piece, band_nodes(spectrum.response))

@@ -12,11 +12,12 @@ import pytest
 import jaxmbs as mbs
 from tests.test_public_faces import FACES
 
-from . import components, matrices, mechanisms, parts, structures
+from . import components, load_questions, matrices, mechanisms, parts, structures
 from .attempts import Example, attempts, verdict
 from .zoo import Zoo
 
-CASES = {**mechanisms.CASES, **parts.CASES, **matrices.CASES, **components.CASES, **structures.CASES}
+TABLES = (mechanisms, parts, matrices, components, structures, load_questions)
+CASES = {name: case for table in TABLES for name, case in table.CASES.items()}
 EXEMPT = {
     "answers, made by the library": """
         analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion kinematics.Instant
@@ -36,14 +37,7 @@ EXEMPT = {
         analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
-    """,
-    "spectra, sine tests and load cases, whose wrong use is tested in tests/qualification": """
-        qualification.BaseAcceleration qualification.BaseForces qualification.BondForces qualification.Coordinates
-        qualification.Envelope qualification.LoadCase qualification.RandomForce
-        qualification.RandomResponse qualification.Recovery qualification.SineResponse qualification.WhiteNoise
-        qualification.critical_plane qualification.load_envelope qualification.random_response
-        qualification.sine_response qualification.stress_spectrum qualification.von_mises_spectrum
-        jaxmbs.random_response
+        qualification.Envelope qualification.RandomResponse qualification.SineResponse
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
@@ -56,6 +50,10 @@ EXEMPT = {
         contact.AbstractPair contact.Touch
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
+    """,
+    "what is asked, judged with the question": """
+        qualification.BaseForces qualification.BondForces qualification.Coordinates qualification.Recovery
+        qualification.WhiteNoise
     """,
     "no argument, a name, or a solver or event that simulate judges": """
         elements.DIRECTIONS motion.Event motion.ProjectedSolver motion.Gauss4 motion.ImplicitMidpoint motion.Rodas5P
@@ -108,7 +106,10 @@ LONG = """
     hydraulics.Line hydraulics.Orifice hydraulics.Pump hydraulics.ReliefValve hydraulics.Tank hydraulics.Valve
     hydraulics.Volume contact.ClosedCurve contact.CylinderOnPlane contact.HeightField contact.JournalInBush
     contact.RollerOnCurve contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad forces.Cable
-    forces.GearPair forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
+    forces.GearPair qualification.BaseAcceleration
+    qualification.RandomForce jaxmbs.random_response qualification.random_response qualification.sine_response
+    qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
+    forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
     kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
     forces.WormGear
 """.split()

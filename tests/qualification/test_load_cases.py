@@ -5,8 +5,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmbs.coupling import limit_loads
 from jaxmbs.errors import ModelError
-from jaxmbs.qualification import LoadCase, load_envelope
+from jaxmbs.qualification import LoadCase, load_envelope, response_spectrum
+
+from .test_random_response import oscillator
 
 T = np.linspace(0.0, 1.0, 5)
 FIRST = np.array([[0.0, 1, -1, 2, 0], [5.0, 0, 0, -7, 0]]).T
@@ -29,6 +32,19 @@ def test_values_places_and_cases():
     assert list(np.asarray(found.case_highest)) == [1, 0] and list(np.asarray(found.case_lowest)) == [1, 0]
     np.testing.assert_allclose(found.margins([12.0, 14.0]), [1.0, 1.0])
     assert "landing" in str(found) and "bolt x" in str(found)
+
+
+def test_limit_values_and_response_spectra():
+    """Loads without a place in time: limit values of pairs of modes, and peaks of a response spectrum."""
+    limits = limit_loads(np.array([[3.0, 1.0], [-2.0, 0.5]]), np.array([[4.0, 1.0]]))
+    given = LoadCase("separation", limits, ["bolt x", "bolt y"], factor=1.1)
+    np.testing.assert_allclose(given.highest, [np.hypot(12, 1), np.hypot(8, 0.5)])
+    found = load_envelope([given, LoadCase("landing", FIRST, ["bolt x", "bolt y"], T)])
+    np.testing.assert_allclose(found.limits, 1.1 * limits)
+    assert "- " in str(found) and "separation" in str(found)
+    spectrum = ([1.0, 1e3], [4.0, 4.0])
+    shock = LoadCase("shock", response_spectrum(oscillator(40.0), spectrum, ["m z"], ratios=None))
+    np.testing.assert_allclose([shock.highest[0], shock.lowest[0], shock.at_highest[0]], [4.0, -4.0, 40.0])
 
 
 def test_derivative_is_that_of_the_case_that_determines_it():

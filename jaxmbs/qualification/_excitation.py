@@ -1,0 +1,85 @@
+"""Motions of the base and forces of a linear system, by input."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array
+
+from ..checks import is_concrete
+from ..errors import ModelError
+from ..linear._condensation import interface_basis
+from ._inputs import BaseAcceleration, RandomForce
+
+
+class Excitation(NamedTuple):
+    """Motion of the base per input, and forces.
+
+    Attributes: base: rows that are moved; carried: (n, inputs) motion with the base; elastic: as in `Terms`; forces:
+    (n, inputs); given: forces by name of each input.
+    """
+
+    base: tuple[int, ...]
+    carried: Array
+    elastic: bool
+    forces: Array
+    given: tuple
+
+
+def input_faults(system, inputs, ratios):
+    """Faults of the inputs and the damping."""
+    faults = [] if inputs else ["no input is given"]
+    wrong = [name for name, given in inputs.items() if not isinstance(given, BaseAcceleration | RandomForce)]
+    faults += [f"input {name!r} must be a BaseAcceleration or a RandomForce" for name in wrong]
+    bases = {given.at for given in inputs.values() if isinstance(given, BaseAcceleration)}
+    if len(bases) > 1:
+        faults.append("the accelerations must have the same `at`: one base, whose directions are the inputs")
+    if ratios is not None and system.damping is not None:
+        faults.append("the system has damping of its own: leave out `ratios`, or `system.with_damping(None)`")
+    return faults
+
+
+def excitation_of(system, inputs):
+    moved = [given for given in inputs.values() if isinstance(given, BaseAcceleration)]
+    n, dtype = system.num_rows, system.dtype
+    base = _moved_rows(system, moved[0].at) if moved and moved[0].at is not None else ()
+    T = interface_basis(system.stiffness, base) if base else None
+    carried, forces, given = [], [], []
+    for one in inputs.values():
+        pattern = jnp.zeros(n, dtype)
+        if isinstance(one, BaseAcceleration):
+            pattern = one.pattern(system)
+            pattern = pattern if T is None else T @ pattern[np.array(base)]
+        carried.append(pattern)
+        is_force = isinstance(one, RandomForce)
+        forces.append(system.load(one.pattern) if is_force else jnp.zeros(n, dtype))
+        given.append(one.pattern if is_force else None)
+    return Excitation(base, jnp.stack(carried, 1), bool(base), jnp.stack(forces, 1), tuple(given))
+
+
+def _moved_rows(system, at):
+    """Rows of the coordinates that are moved.  Raises: ModelError where names do not stand for single rows."""
+    if at == ("interface",) and system.num_interface:
+        return tuple(system.interface)
+    with jax.ensure_compile_time_eval():  # names are known, also where the matrices are traced
+        rows = system.outputs(*at)[0]
+    if not is_concrete(rows):
+        raise ModelError(["the moved coordinates must be known before tracing"], "the inputs")
+    rows = np.asarray(rows)
+    if not np.all((np.sum(rows != 0, axis=1) == 1) & (np.sum(rows, axis=1) == 1)):
+        raise ModelError(
+            ["`at` must name coordinates that move by themselves, not ones of rigid bodies"], "the inputs"
+        )
+    return tuple(np.argmax(rows, axis=1).tolist())
+
+
+def loads_of(system, excitation, inner):
+    """Loads (inner, inputs) of unit inputs, and of their integrals or None."""
+    first = (excitation.forces - system.mass @ excitation.carried)[inner]
+    if system.damping is None or not excitation.elastic:
+        return first, None
+    second, size = system.damping @ excitation.carried, jnp.abs(system.damping) @ jnp.abs(excitation.carried)
+    tiny = jnp.abs(second) <= 1e3 * jnp.finfo(second.dtype).eps * size
+    return first, -jnp.where(tiny, second - lax.stop_gradient(second), second)[inner]
