@@ -43,6 +43,21 @@ def not_positive(value: Any) -> bool:
     return any_concrete(lambda x: x <= 0, value)
 
 
+def number_faults(what: str, value: Any, positive: bool = False) -> list[str]:
+    """A sentence if the value is not one real number, finite and not negative; or positive.
+
+    Of a traced value its shape and type are known.
+    """
+    wanted = f"{what} must be one {'positive' if positive else 'finite'} number"
+    if np.shape(value) or isinstance(value, str | None):
+        return [f"{wanted}, not {value!r}" if isinstance(value, str | None) else f"{wanted}, not {np.shape(value)}"]
+    if jax.numpy.iscomplexobj(value):
+        return [f"{wanted}, not a complex one"]
+    if any_concrete(lambda x: ~np.isfinite(x) | (x < 0) | (positive & (x == 0)), value):
+        return [f"{wanted}{'' if positive else ', not negative'}; it is {value}"]
+    return []
+
+
 def in_range(values: Any) -> bool:
     """True if all concrete numbers are finite and their squares, too."""
     return bool(np.all(np.abs(np.asarray(values, float)) < LARGEST))

@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
-from ..checks import is_concrete
+from ..checks import is_concrete, number_faults
 from ..errors import ModelError
 from ..linear._condensation import interface_basis
 from ._inputs import BaseAcceleration, RandomForce
@@ -28,7 +28,7 @@ class Excitation(NamedTuple):
     given: tuple
 
 
-def input_faults(system, inputs, ratios):
+def input_faults(system, inputs, ratios, loss):
     """Faults of the inputs and the damping."""
     faults = [] if inputs else ["no input is given"]
     wrong = [name for name, given in inputs.items() if not isinstance(given, BaseAcceleration | RandomForce)]
@@ -38,7 +38,7 @@ def input_faults(system, inputs, ratios):
         faults.append("the accelerations must have the same `at`: one base, whose directions are the inputs")
     if ratios is not None and system.damping is not None:
         faults.append("the system has damping of its own: leave out `ratios`, or `system.with_damping(None)`")
-    return faults
+    return faults + number_faults("loss", loss)
 
 
 def excitation_of(system, inputs):

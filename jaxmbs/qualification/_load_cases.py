@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import not_positive
+from ..checks import number_faults
 from ..errors import ModelError
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
@@ -53,8 +53,11 @@ class LoadCase(eqx.Module):
         factor: ArrayLike = 1.0,
         sigmas: ArrayLike = 3.0,
     ) -> None:
-        if not_positive(factor) or not_positive(sigmas):
-            raise ModelError([f"{name}: factor and sigmas must be positive"], "the load case")
+        faults = [] if isinstance(name, str) else [f"the name must be text, not {name!r}"]
+        faults += number_faults(f"{name}: factor", factor, positive=True)
+        faults += number_faults(f"{name}: sigmas", sigmas, positive=True)
+        if faults:
+            raise ModelError(faults, "the load case")
         self.name, self.factor = name, jnp.asarray(factor, float)
         found = _extremes(name, loads, names, times, sigmas)
         self.names, self.unit = found.names, found.unit
@@ -83,6 +86,11 @@ def _extremes(name, loads, names, times, sigmas):
         return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
     loads = jnp.asarray(loads)
     names = tuple(names or ())
+    unnamed = [other for other in names if not isinstance(other, str)]
+    if unnamed or jnp.iscomplexobj(loads) or jnp.iscomplexobj(times):
+        raise ModelError(
+            [f"{name}: loads and times must be real numbers, and names of components text"], "the load case"
+        )
     if loads.ndim == 1 and times is None and len(names) == len(loads):
         nowhere = jnp.full_like(loads, jnp.nan)
         return _Extremes(names, "", jnp.abs(loads), -jnp.abs(loads), nowhere, nowhere)

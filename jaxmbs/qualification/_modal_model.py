@@ -37,7 +37,7 @@ def modal_model(
 
     Raises: ModelError with every fault.
     """
-    faults = input_faults(system, inputs, ratios)
+    faults = input_faults(system, inputs, ratios, loss)
     if faults:
         raise ModelError(faults, "the question")
     system = system.to_dense() if isinstance(system.stiffness, BlockMatrix) else system

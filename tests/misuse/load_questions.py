@@ -71,6 +71,7 @@ CASES = {
         ),
         f"out name: {NAMES}",
         "frequencies shape: any number",
+        "notch inf: no limit",
     ),
     "qualification.stress_spectrum": case(lambda z: call(_response(), "s x")),
     "qualification.von_mises_spectrum": case(lambda z: call(_response(), ["s x", "s y", "s xy"])),
