@@ -68,17 +68,19 @@ class ModalModel(eqx.Module):
         return _solve(self, s, load)
 
     def transfer(self, frequencies: ArrayLike) -> Array:
-        """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz].
-
-        One product of the rows by the modes with their rates, and by the inputs with theirs.
-        """
+        """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz]."""
         s = imaginary_rates(frequencies, self.rows.real.dtype)
         q, rate = self.amplitudes(frequencies), s[:, None, None]
-        one, first, second = self.direct
-        still, rates, accelerations = self.static
-        rows = [*self.rows, one + still, first, second, rates, accelerations]
-        terms = [q, rate * q, rate**2 * q, _input_terms(s.imag, len(self.inputs))]
-        return _recovered(jnp.concatenate(rows, axis=1), jnp.concatenate(terms, axis=1))
+        terms = jnp.concatenate([q, rate * q, rate**2 * q], axis=1)
+        return _recovered(jnp.concatenate(list(self.rows), axis=1), terms) + self._direct_part(s.imag)
+
+    def _direct_part(self, w):
+        """Part (frequencies, outputs, inputs) that no mode has, at angular frequencies w [rad/s]."""
+        one, first, second = self.direct.astype(self.static.dtype)
+        a, b, c = self.static  # complex with a loss factor
+        even = _by_powers([jnp.ones_like(w), -1.0 / w**2, -(w**2)], [one + a, second, c])
+        odd = _by_powers([-1.0 / w, w], [first, b])
+        return even + 1j * odd if jnp.iscomplexobj(odd) else lax.complex(even, odd)
 
     def modal_rows(self, s: Array) -> Array:
         """Rows (frequencies, outputs, m) of the displacements of the modes at rates s = i w."""
@@ -124,12 +126,11 @@ def _solve(model, s, load):
     return lax.custom_linear_solve(product, load, lambda _, r: r / z[:, :, None], symmetric=True)
 
 
-def _input_terms(w, num):
-    """Unit inputs, their first and second integrals, rates and second rates (frequencies, 5 num, num)."""
-    one, none = jnp.ones_like(w), jnp.zeros_like(w)
-    even, odd = (one, none, -1.0 / w**2, none, -(w**2)), (none, -1.0 / w, none, w, none)
-    powers = lax.complex(jnp.stack(even, axis=1), jnp.stack(odd, axis=1))
-    return jnp.einsum("wp,ij->wpij", powers, jnp.eye(num, dtype=powers.dtype)).reshape(len(w), -1, num)
+def _by_powers(powers, parts):
+    """Sum (frequencies, outputs, inputs) of powers (frequencies,) times parts (outputs, inputs)."""
+    stacked = jnp.stack(parts)
+    found = jnp.stack(powers, axis=1).astype(stacked.dtype) @ stacked.reshape(len(parts), -1)
+    return found.reshape(-1, *stacked.shape[1:])
 
 
 def _recovered(rows, q):
