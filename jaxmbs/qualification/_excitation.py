@@ -42,6 +42,7 @@ def input_faults(system, inputs, ratios, loss):
 
 
 def excitation_of(system, inputs):
+    """Motions of the base and forces (n, inputs) of all inputs."""
     moved = [given for given in inputs.values() if isinstance(given, BaseAcceleration)]
     n, dtype = system.num_rows, system.dtype
     base = _moved_rows(system, moved[0].at) if moved and moved[0].at is not None else ()

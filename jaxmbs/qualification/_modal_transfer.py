@@ -1,12 +1,14 @@
 """Transfer functions of a linear system from inputs to outputs in its modes, with the derivatives of the inverse."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array
 
-from ..runtime import lapack
+from ..runtime import lapack, tuning
 from ..typing import ArrayLike
 from ..vibration import _refined_solve as refined_solve
 
@@ -104,7 +106,8 @@ class ModalModel(eqx.Module):
         return A, B, jnp.concatenate([x - a @ K, v - a @ C], axis=1), a @ P + self.direct[0]
 
 
-def imaginary_rates(frequencies, dtype):
+def imaginary_rates(frequencies: ArrayLike, dtype: Any) -> Array:
+    """Rates i w (frequencies,) at frequencies [Hz]."""
     w = 2 * jnp.pi * jnp.asarray(frequencies, dtype)
     return lax.complex(jnp.zeros_like(w), w)
 
@@ -134,11 +137,13 @@ def _by_powers(powers, parts):
 
 
 def _recovered(rows, q):
-    """Products (frequencies, outputs, inputs) of rows (outputs, m) and q (frequencies, m, inputs): one product of
-    matrices for all frequencies, of real ones where the rows are."""
+    """Products (frequencies, outputs, inputs) of rows (outputs, m) and q (frequencies, m, inputs).
+
+    One product of matrices for all frequencies, of real ones where the rows are real, and many.
+    """
     columns = jnp.swapaxes(q, 0, 1).reshape(q.shape[1], -1)
-    if jnp.iscomplexobj(rows):
-        found = rows @ columns
+    if jnp.iscomplexobj(rows) or len(rows) < tuning.RECOVERED_ROWS:
+        found = rows.astype(columns.dtype) @ columns
     else:
         real, imag = jnp.split(rows @ jnp.concatenate([columns.real, columns.imag], axis=1), 2, axis=1)
         found = lax.complex(real, imag)

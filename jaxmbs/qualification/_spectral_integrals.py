@@ -23,6 +23,7 @@ UNDAMPED = 1e-9
 
 
 def check_spectra(inputs):
+    """Raises: ModelError for inputs without a spectrum, and for white noise beside tables."""
     faults = [f"input {name!r} has no spectrum" for name, given in inputs.items() if given.spectrum is None]
     white = {isinstance(given.spectrum, WhiteNoise) for given in inputs.values()}
     if len(white) > 1:
@@ -32,6 +33,7 @@ def check_spectra(inputs):
 
 
 def check_white(model):
+    """Raises: ModelError for a model whose response to white noise has no bound."""
     cut = isinstance(model, ModalModel) and model.num < len(model.stiffness)
     if isinstance(model, MeasuredModel) or cut or _is_unbounded(model):
         raise ModelError(
@@ -53,10 +55,12 @@ def _any_nonzero(parts):
 
 
 def is_white(inputs):
+    """True if the inputs are white noise."""
     return any(isinstance(given.spectrum, WhiteNoise) for given in inputs.values())
 
 
 def check_damped(model, inputs):
+    """Raises: ModelError for an undamped mode in the band, if concrete."""
     if isinstance(model, MeasuredModel):
         return
     p, d = model.poles()
@@ -122,11 +126,13 @@ def _after_library_calls(function):
 
 
 def integrate(function, nodes):
+    """Sum of a function of nodes and weights over all chunks of nodes."""
     return jnp.sum(map_nodes(function, nodes.frequencies, nodes.weights), axis=0)
 
 
 @jit
 def moments(response):
+    """Spectral moments (outputs, POWERS) of all outputs."""
     powers = jnp.asarray(POWERS)
 
     def piece(f, w):
@@ -143,6 +149,7 @@ def state_covariance(response, A, B):
 
 @jit
 def white_moments(response):
+    """Spectral moments (outputs, POWERS) under white noise, by the covariance of the states."""
     A, B, C, D = response.model.state_space()
     P, found = state_covariance(response, A, B), []
     P = jnp.where(_any_nonzero(response.model.unbounded_parts()), jnp.nan, P)
@@ -157,9 +164,11 @@ def white_moments(response):
 
 
 def safe_sqrt(x):
+    """Root of x, zero with a derivative of zero where x is not positive; NaN stays."""
     positive = x > 0
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), jnp.where(jnp.isnan(x), x, 0.0))
 
 
 def quotient(a, b):
+    """a / b, zero where b is zero."""
     return jnp.where(b == 0, 0.0, a / jnp.where(b == 0, 1.0, b))

@@ -73,6 +73,10 @@ STEP_ENTRIES = 60_000
 #: Shapes of fronts of one height among which the padding is chosen (the choice takes time quadratic in it).
 FRONT_SHAPES = 24
 
+#: Rows of outputs in a spectrum from which on they are recovered by real products in place of complex ones, which of
+#: few rows are part of the loop around them (`qualification.py`: 1 000 designs with one row twice as fast).
+RECOVERED_ROWS = 16
+
 # ---------------------------------------------------------------------------------------------------- many designs
 #: Designs of a batch in one chunk on a CPU: as cheap each as 64, cheaper than 16 or 128 (`batch_of_motions.py`).
 CHUNK = 32
