@@ -182,8 +182,7 @@ after = run(best.design)
 def envelope(found):
     random, sine, shock, _ = found
     peaks = {"random": random.three_sigma[1:], "sine": sine.peaks[1:], "shock": shock.peaks}
-    both = {name: np.stack([size, -size]) for name, size in peaks.items()}  # of either sign
-    return qual.load_envelope([qual.LoadCase(name, size, shock.names, [0.0, 1.0]) for name, size in both.items()])
+    return qual.load_envelope([qual.LoadCase(name, size, shock.names) for name, size in peaks.items()])
 
 
 fig, axes = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
