@@ -17,6 +17,7 @@ from . import (
     flexible,
     forces,
     hydraulics,
+    identification,
     io,
     joints,
     kinematics,
@@ -54,6 +55,7 @@ from .forces import (
     Table,
     Torque,
 )
+from .identification import identify
 from .io import load_model, save_model
 from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Screw, Spherical, Universal, Weld
 from .kinematics import State, position, rotation, signals, velocity

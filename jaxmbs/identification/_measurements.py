@@ -1,0 +1,116 @@
+"""Measurements as one vector: names, noise, gaps, and complex values as pairs."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, PyTree
+
+from ..errors import ModelError
+
+
+class Measurements(NamedTuple):
+    """The n measured numbers; of a complex one the real and the imaginary part.
+
+    Attributes:
+        structure: of the pytree; labels, shapes, is_complex: of its leaves.
+        values: (n,), gaps left out; kept: (all,) false at gaps.
+        weights: (n,) over noise: each difference is multiplied by it.
+    """
+
+    structure: jax.tree_util.PyTreeDef
+    labels: tuple[str, ...]
+    shapes: tuple[tuple[int, ...], ...]
+    is_complex: tuple[bool, ...]
+    values: np.ndarray
+    kept: np.ndarray
+    weights: np.ndarray
+
+    def flatten(self, prediction: PyTree) -> Array:
+        """The predicted numbers (n,) of a traced prediction.  Raises: ModelError where it does not fit the data."""
+        leaves, structure = jax.tree.flatten(prediction)
+        if structure != self.structure:
+            raise ModelError([f"the prediction has the parts {structure}, the data {self.structure}"], "identify")
+        leaves = [jnp.asarray(leaf) for leaf in leaves]
+        rows = list(zip(self.labels, leaves, self.shapes, self.is_complex, strict=True))
+        faults = [
+            f"{name}: the prediction has shape {x.shape}, the data {s}" for name, x, s, _ in rows if x.shape != s
+        ]
+        faults += [f"{name}: the prediction is complex, the data are real" for name, x, _, c in rows if _extra(x, c)]
+        if faults:
+            raise ModelError(faults, "identify")
+        return jnp.concatenate([_parts(x, c) for _, x, _, c in rows])[np.flatnonzero(self.kept)]
+
+    def unflatten(self, values: np.ndarray) -> PyTree:
+        """A pytree like the data of numbers (n,), NaN at gaps."""
+        whole = np.full(len(self.kept), np.nan)
+        whole[self.kept] = values
+        leaves, start = [], 0
+        for shape, c in zip(self.shapes, self.is_complex, strict=True):
+            size = int(np.prod(shape))
+            part = whole[start : start + size * (1 + c)]
+            start += len(part)
+            leaves.append((part[:size] + 1j * part[size:] if c else part).reshape(shape))
+        return jax.tree.unflatten(self.structure, leaves)
+
+
+def _extra(x, is_complex):
+    return jnp.iscomplexobj(x) and not is_complex
+
+
+def _parts(x, is_complex):
+    x = x.ravel()
+    return jnp.concatenate([x.real, x.imag]) if is_complex else x
+
+
+def read_measurements(data: PyTree, deviations: PyTree | None, weights: PyTree | None) -> Measurements:
+    """Read data and their noise: standard deviations, or relative weights.
+
+    Raises: ModelError with every fault.
+    """
+    paths, structure = jax.tree_util.tree_flatten_with_path(data)
+    labels = tuple(jax.tree_util.keystr(path, simple=True, separator=".") or "data" for path, _ in paths)
+    leaves = [np.asarray(leaf) for _, leaf in paths]
+    faults = [
+        f"{label}: data must be numbers, not {x.dtype}"
+        for label, x in zip(labels, leaves, strict=True)
+        if x.dtype.kind not in "fciu"
+    ]
+    faults += ["give deviations or weights, not both"] if deviations is not None and weights is not None else []
+    faults += [] if leaves else ["there are no data"]
+    given, word = (weights, "weights") if deviations is None else (deviations, "deviations")
+    noise = _noise(structure, labels, leaves, given, word, faults) if not faults else []
+    if faults:
+        raise ModelError(faults, "identify")
+    is_complex = tuple(x.dtype.kind == "c" for x in leaves)
+    flat = np.concatenate([np.asarray(_parts(x, c), float) for x, c in zip(leaves, is_complex, strict=True)])
+    noise = np.concatenate([np.tile(x.ravel(), 1 + c) for x, c in zip(noise, is_complex, strict=True)])
+    kept = ~np.isnan(flat)
+    if not np.all(np.isfinite(flat[kept])):
+        raise ModelError(["data must be finite; NaN marks a gap"], "identify")
+    factors = noise if deviations is None else 1.0 / noise
+    shapes = tuple(x.shape for x in leaves)
+    return Measurements(structure, labels, shapes, is_complex, flat[kept], kept, factors[kept])
+
+
+def _noise(structure, labels, leaves, given, word, faults):
+    """Positive numbers for every leaf, in its shape; one number stands for all."""
+    if given is None or np.ndim(given) == 0 and not isinstance(given, dict):
+        given = jax.tree.unflatten(structure, [1.0 if given is None else given] * len(leaves))
+    try:
+        parts = structure.flatten_up_to(given)
+    except ValueError:
+        faults.append(f"{word} must be one number, or have the parts of the data")
+        return []
+    found = []
+    for label, x, part in zip(labels, leaves, parts, strict=True):
+        try:
+            part = np.broadcast_to(np.asarray(part, float), x.shape)
+        except (TypeError, ValueError):
+            faults.append(f"{label}: {word} do not fit data of shape {x.shape}")
+            continue
+        if not np.all(np.isfinite(part) & (part > 0)):
+            faults.append(f"{label}: {word} must be positive and finite")
+        found.append(part)
+    return found

@@ -1,0 +1,1 @@
+"""Tests of identification, with the case of NIST's regressions."""
