@@ -30,7 +30,18 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     ["joints", "forces", "contact", "blocks", "hydraulics", "elements", "model", "fatigue"],
     ["linear", "vibration", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reaction", "reductions", "coupling", "flexible"],
-    ["analysis", "motion", "experiment", "bondgraph", "batching", "design", "studies", "qualification", "verbs"],
+    [
+        "analysis",
+        "motion",
+        "experiment",
+        "bondgraph",
+        "batching",
+        "design",
+        "identification",
+        "studies",
+        "qualification",
+        "verbs",
+    ],
     ["io", "viz", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])
@@ -43,6 +54,7 @@ LAZY = {
     **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching", "qualification")},
     "bondgraph": {"networkx"},
     "design": {"scipy.optimize", "nlopt", "xarray"},
+    "identification": {"scipy.optimize"},
     "studies": {"xarray", "filelock", "distributed"},
 }  # besides the doors
 

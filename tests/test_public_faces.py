@@ -70,7 +70,7 @@ FACES = {
         Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
         contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
         forward_dynamics
-        frequency_response hydraulics inertia inverse_dynamics io jit joints kinematics linear linearise
+        frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics linear linearise
         load_model
         mass_matrix minimise model modes motion ode position qualification random_response
         reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
@@ -114,6 +114,9 @@ FACES = {
         free_response mean_of_repeats measured_stiffness noise_variance nonlinearity propagate
         propagate_scalar remove_stiffness rigid_channels sweep_amplitudes sweep_phase sweep_variance
         virtual_point
+    """,
+    "jaxmbs.identification": """
+        Direction Identification identify
     """,
     "jaxmbs.fatigue": """
         Cycles PsdTable SN damage equivalent_load psd_table rainflow spectral_damage

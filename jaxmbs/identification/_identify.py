@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
-from ..checks import number_faults
+from ..checks import number_faults, refuse_complex
 from ..design._starts import starting_points
 from ..design._variables import AT_BOUND, Variables, read_variables
 from ..errors import ModelError
@@ -189,8 +189,9 @@ def _read_prior(variables, prior, unknowns, bounds):
     for leaf, pair in zip(jax.tree.leaves(unknowns), pairs, strict=True):
         size = np.size(leaf)
         if pair is not None:
+            refuse_complex(pair)
             mean, sigma = (np.broadcast_to(np.asarray(part, float), np.shape(leaf)).ravel() for part in pair)
-            if not np.all(np.isfinite(mean) & (sigma > 0)):
+            if not np.all(np.isfinite(mean) & np.isfinite(sigma) & (sigma > 0)):
                 raise ModelError(
                     [f"{variables.names[start]}: a prior needs a mean and a positive deviation"], "identify"
                 )

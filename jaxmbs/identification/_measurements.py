@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
+from ..checks import refuse_complex
 from ..errors import ModelError
 
 
@@ -37,7 +38,9 @@ class Measurements(NamedTuple):
         faults = [
             f"{name}: the prediction has shape {x.shape}, the data {s}" for name, x, s, _ in rows if x.shape != s
         ]
-        faults += [f"{name}: the prediction is complex, the data are real" for name, x, _, c in rows if _extra(x, c)]
+        kinds = ("real", "complex")
+        pairs = [(name, kinds[jnp.iscomplexobj(x)], kinds[c]) for name, x, _, c in rows]
+        faults += [f"{name}: the prediction is {a}, the data are {b}" for name, a, b in pairs if a != b]
         if faults:
             raise ModelError(faults, "identify")
         return jnp.concatenate([_parts(x, c) for _, x, _, c in rows])[np.flatnonzero(self.kept)]
@@ -55,10 +58,6 @@ class Measurements(NamedTuple):
         return jax.tree.unflatten(self.structure, leaves)
 
 
-def _extra(x, is_complex):
-    return jnp.iscomplexobj(x) and not is_complex
-
-
 def _parts(x, is_complex):
     x = x.ravel()
     return jnp.concatenate([x.real, x.imag]) if is_complex else x
@@ -72,6 +71,7 @@ def read_measurements(data: PyTree, deviations: PyTree | None, weights: PyTree |
     paths, structure = jax.tree_util.tree_flatten_with_path(data)
     labels = tuple(jax.tree_util.keystr(path, simple=True, separator=".") or "data" for path, _ in paths)
     leaves = [np.asarray(leaf) for _, leaf in paths]
+    leaves = [np.where(np.isnan(x), complex(np.nan, np.nan), x) if x.dtype.kind == "c" else x for x in leaves]
     faults = [
         f"{label}: data must be numbers, not {x.dtype}"
         for label, x in zip(labels, leaves, strict=True)
@@ -106,6 +106,7 @@ def _noise(structure, labels, leaves, given, word, faults):
     found = []
     for label, x, part in zip(labels, leaves, parts, strict=True):
         try:
+            refuse_complex(part)
             part = np.broadcast_to(np.asarray(part, float), x.shape)
         except (TypeError, ValueError):
             faults.append(f"{label}: {word} do not fit data of shape {x.shape}")

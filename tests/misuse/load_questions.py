@@ -1,7 +1,8 @@
-"""Examples of random vibration, sine tests and load cases."""
+"""Examples of random vibration, sine tests, load cases and identification."""
 
 import inspect
 
+import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
@@ -40,7 +41,21 @@ def answered(kind, answer):
     return made
 
 
+def _line(u):
+    return u["a"] * jnp.array([0.5, 1.0, 2.5])
+
+
 CASES = {
+    "identification.identify": case(
+        lambda z: call(
+            _line, np.array([0.6, 1.1, 2.4]), {"a": 1.5}, {"a": (0.5, 4.0)}, 0.25, prior={"a": (1.5, 0.5)}, robust=1.5
+        ),
+        "data nan: a gap",
+        "bounds inf: no bound",
+        "bounds name: refused as another structure",
+        "robust inf: no outliers",
+        positive="deviations robust",
+    ),
     "qualification.BaseAcceleration": case(
         lambda z: call(TABLE, "z"), "spectrum none: a direction alone", through=lambda kind: answered(kind, _respond)
     ),
