@@ -70,8 +70,8 @@ FACES = {
         Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
         contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
         forward_dynamics
-        frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics linear linearise
-        load_model
+        frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
+        linear linearise load_model
         mass_matrix minimise model modes motion ode position qualification random_response
         reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
         simulate statics stiffness studies sweep vector_field velocity vibration viz

@@ -113,7 +113,7 @@ class Identification(eqx.Module):
         crooked the model is.  Raises: UnknownNameError.
         """
         place = place_of("unknown", name, self.names)
-        return np.array([self.refit(place, float(value), self.values) for value in np.asarray(values, float)])
+        return np.array([self.refit(place, float(value)) for value in np.asarray(values, float)])
 
     def with_experiment(self, jacobian: ArrayLike) -> tuple[Direction, ...]:
         """Directions that stay unseen if a further experiment is added.

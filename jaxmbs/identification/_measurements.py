@@ -11,51 +11,59 @@ from ..checks import refuse_complex
 from ..errors import ModelError
 
 
-class Measurements(NamedTuple):
-    """The n measured numbers; of a complex one the real and the imaginary part.
+class Layout(NamedTuple):
+    """Places of the leaves of a pytree in one vector: of complex ones all real parts, then all imaginary parts.
 
-    Attributes:
-        structure: of the pytree; labels, shapes, is_complex: of its leaves.
-        values: (n,), gaps left out; kept: (all,) false at gaps.
-        weights: (n,) over noise: each difference is multiplied by it.
+    Attributes: structure: of the pytree; labels, shapes, is_complex: of its leaves.
     """
 
     structure: jax.tree_util.PyTreeDef
     labels: tuple[str, ...]
     shapes: tuple[tuple[int, ...], ...]
     is_complex: tuple[bool, ...]
-    values: np.ndarray
-    kept: np.ndarray
-    weights: np.ndarray
 
-    def flatten(self, prediction: PyTree) -> Array:
-        """The predicted numbers (n,) of a traced prediction.  Raises: ModelError where it does not fit the data."""
-        leaves, structure = jax.tree.flatten(prediction)
+    def flatten(self, tree: PyTree) -> Array:
+        """The numbers (all,) of a traced pytree.  Raises: ModelError where it does not have this layout."""
+        leaves, structure = jax.tree.flatten(tree)
         if structure != self.structure:
             raise ModelError([f"the prediction has the parts {structure}, the data {self.structure}"], "identify")
         leaves = [jnp.asarray(leaf) for leaf in leaves]
         rows = list(zip(self.labels, leaves, self.shapes, self.is_complex, strict=True))
-        faults = [
-            f"{name}: the prediction has shape {x.shape}, the data {s}" for name, x, s, _ in rows if x.shape != s
-        ]
+        faults = [f"{name}: the prediction has shape {x.shape}, not {s}" for name, x, s, _ in rows if x.shape != s]
         kinds = ("real", "complex")
         pairs = [(name, kinds[jnp.iscomplexobj(x)], kinds[c]) for name, x, _, c in rows]
         faults += [f"{name}: the prediction is {a}, the data are {b}" for name, a, b in pairs if a != b]
         if faults:
             raise ModelError(faults, "identify")
-        return jnp.concatenate([_parts(x, c) for _, x, _, c in rows])[np.flatnonzero(self.kept)]
+        return jnp.concatenate([_parts(x, c) for _, x, _, c in rows])
+
+    def unflatten(self, values: Array | np.ndarray) -> PyTree:
+        """The pytree of numbers (all,)."""
+        leaves, start = [], 0
+        for shape, c in zip(self.shapes, self.is_complex, strict=True):
+            size = int(np.prod(shape))
+            part = values[start : start + size * (1 + c)]
+            start += len(part)
+            leaves.append((part[:size] + 1j * part[size:] if c else part).reshape(shape))
+        return jax.tree.unflatten(self.structure, leaves)
+
+
+class Measurements(NamedTuple):
+    """The n measured numbers.
+
+    Attributes: values: (n,), gaps left out; kept: (all,) false at gaps; weights: (n,) factors of the differences.
+    """
+
+    layout: Layout
+    values: np.ndarray
+    kept: np.ndarray
+    weights: np.ndarray
 
     def unflatten(self, values: np.ndarray) -> PyTree:
         """A pytree like the data of numbers (n,), NaN at gaps."""
         whole = np.full(len(self.kept), np.nan)
         whole[self.kept] = values
-        leaves, start = [], 0
-        for shape, c in zip(self.shapes, self.is_complex, strict=True):
-            size = int(np.prod(shape))
-            part = whole[start : start + size * (1 + c)]
-            start += len(part)
-            leaves.append((part[:size] + 1j * part[size:] if c else part).reshape(shape))
-        return jax.tree.unflatten(self.structure, leaves)
+        return self.layout.unflatten(whole)
 
 
 def _parts(x, is_complex):
@@ -91,7 +99,7 @@ def read_measurements(data: PyTree, deviations: PyTree | None, weights: PyTree |
         raise ModelError(["data must be finite; NaN marks a gap"], "identify")
     factors = noise if deviations is None else 1.0 / noise
     shapes = tuple(x.shape for x in leaves)
-    return Measurements(structure, labels, shapes, is_complex, flat[kept], kept, factors[kept])
+    return Measurements(Layout(structure, labels, shapes, is_complex), flat[kept], kept, factors[kept])
 
 
 def _noise(structure, labels, leaves, given, word, faults):

@@ -173,7 +173,7 @@ def test_a_pendulum_from_its_record(gradient):
 
     def angle(u):
         system = pendulum(u, like)
-        state = mbs.State.at(system, coordinates={"pin": 0.8})
+        state = mbs.State.at(system, pin=0.8)
         motion = mbs.simulate(system, state, ts=ts, rtol=1e-9, atol=1e-9, gradient=gradient)
         return motion.states.coordinates[:, 0] + u["offset"]
 
