@@ -24,6 +24,7 @@ LONG += (
     "guide/pictures",
     "guide/control",
     "guide/cables",
+    "guide/identification",
     "guide/scatter",
     "guide/studies",
     "start/first-structure",

@@ -138,8 +138,8 @@ class Identification(eqx.Module):
         told = [f"{self.reason}; {self.rank} of {len(self.names)} directions seen"]
         told.append(f"chi squared {format_number(self.chi_squared)} over {self.freedom} degrees of freedom")
         for one in self.unseen:
-            size = "not at all" if np.isinf(one.deviation) else f"to {100 * one.deviation:.3g} % only"
-            told.append(f"{one.text} is seen {size}: give {one.remedy} a prior or fix it")
+            seen = "not seen at all" if np.isinf(one.deviation) else f"seen to {100 * one.deviation:.3g} % only"
+            told.append(f"{one.text} is {seen}: give {one.remedy} a prior or fix it")
         return ". ".join(told)
 
     def _quantile(self, percent: float) -> Any:

@@ -8,8 +8,10 @@ import scipy.linalg
 
 #: Relative size of a singular value below which a direction is not seen at all: rounding.
 ROUNDING = 1e-10
-#: Terms of a direction that are left out of its text, relative to the largest.
+#: Terms of a direction that are left out, relative to the largest.
 SMALL = 1e-3
+#: Terms of a direction that its text shows.
+MOST_TERMS = 5
 
 
 class Direction(NamedTuple):
@@ -83,9 +85,10 @@ def _direction(row, deviation, scale, names):
     change = row * scale
     change = change / change[order[0]]
     terms = []
-    for k in order:
+    for k in order[:MOST_TERMS]:
         size = "" if k == order[0] else f"{abs(change[k]):.3g} "
         sign = " - " if change[k] < 0 else " + " if terms else ""
         terms.append(f"{sign}{size}{names[k]}")
     coefficients = {names[k]: float(change[k]) for k in order}
-    return Direction("".join(terms), coefficients, float(deviation), names[order[0]])
+    more = f" and {len(order) - MOST_TERMS} more" if len(order) > MOST_TERMS else ""
+    return Direction("".join(terms) + more, coefficients, float(deviation), names[order[0]])
