@@ -18,6 +18,7 @@ from jax import Array
 
 from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed, tanh_over
 from ..kinematics import _closures as closures
+from ..kinematics._cable_rows import cable_rows, cable_wrenches
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._slips import bristle_rates, bristle_slips, slips_of
 from ..kinematics._wrench_targets import node_targets
@@ -179,6 +180,8 @@ def solve_friction(
     still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
     first = np.eye(1, len(a), dtype=dtype)[0]
     parts = [moving + first[:, None, None] * (still - F)[None]]
+    if cable_rows(system):
+        parts[0] = parts[0] - jax.vmap(lambda y: cable_wrenches(system, at, targets, y))(multipliers)
     if f.is_shared and system.closures:
         multipliers = shared_multipliers(system, at, rub.wrench, parts[0], a, multipliers, compliance)
     if system.closures:
