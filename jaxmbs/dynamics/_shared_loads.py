@@ -45,16 +45,28 @@ def shared_multipliers(system: System, at: VelocityKinematics, wrench, lack, a, 
 
 def _lack_of_bodies(system, at, a, multipliers):
     """Wrenches (1 + n, bodies, 6) that the bodies need beside force elements and cables, as `lack` of the nodes."""
-    owners, top, none = body_targets(system), system.topology, jnp.zeros_like(a[0])
+    owners, top = body_targets(system), system.topology
 
     def lack(a):
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, owners).wrench
 
-    still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
-    found = moving.at[0].add(still - efforts(system, at, owners)[0])
+    found = wrenches_lacking(lack, a, efforts(system, at, owners)[0], len(multipliers))
     if cable_rows(system):
         found = found - jax.vmap(lambda y: cable_wrenches(system, at, owners, y))(multipliers)
     return found
+
+
+def wrenches_lacking(lack, a, F, count):
+    """Wrenches (count, n, 6) that are lacking beside those of force elements F (n, 6), of the motion without
+    friction and of each surface's friction alone.
+
+    Args: lack: function of accelerations (nv,); a (count, nv), or (1, nv) where friction changes no acceleration.
+    """
+    if len(a) < count:
+        return jnp.pad((lack(a[0]) - F)[None], ((0, count - 1), (0, 0), (0, 0)))
+    still, moving = jax.vmap(lambda da: jax.jvp(lack, (jnp.zeros_like(da),), (da,)), out_axes=(None, 0))(a)
+    first = np.eye(1, count, dtype=a.dtype)[0]
+    return moving + first[:, None, None] * (still - F)[None]
 
 
 def _carried(system):

@@ -1,4 +1,4 @@
-"""Rows of inextensible cables: residuals from the poses of their frames, and the loads of their tensions on bodies."""
+"""Rows of inextensible cables: residuals from the poses of their frames, and the loads of tensions on bodies."""
 
 import jax.numpy as jnp
 import numpy as np

@@ -46,7 +46,7 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
 
 
 def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> dict[str, RowLoad]:
-    """Loads of couplers, cables and user rows by name, from all multipliers (rows,); stresses: see `self_stresses`."""
+    """Loads of couplers, cables and user rows by name, from all multipliers (rows,); stresses: `self_stresses`."""
     rows = [row for row in system.rows if not isinstance(row, Drive)]
     if not rows:
         return {}
