@@ -133,8 +133,8 @@ FACES = {
         AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw AbstractScalarStateLaw AbstractSignal
         AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
         BeamElement BeamSection BearingFriction BevelGear BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
-        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState
-        JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave SmoothCoulomb
+        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder
+        InextensibleCable InternalState JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave SmoothCoulomb
         Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.hydraulics": """

@@ -111,7 +111,7 @@ LONG = """
     qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
     forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
     kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
-    forces.WormGear
+    forces.WormGear forces.InextensibleCable
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself
