@@ -188,6 +188,20 @@ def test_what_turns_with_a_joint_has_a_part_on_either_body(kind):
     assert np.linalg.norm(seen[0]) < reach
 
 
+def test_cables_have_their_spans_and_wheels():
+    b = mbs.SystemBuilder()
+    b.body("load", 1.0)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(0.1, 0, -1))
+    path = [mbs.forces.Attachment(("ground", (-0.1, 0, -1))), mbs.forces.Sheave("ground", 0.1, axis="y")]
+    b.cable("rope", [*path, mbs.forces.Attachment("load")], stiffness=1e4)
+    system = b.build()
+    states = jax.tree.map(lambda *x: np.stack(x), *(mbs.State.at(system, lift=z) for z in (0.0, -0.5)))
+    (stage,) = viz.scene(system, states).data["objects"]
+    rope = [item for item in stage["items"] if item["name"] == "rope"]
+    assert sum("ends" in item and item["part"] == (0.0, 1.0) for item in rope) == 2
+    assert len(rope) == 2 + 1 + 3  # spans, the wheel, balls at frames on the ground
+
+
 def test_wrong_names_are_told(four_bar):
     system, motion = four_bar
     with pytest.raises(mbs.UnknownNameError, match="crnak"):
