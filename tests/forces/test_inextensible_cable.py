@@ -104,7 +104,7 @@ def test_block_and_tackle():
     b.body("load", 40.0)
     b.joint("load", mbs.Prismatic("z"), "ground", "load", parent_frame=(0, 0, -3.0))
     b.body("hand", 12.0)
-    b.joint("hand", mbs.Prismatic("z"), "ground", "hand", parent_frame=(0.7, 0, -1.0))
+    b.joint("hand", mbs.Prismatic("z"), "ground", "hand", parent_frame=(0.6, 0, -1.0))
     top = lambda x: Sheave(("ground", (x, 0, 0)), 0.1, side="+", axis="y")  # noqa: E731
     low = lambda x: Sheave(("load", (x, 0, 0)), 0.1, side="-", axis="y")  # noqa: E731
     path = [Attachment(("ground", (-0.2, 0, 0))), low(-0.1), top(0.1), low(0.3), top(0.5), Attachment("hand")]
