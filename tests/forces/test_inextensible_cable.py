@@ -33,6 +33,22 @@ def hanging(system, light=-1.0, **more):
 TENSION = 2 * 3.0 * 5.0 / 8.0 * G
 
 
+def test_loads_of_a_unit_tension():
+    """Against differences of the length that is left."""
+    kinds = ("point", "sheave", "point")
+    law = mbs.forces.InextensibleCable(kinds, [0.2], [[0.0, 1.0, 0.0]], [0.0], free_length=4.0)
+    x, R = jnp.array([[-0.5, 0.1, -1.0], [0.0, 0.0, 0.0], [0.4, 0.2, -1.5]]), jnp.stack([jnp.eye(3)] * 3)
+    force, moment = jax.jit(lambda R, x: law.unit_loads(R, x))(R, x)
+    left = jax.jit(jax.vmap(lambda x: law.residual(R, x, 0.0)[0]))
+    steps = 1e-5 * np.eye(9).reshape(9, 3, 3)
+    np.testing.assert_allclose(force.reshape(-1), (left(x + steps) - left(x - steps)) / 2e-5, atol=1e-8)
+    # it pulls at its ends, and the loads balance
+    assert force[0, 2] > 0.9 and force[2, 2] > 0.9
+    np.testing.assert_allclose(np.sum(force, axis=0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.sum(moment + np.cross(x, force), axis=0), 0.0, atol=1e-12)
+
+
+@pytest.mark.long
 def test_atwoods_machine():
     system = atwood()
     state = hanging(system, velocities={"light": 0.5})
