@@ -41,7 +41,7 @@ def test_loads_of_a_unit_tension():
     force, moment = jax.jit(lambda R, x: law.unit_loads(R, x))(R, x)
     left = jax.jit(jax.vmap(lambda x: law.residual(R, x, 0.0)[0]))
     steps = 1e-5 * np.eye(9).reshape(9, 3, 3)
-    np.testing.assert_allclose(force.reshape(-1), (left(x + steps) - left(x - steps)) / 2e-5, atol=1e-8)
+    np.testing.assert_allclose(force.reshape(-1), (left(x[None] + steps) - left(x[None] - steps)) / 2e-5, atol=1e-8)
     # it pulls at its ends, and the loads balance
     assert force[0, 2] > 0.9 and force[2, 2] > 0.9
     np.testing.assert_allclose(np.sum(force, axis=0), 0.0, atol=1e-12)
