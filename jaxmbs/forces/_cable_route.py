@@ -11,7 +11,7 @@ from jaxtyping import Float
 from ..checks import any_concrete, faults_if, not_positive
 from ..math._vector import Components, dot
 from ..runtime import gather_static
-from ..typing import Convertible
+from ..typing import Convertible, Scalar
 from ._base import PathKinematics
 from ._cable_path import CablePath, Circles, Layout, cable_path
 from ._cable_slopes import length_slopes
@@ -75,13 +75,15 @@ class CableRoute(eqx.Module):
         """The path through frames of these poses."""
         return cable_path(self.layout, self._circles(rotations, positions))
 
-    def length_and_slopes(self, rotations, positions):
+    def length_and_slopes(
+        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
+    ) -> tuple[CablePath, Components, Components]:
         """(path, derivatives (n,) of its length by the places and small turns of the frames)."""
         circles = self._circles(rotations, positions)
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
 
-    def length_and_rate(self, frames: PathKinematics):
+    def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Components, Components]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""
         path, on_x, on_turn = self.length_and_slopes(frames.rotations, frames.positions)
         velocity, spin = Components.of(frames.velocities), Components.of(frames.angular_velocities)
