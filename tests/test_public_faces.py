@@ -125,8 +125,8 @@ FACES = {
         recover_history scatter_rows
     """,
     "jaxmbs.flexible": """
-        ElasticBody FloatingFrame GeometricStiffening carried_loads deformations displacements floating_frame
-        interface_loads mass_properties stiffening
+        ElasticBody FloatingFrame GeometricStiffening StressEnvelope Stresses carried_loads deformations
+        displacements floating_frame interface_loads mass_properties section_forces stiffening stresses
     """,
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractJointFriction AbstractLaw AbstractPathLaw

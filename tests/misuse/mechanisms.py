@@ -129,6 +129,8 @@ CASES = {
     "flexible.deformations": case(lambda z: call(z.elastic, z.elastic_state, "arm")),
     "flexible.displacements": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
+    "flexible.stresses": case(lambda z: call(z.arm, z.arm_state, "arm", z.arm_frame, z.arm_beam)),
+    "flexible.section_forces": case(lambda z: call(z.whip, z.whip_state, "whip")),
     "flexible.stiffening": case(
         lambda z: call(z.elastic, z.elastic_state),
         "* swapped: refused, all of the system in the message",
