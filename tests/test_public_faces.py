@@ -77,7 +77,8 @@ FACES = {
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
-        Equilibrium ImpendingMotion Linearisation StateSpace Stiffness equilibrium frequency_response
+        CampbellDiagram Equilibrium ImpendingMotion Linearisation StateSpace Stiffness campbell equilibrium
+        frequency_response
         impending_motion linearise modes
         stiffness
     """,

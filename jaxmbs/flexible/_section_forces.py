@@ -9,6 +9,7 @@ from ..checks import no_such
 from ..errors import UnknownNameError
 from ..forces import BeamElement
 from ..kinematics._configuration import at_state, with_velocities
+from ..kinematics._element_flows import element_flows
 from ..kinematics._state import HasStates, State
 from ..model._system import System
 from ._recovery import map_states
@@ -31,7 +32,7 @@ def section_forces(system: System, motion: State | HasStates, name: str) -> Floa
 
     def at(state):
         here = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
-        found = [_of_group(group, here) for group in system.forces if isinstance(group.law, BeamElement)]
+        found = [_of_group(system, group, here) for group in system.forces if isinstance(group.law, BeamElement)]
         return jnp.concatenate(found)[places]
 
     return map_states(system, at, motion)
@@ -47,15 +48,15 @@ def _elements(system, name):
     return np.array([k for _, k in own])
 
 
-def _of_group(group, here):
+def _of_group(system, group, here):
     """Section forces (elements, 2, 6) of a group of elements."""
 
-    def of_element(law, a, b):
-        R, d = group.port.displacement(a, b)
-        arguments, rates = group.port.arguments((R, d), group.port.flow(a, b))
-        force, moment = law.wrench(*arguments, *rates, here.t)  # of the element on B, in A axes
+    def of_element(law, displacement, flow):
+        (R, d), rates = group.port.arguments(displacement, flow)
+        force, moment = law.wrench(R, d, *rates, here.t)  # of the element on B, in A axes
         force, moment = -force, -moment
         first = jnp.concatenate([force, moment + jnp.cross(d, force)])
         return jnp.stack([first, jnp.concatenate([force @ R, moment @ R])])
 
-    return jax.vmap(of_element)(group.law, *group.port.gather(group, here, here.V, here.u))
+    _, displacements, flows = element_flows(system, group, here, here.V, here.u)
+    return jax.vmap(of_element)(group.law, displacements, flows)

@@ -35,7 +35,7 @@ EXEMPT = {
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
         analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
-        flexible.StressEnvelope flexible.Stresses
+        flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -81,7 +81,7 @@ LONG = """
     vibration.direct_response coupling.base_motion vibration.transmissibility vibration.lowest_modes
     coupling.coupled_response statics.bond_reactions vibration.viscous_receptance vibration.receptance
     vibration.simulate flexible.interface_loads flexible.stresses flexible.section_forces vibration.oscillations
-    vibration.transfer_matrix
+    vibration.transfer_matrix analysis.campbell
     coupling.peak_response vibration.resonance_gains reductions.MacNeal reductions.averaged_transformation
     reductions.mode_acceleration_free reductions.Mixed vibration.harmonic_response vibration.frequency_response
     experiment.sweep_amplitudes flexible.displacements flexible.floating_frame dynamics.spring_kic_second
