@@ -188,4 +188,6 @@ def test_energy_and_derivatives_of_a_swinging_beam():
     slopes = jax.jit(jax.jacfwd(tip))(base)
     for k, size in enumerate((1.0, 1e-3)):
         step = size * jnp.eye(2)[k]
-        np.testing.assert_allclose(slopes[:, k], (tip(base + step) - tip(base - step)) / (2 * size), atol=1e-7, rtol=1e-3)
+        np.testing.assert_allclose(
+            slopes[:, k], (tip(base + step) - tip(base - step)) / (2 * size), atol=1e-7, rtol=1e-3
+        )
