@@ -65,7 +65,7 @@ class CampbellDiagram(eqx.Module):
     def critical_speeds(self, order: ArrayLike = 1.0) -> Float[Array, " m"]:
         """The first speed (m,) [rad/s] at which the frequency of each mode is `order` times the speed, by a straight
         line between the speeds given; NaN where there is none."""
-        over = self.roots.imag - order * self.speeds[:, None]
+        over = self.roots.imag - as_dtype(order, self.speeds.dtype) * self.speeds[:, None]
         before, after = over[:-1], over[1:]
         crosses = (before > 0) & (after <= 0)
         step = jnp.argmax(crosses, axis=0)[None]
@@ -113,7 +113,8 @@ def campbell(
     names = linearise(system, _turning(system, state, column, speeds[0])).state_names
     out = [k for k, name in enumerate(names) if name.removeprefix("rate of ") == spin]
     kept = tuple(name for k, name in enumerate(names) if k not in out)
-    return CampbellDiagram(speeds, *_roots(system, speeds, state, spin, column, keep), kept)
+    roots, shapes, ok = _roots(system, speeds, state, spin, column, keep)
+    return CampbellDiagram(speeds, roots, shapes, ok, kept)
 
 
 def _spin_column(system, spin):

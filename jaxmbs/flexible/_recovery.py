@@ -1,6 +1,7 @@
 """Recovery of deformations, nodal displacements and interface loads of elastic bodies from a mechanism's motion."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
 from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
 from ..math._spatial import to_public_order
+from ..model._elastic import ElasticGroup
 from ..model._entry_points import states_of
 from ..model._internal_states import with_internal
 from ..model._system import System
@@ -106,7 +108,8 @@ def _physical_moment(vector, load):
     return jax.linear_transpose(lambda omega: rotation_vector_rate(vector, omega), load)(load)[0]
 
 
-def recover_displacements(frame, motion):
+def recover_displacements(frame: FloatingFrame, motion: BodyMotion) -> Array:
+    """Displacements (n,) of the substructure by its balance of forces; those of the interfaces are kept."""
     s = frame.system
     rows = interface_rows(s, frame.body.interfaces)
     if len(rows) == s.num_rows:
@@ -115,7 +118,8 @@ def recover_displacements(frame, motion):
     return recovery.mode_acceleration(s.with_interface(*rows), motion.x, still, motion.load, motion.x_dot)
 
 
-def find_body(system, name):
+def find_body(system: System, name: str) -> tuple[ElasticGroup, int]:
+    """Group of an elastic body and its place in it.  Raises: UnknownNameError."""
     for group in system.elastic:
         if name in group.names:
             return group, group.names.index(name)
@@ -123,7 +127,8 @@ def find_body(system, name):
     raise UnknownNameError(no_such("elastic body", name, names))
 
 
-def map_states(system, function, motion):
+def map_states(system: System, function: Callable, motion: State | HasStates) -> Any:
+    """Values of a function of one state, at a state or along a motion."""
     states = states_of(system, motion)
     return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
 

@@ -51,8 +51,8 @@ def _body_lines(body, nodes) -> Iterator[str]:
         yield f"   ielastq({k + 1}) = deformation {k + 1}"
     yield "end refmod"
     yield "frame"
-    for node in nodes:
-        yield from _node_lines(*node, m)
+    for name, origin, phi, psi in nodes:
+        yield from _node_lines(name, origin, phi, psi, m)
     yield "end frame"
     N, G = turned[:3], turned[q]  # (b, a, i): r x (e_a x Phi_i); (i, a, j): Phi_i . (e_a x Phi_j)
     W = S[6 : 6 + 3 * m, 6 : 6 + 3 * m].reshape(3, m, 3, m)
