@@ -85,7 +85,8 @@ def _inertia(mass, given, m):
     S[:3, :3], S[3:6, 3:6] = _symmetric_part(J.m0), mass * np.eye(3)
     S[3:6, :3] = -np.asarray(skew(given["mdcm"].m0[:, 0]))
     S[q, 3:6], S[q, :3], S[q, q] = Ct, Cr.m0.reshape(m, 3), _symmetric_part(given["me"].m0.reshape(m, m))
-    turned = np.cross(np.eye(3)[:, None, :], Ct[None])  # e_a x c_i: (a, i, b)
+    centre = given["mdcm"].m1.reshape(3, m).T
+    turned = np.cross(np.eye(3)[:, None, :], (centre if np.any(centre) else Ct)[None])  # e_a x c_i: (a, i, b)
     S[6 : 6 + 3 * m, 3:6] = turned.reshape(3 * m, 3)
     S[6 : 6 + 3 * m, :3] = N.transpose(1, 2, 0).reshape(3 * m, 3)
     S[q, 6 : 6 + 3 * m] = G.reshape(m, 3 * m)

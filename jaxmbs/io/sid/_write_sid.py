@@ -57,12 +57,13 @@ def _body_lines(body, nodes) -> Iterator[str]:
     N, G = turned[:3], turned[q]  # (b, a, i): r x (e_a x Phi_i); (i, a, j): Phi_i . (e_a x Phi_j)
     W = S[6 : 6 + 3 * m, 6 : 6 + 3 * m].reshape(3, m, 3, m)
     centre = np.array([S[4, 2], S[5, 0], S[3, 1]])  # S[3:6, :3] = -skew(m c)
+    moved = np.stack([turned[4, 2], turned[5, 0], turned[3, 1]])  # (e_a x c)_b; of finite elements not quite Ct
     Ct = S[q, 3:6]
     J1 = N + N.transpose(1, 0, 2)
     Oe = -np.stack([(J1[a, b] if a != b else N[a, a]) for a, b in PAIRS], axis=1)
     mixed = W.transpose(1, 0, 2, 3)  # (i, a, b, j)
     Oe1 = -np.stack([mixed[:, a, b] + (a != b) * mixed[:, b, a] for a, b in PAIRS], axis=1)
-    yield from matrix_lines("mdCM", centre[:, None], Ct.T[:, None, :], m)
+    yield from matrix_lines("mdCM", centre[:, None], moved[:, None, :], m)
     yield from matrix_lines("J", S[:3, :3], J1, m)
     yield from matrix_lines("Ct", Ct, None, m)
     yield from matrix_lines("Cr", S[q, :3], G, m)
