@@ -12,12 +12,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from jaxmbs import fem, viz
+from jaxmbs import fem, flexible, viz
 from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.viz._mesh import moving_meshes
 from jaxmbs.viz.scenes._geometry import pose_tracks
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
+from tests.flexible.beams import beam_structure
 from tests.viz.machines import everything, four_bar_angles, made_up_loads, plate, turning_four_bar
 
 
@@ -233,6 +234,27 @@ def test_a_mode_of_a_structure_swings():
         assert np.allclose(moved[k], wanted, atol=1e-6)
     assert np.isclose(mesh["largest"], 0.08 * 0.5, rtol=1e-6)  # 8 % of the length
     assert data["clock"].endswith(" Hz")
+
+
+@pytest.mark.long
+def test_stresses_colour_an_elastic_body():
+    """Shares of the largest stress at every instant and node, and its size in the legend."""
+    structure = beam_structure(1.0, 2)
+    frame = flexible.floating_frame(structure, ("0",), num_modes=1)
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body)
+    b.joint("pin", mbs.Revolute("z"), "ground", "arm.0")
+    system = b.build()
+    states = jax.tree.map(lambda x: jnp.stack([x] * 3), mbs.State.at(system))
+    values, bodies = 1e6 * np.arange(9.0).reshape(3, 3) - 4e6, {"arm": (structure, frame)}
+    data = viz.scene(system, states, structures=bodies, stresses={"arm": values}).data
+    (mesh,) = data["objects"][0]["meshes"]
+    np.testing.assert_allclose(numbers(mesh["shares"], 3, 3), np.abs(values) / 4e6, rtol=1e-6)
+    assert data["scale"] == "stress: 0 to 4 MPa"
+    with pytest.raises(mbs.ModelError, match=r"stresses of 'arm' have the shape \(3, 2\), not \(3, 3\)"):
+        viz.scene(system, states, structures=bodies, stresses={"arm": values[:, :2]})
+    with pytest.raises(mbs.UnknownNameError, match="no elastic body with a structure 'leg'"):
+        viz.scene(system, states, structures=bodies, stresses={"leg": values})
 
 
 def test_what_has_no_positions_is_told():
