@@ -31,6 +31,8 @@ NAMES = (
     "hydraulic_arm",
     "states",
     "contact",
+    "joint_friction",
+    "cables",
     "qualification",
 )
 

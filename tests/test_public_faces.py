@@ -77,7 +77,8 @@ FACES = {
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.analysis": """
-        Equilibrium ImpendingMotion Linearisation StateSpace Stiffness equilibrium frequency_response
+        CampbellDiagram Equilibrium ImpendingMotion Linearisation StateSpace Stiffness campbell equilibrium
+        frequency_response
         impending_motion linearise modes
         stiffness
     """,
@@ -128,17 +129,17 @@ FACES = {
         recover_history scatter_rows
     """,
     "jaxmbs.flexible": """
-        ElasticBody FloatingFrame GeometricStiffening carried_loads deformations displacements floating_frame
-        interface_loads mass_properties stiffening
+        ElasticBody FloatingFrame GeometricStiffening StressEnvelope Stresses carried_loads deformations
+        displacements floating_frame interface_loads mass_properties section_forces stiffening stresses
     """,
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractJointFriction AbstractLaw AbstractPathLaw
         AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw AbstractScalarStateLaw AbstractSignal
         AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
         BeamElement BeamSection BearingFriction BevelGear BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
-        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InternalState
-        JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave SmoothCoulomb
-        Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
+        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable
+        InternalState JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave
+        SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.hydraulics": """
         AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump
@@ -146,8 +147,8 @@ FACES = {
     """,
     "jaxmbs.io": """
         Curves Deck Imported JointLimits Mesh load_model model_schema read_curves read_dmig read_matrix_market
-        read_mesh read_mjcf read_nastran read_op4 read_psd read_uff read_urdf register save_model write_curves
-        write_psd write_uff
+        read_mesh read_mjcf read_nastran read_op4 read_psd read_sid read_uff read_urdf register save_model
+        write_curves write_psd write_sid write_uff
     """,
     "jaxmbs.linear": """
         Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes equilibrium

@@ -36,9 +36,9 @@ SECTIONS = {
     "Joints": """`b.joint(name, kind, parent, child)`. A coordinate is the motion of the child's frame seen from the
 parent's, and it is zero where the two agree. A joint that closes a loop is cut: it then has no coordinate, but the
 rows listed here.""",
-    "Constraints": """`b.constraint(name, law, between=(A, B))`; `Coupler`, `PositionRows`, `VelocityRows` take no
-frames. Rows between frames are like those of a cut joint, and `reactions` gives the load on frame B under the name of
-the constraint.""",
+    "Constraints": """`b.constraint(name, law, between=(A, B))`, and `b.cable` that does not stretch; `Coupler` and
+`PositionRows`, `VelocityRows` take no frames. Rows between frames are like those of a cut joint, and `reactions`
+gives the load on frame B under the name of the constraint.""",
     "Force laws": """`b.force(name, law, joint=...)`, `between=(A, B)` or `on=frame`. A positive effort drives a
 coordinate up, and pushes two points apart: the effort of a spring that is stretched is negative.""",
     "Signals": """Functions of time, for `drive=`, for targets and for values of loads. Any other function of time
@@ -59,14 +59,15 @@ def chosen(room, keep):
 
 def sections():
     """Classes by name, by section."""
-    from jaxmbs.forces import AbstractSignal
+    from jaxmbs.forces import AbstractSignal, InextensibleCable
     from jaxmbs.joints import AbstractClosure, AbstractJoint
 
     is_joint = lambda t: issubclass(t, AbstractJoint) and not issubclass(t, AbstractClosure)  # noqa: E731
     return {
         "Joints": chosen("joints", is_joint),
-        "Constraints": chosen("joints", lambda t: not is_joint(t)),
-        "Force laws": chosen("forces", lambda t: not issubclass(t, AbstractSignal)),
+        "Constraints": chosen("joints", lambda t: not is_joint(t))
+        | chosen("forces", lambda t: t is InextensibleCable),
+        "Force laws": chosen("forces", lambda t: not issubclass(t, AbstractSignal | InextensibleCable)),
         "Signals": chosen("forces", lambda t: issubclass(t, AbstractSignal)),
         "Finite elements": chosen("elements", lambda t: True),
         "Reductions": chosen("reductions", lambda t: True),

@@ -79,7 +79,7 @@ def elasto_plastic(p):
     p.text((-0.75, 0, 0.6), "yield_force", shift=(0, -4))
 
 
-def cable(p):
+def cable(p, word="tension"):
     p.box((-1.5, 0, -0.7), (0.5, 0.5, 0.4), PALE)
     p.box((1.3, 0, -0.7), (0.7, 0.5, 0.5), BLUE)
     for x, z in ((-0.6, 0.4), (0.6, -0.1)):
@@ -88,7 +88,11 @@ def cable(p):
     p.line((-1.5, 0, -0.5), (-0.99, 0, 0.48), color=RED)
     p.line((-0.36, 0, 0.72), (0.33, 0, -0.4), color=RED)
     p.line((0.98, 0, -0.2), (1.3, 0, -0.45), color=RED)
-    p.text((0.1, 0, 0.45), "tension", RED)
+    p.text((0.1, 0, 0.45), word, RED)
+
+
+def inextensible_cable(p):
+    cable(p, "length")
 
 
 def gear_pair(p):
@@ -288,6 +292,7 @@ LAWS = {
     "GeneralisedEffort": generalised_effort,
     "Harmonic": harmonic,
     "HydraulicCylinder": hydraulic_cylinder,
+    "InextensibleCable": inextensible_cable,
     "LuGre": lugre,
     "Maxwell": maxwell,
     "Motor": motor,

@@ -1,5 +1,7 @@
-"""Analyses of a mechanism at a state: equilibrium, linearisation, modes, frequency response, stiffness."""
+"""Analyses of a mechanism at a state: equilibrium, linearisation, modes, frequency response, stiffness; Campbell
+diagrams."""
 
+from ._campbell import CampbellDiagram, campbell
 from ._equilibrium import Equilibrium, equilibrium
 from ._impending_motion import ImpendingMotion, impending_motion
 from ._linearise import Linearisation, StateSpace, frequency_response, linearise
@@ -7,11 +9,13 @@ from ._mechanism_modes import modes
 from ._stiffness import Stiffness, stiffness
 
 __all__ = [
+    "CampbellDiagram",
     "Equilibrium",
     "ImpendingMotion",
     "Linearisation",
     "StateSpace",
     "Stiffness",
+    "campbell",
     "equilibrium",
     "frequency_response",
     "impending_motion",

@@ -41,8 +41,8 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
             raise TypeError("modes of a mechanism need a state: modes(system, state)")
         refuse_sampled(mechanism, "modes")
         mechanism = linearise(mechanism, state)
-    A = _routh_reduction(mechanism, tuple(without)) if without else mechanism.state_space.A
-    out = set(np.asarray(mechanism.names)[_columns(mechanism, without)]) if without else set()
+    A = routh_reduction(mechanism, tuple(without)) if without else mechanism.state_space.A
+    out = set(np.asarray(mechanism.names)[cyclic_columns(mechanism, without)]) if without else set()
     names = tuple(name for name in mechanism.state_names if name.removeprefix("rate of ") not in out)
     if not A.size:  # without freedom there is no mode
         none, dtype = jnp.zeros(0, A.dtype), lax.complex(A, A).dtype
@@ -54,10 +54,10 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding, coordinates=names)
 
 
-def _routh_reduction(lin, without):
+def routh_reduction(lin, without):
     """The state matrix at unchanged momenta of the cyclic velocities, `M_cc v_c = -M_cr v_r - C_cr x_r`; their
     coordinates drop out."""
-    out = _columns(lin, without)
+    out = cyclic_columns(lin, without)
     if lin.positions != lin.velocities:
         raise ModelError(["modes without cyclic coordinates: not where rows of velocity restrict the motion"])
     number = len(lin.velocities)
@@ -70,7 +70,7 @@ def _routh_reduction(lin, without):
     return A[np.ix_(kept, kept)] - A[np.ix_(kept, number + out)] @ solve(lin.mass[np.ix_(out, out)], momenta)
 
 
-def _columns(lin, without):
+def cyclic_columns(lin, without):
     """Places of the coordinates left out."""
     found = []
     for name in without:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..checks import is_concrete
 from ..errors import ModelError
+from ..forces import InextensibleCable
 from ..forces._fields import as_function
 from ..forces._ports import JointPort, PathPort, WinchPort, port_of
 from ..forces._signals import as_signal
@@ -14,7 +15,7 @@ from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
 from ..model._friction import bristle_groups
 from ..model._internal_states import internal_records
 from ..model._pose import Pose
-from ..model._rows import CoupledJoints, Drive, UserPositionRows, UserVelocityRows
+from ..model._rows import CableRow, CoupledJoints, Drive, UserPositionRows, UserVelocityRows
 from ..model._system import ClosureGroup, ForceGroup, System
 from ..model._topology import JointRecord, Topology
 from ..model._tree import Tree
@@ -227,6 +228,12 @@ def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named)
                 body, pose = resolve_frame(reference, bodies, named)
                 ends.append(frames.add(f"{item.name}.{side}", body, rotation_and_position(pose)))
             items.append((item.name, _with_signals(item.law), *ends, "closure"))
+        elif isinstance(item.law, InextensibleCable):
+            places = []
+            for k, reference in enumerate(item.between):
+                body, pose = resolve_frame(reference, bodies, named)
+                places.append(frames.add(f"{item.name}.{k}", body, rotation_and_position(pose)))
+            rows.append(CableRow(item.name, (), (), item.law, tuple(places)))
         elif isinstance(item.law, Coupler):
             mine = [record[n] for n in item.law.joints]
             columns = tuple(r.first_velocity for r in mine)
@@ -274,5 +281,7 @@ def _with_signals(law):
 
 
 def _num_rows(row, psi, u):
+    if isinstance(row, CableRow):
+        return 1
     found = jax.eval_shape(lambda t: (row.residual(psi, t), row.slip(psi, u, t)), jnp.zeros(()))
     return sum(part.size for part in found)

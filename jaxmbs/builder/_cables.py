@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from ..forces import Attachment, Cable, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
+from ..forces import Attachment, Cable, Eyelet, InextensibleCable, Sheave, Winch, WrapCylinder, WrapSphere
 from ..math._rotation import axis_vector
 from ..runtime import as_array
 
@@ -29,6 +29,40 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
     Raises: TypeError or ValueError with the fault of an element.
     """
     elements = list(elements)
+    route = _route(elements, closed)
+    winch = elements[0] if elements and isinstance(elements[0], Winch) else None
+    law = Cable(
+        **route,
+        friction=_frictions(elements, friction),
+        drum_radius=None if winch is None else _stack([winch.radius], ())[0] * _SENSES[winch.side],
+        **values,
+    )
+    return law, tuple(item.at for item in elements), None if winch is None else winch.joint
+
+
+def inextensible_cable_parts(elements, closed: bool, free_length) -> tuple[InextensibleCable, tuple]:
+    """The constraint of a cable that does not stretch, and its frames.
+
+    Raises: TypeError or ValueError with the fault of an element.
+    """
+    elements = list(elements)
+    route = _route(elements, closed)
+    for k, item in enumerate(elements):
+        if isinstance(item, Winch):
+            raise ValueError(
+                f"element {k}: an inextensible cable takes no Winch; give free_length= as a function of time, or "
+                "the cable a stiffness"
+            )
+        if getattr(item, "friction", None) is not None:
+            raise ValueError(
+                f"element {k}: an inextensible cable has one tension, so it takes no friction; give the cable a "
+                "stiffness, or the joint of the sheave a friction"
+            )
+    return InextensibleCable(**route, free_length=free_length), tuple(item.at for item in elements)
+
+
+def _route(elements, closed):
+    """Fields of the `CableRoute` over elements.  Raises: TypeError or ValueError."""
     for k, item in enumerate(elements):
         if type(item) not in _KINDS:
             raise TypeError(
@@ -44,18 +78,13 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
         if isinstance(item, Winch) and (closed or k != 0):
             raise ValueError(f"element {k}: a Winch is the first element of a cable")
     circles = [item for item in elements if hasattr(item, "axis") or isinstance(item, Sheave)]
-    winch = elements[0] if elements and isinstance(elements[0], Winch) else None
-    law = Cable(
-        kinds=tuple(_KINDS[type(item)] for item in elements),
-        radii=_stack([item.radius for item in circles], ()),
-        axes=_stack([_axis(item) for item in circles], (3,)),
-        turns=jnp.array([float(getattr(item, "turns", 0)) for item in circles]),
-        closed=closed,
-        friction=_frictions(elements, friction),
-        drum_radius=None if winch is None else _stack([winch.radius], ())[0] * _SENSES[winch.side],
-        **values,
-    )
-    return law, tuple(item.at for item in elements), None if winch is None else winch.joint
+    return {
+        "kinds": tuple(_KINDS[type(item)] for item in elements),
+        "radii": _stack([item.radius for item in circles], ()),
+        "axes": _stack([_axis(item) for item in circles], (3,)),
+        "turns": jnp.array([float(getattr(item, "turns", 0)) for item in circles]),
+        "closed": closed,
+    }
 
 
 def _axis(item):

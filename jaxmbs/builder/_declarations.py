@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from jax import Array
 
 from ..blocks import AbstractBlock
+from ..forces import InextensibleCable
 from ..forces._base import AbstractLaw
 from ..forces._joint_friction_models import AbstractJointFriction, SmoothCoulomb
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
@@ -94,10 +95,10 @@ class Friction:
 
 @dataclass
 class Constraint:
-    """Rows between two frames, joint coordinates, or given by the user."""
+    """Rows between two frames, of a cable over several, between joint coordinates, or given by the user."""
 
     name: str
-    law: Annotated[Any, AbstractJoint | Coupler | PositionRows | VelocityRows]
+    law: Annotated[Any, AbstractJoint | Coupler | PositionRows | VelocityRows | InextensibleCable]
     between: Annotated[Any, tuple | list | None]
 
 

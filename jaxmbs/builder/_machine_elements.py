@@ -9,7 +9,7 @@ from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._beams import beam_parts
-from ._cables import cable_parts
+from ._cables import cable_parts, inextensible_cable_parts
 
 
 class MachineElements:
@@ -112,49 +112,79 @@ class MachineElements:
         path: WordedError[Iterable],
         stiffness: ArrayLike | None = None,
         axial_stiffness: ArrayLike | None = None,
-        damping: ArrayLike = 0.0,
+        damping: ArrayLike | None = None,
         free_length: ArrayLike | Callable = 1.0,
-        pretension: ArrayLike = 0.0,
-        slack: bool = True,
+        pretension: ArrayLike | None = None,
+        slack: bool | None = None,
         friction: ArrayLike | None = None,
         closed: bool = False,
         slip_speed: ArrayLike = 1e-3,
         transition: ArrayLike = 1e-4,
+        inextensible: bool = False,
     ) -> None:
-        """An elastic cable over points, sheaves, cylinders and spheres, or a belt around them.
+        """A cable over points, sheaves, cylinders and spheres, or a belt around them.
 
         `b.cable("hoist", [Attachment("boom.tip"), Sheave("hook", 0.3, side="+"), Attachment("boom.end")],
-        stiffness=2e6, free_length=21.0)`.  It is a force element of the law `forces.Cable`, which says more.
+        stiffness=2e6, free_length=21.0)`.  It is a force element of the law `forces.Cable`, which says more, or a
+        constraint of `forces.InextensibleCable`.
 
         Args:
             path: elements in order: `Attachment` at the ends or `Winch` at the first, `Eyelet`, `Sheave`,
                 `WrapCylinder`, `WrapSphere` between them; of a closed belt all but the first.
             stiffness: tension per stretch [N/m]; or axial_stiffness: modulus times cross section [N].
-            damping: tension per rate of stretch [N s/m].
+            damping: tension per rate of stretch [N s/m], by default none.
             free_length: length without tension [m], or a function of time for a winch at the first element.
-            pretension: tension at the free length [N].
-            slack: True if the cable takes no compression.
+            pretension: tension at the free length [N], by default none.
+            slack: True, the default, if the cable takes no compression.
             friction: coefficient at all elements that give none of their own (default: none).
             closed: True for a belt.
             slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
             transition: half of the stretch over which the cable becomes slack [m].
+            inextensible: True for a cable of constant length, whose tension is the multiplier of a constraint.  It
+                takes no stiffness, damping, pretension or friction, and it cannot become slack: its tension has a
+                sign.
         """
-        values = {
+        elastic = {
             "stiffness": stiffness,
             "axial_stiffness": axial_stiffness,
             "damping": damping,
-            "free_length": free_length,
             "pretension": pretension,
-            "slack": bool(slack),
+            "friction": friction,
+            "slack": slack or None,
+        }
+        if inextensible:
+            self._inextensible_cable(name, path, closed, free_length, elastic)
+            return
+        values = elastic | {
+            "damping": 0.0 if damping is None else damping,
+            "pretension": 0.0 if pretension is None else pretension,
+            "free_length": free_length,
+            "slack": True if slack is None else bool(slack),
             "slip_speed": slip_speed,
             "transition": transition,
         }
         try:
-            law, frames, drum = cable_parts(path, bool(closed), friction, values)
+            law, frames, drum = cable_parts(path, bool(closed), values.pop("friction"), values)
         except (TypeError, ValueError) as error:
             self._faults.append(f"cable {name!r}: {error}")
             return
         self.force(name, law, between=frames, joint=drum)
+
+    def _inextensible_cable(self, name, path, closed, free_length, elastic):
+        """Declare the constraint of a cable; elastic: numbers that only one with a stiffness has."""
+        given = [key for key, value in elastic.items() if value is not None]
+        if given:
+            self._faults.append(
+                f"cable {name!r}: an inextensible cable takes no {', '.join(given)}; leave them out, or give a "
+                "stiffness without inextensible=True"
+            )
+            return
+        try:
+            law, frames = inextensible_cable_parts(path, bool(closed), free_length)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"cable {name!r}: {error}")
+            return
+        self._add("constraint", self._model.constraints, declared.Constraint(name, law, frames))
 
     def beam(
         self,

@@ -15,6 +15,7 @@ from ..forces import (
     AbstractScalarStateLaw,
     AbstractSystemLaw,
     AbstractSystemStateLaw,
+    InextensibleCable,
 )
 from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, WinchPort, port_of
 from ..forces._signals import Driven, as_signal
@@ -278,7 +279,7 @@ def _path_faults(where, bodies):
     """Faults of the bodies of a law over several frames."""
     if len(set(bodies)) > 1:
         return []
-    return [f"{where}: all its frames are on {bodies[0]!r}, so the force has no effect; give frames on two bodies"]
+    return [f"{where}: all its frames are on {bodies[0]!r}, so it has no effect; give frames on two bodies"]
 
 
 def _effort_faults(law, on_joint) -> list[str]:
@@ -321,6 +322,12 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
             for name in law.joints
             if name in joints and not has_one_coordinate(joints[name])
         ]
+    elif isinstance(law, InextensibleCable):
+        if item.between is None or len(item.between) != law.num_frames:
+            return [f"{where}: InextensibleCable takes between= {law.num_frames} frames"]
+        found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
+        if not found:
+            found = _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in item.between])
     elif isinstance(law, (PositionRows, VelocityRows)):
         found = []
     else:

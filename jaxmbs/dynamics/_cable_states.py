@@ -6,13 +6,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..forces import Cable
+from ..forces import Cable, PathKinematics
+from ..kinematics._cable_rows import cable_places, cable_rows
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
+from ..kinematics._poses import frame_twists
 from ..kinematics._state import HasStates, State
+from ..math._spatial import cross
 from ..model._entry_points import map_states, states_of
+from ..model._internal_states import with_internal
 from ..model._system import System
+from ..runtime import gather_static
 from ._efforts import element_efforts
+from ._newton_euler import accelerations
 
 
 class CableResult(eqx.Module):
@@ -20,7 +26,8 @@ class CableResult(eqx.Module):
 
     Attributes:
         length: () from end to end along the path, or around [m]; rate [m/s].
-        tension: () of the elastic law and the damping, the mean along the cable [N].
+        tension: () of the elastic law and the damping, the mean along the cable; of an inextensible cable that of
+            the motion, negative where it would have to push [N].
         tensions: (m,) of each span between two elements, in order [N].
         wrap: (n,) angle about each element, zero at ends [rad].
         points: (m, 2, 3) world points where each span begins and ends [m].
@@ -72,7 +79,8 @@ def cable_states(system: System, state: State | HasStates) -> dict[str, CableRes
 
 
 def _of_one(system, state):
-    at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
+    rows = cable_rows(system)
+    at = with_velocities(system, at_state(system, state, inertias=bool(rows)), state.velocities)
     found = {}
     for group in system.forces:
         if not isinstance(group.law, Cable):
@@ -86,9 +94,28 @@ def _of_one(system, state):
             return law.state(frames, at.t)
 
         seen = jax.vmap(read)(group.law, displacement, flow)
-        seen = seen._replace(points=seen.points + at.origin[None, None, None])
-        sheaves = tuple(int(k) for k in group.law.layout.circles)
         for i, name in enumerate(group.names):
             loads = (effort[i, :, 3:], effort[i, :, :3])
-            found[name] = CableResult(*(jnp.asarray(part[i]) for part in seen), *loads, sheaves=sheaves)
+            one = jax.tree.map(lambda x, i=i: x[i], seen)
+            found[name] = _result(at, one, loads, group.law)
+    return found | (_of_rows(system, at, state) if rows else {})
+
+
+def _of_rows(system, at, state):
+    """Results of inextensible cables, whose tensions are multipliers of the motion."""
+    multipliers, found = accelerations(with_internal(system, state.internal), at)[1], {}
+    twist = frame_twists(system, at.V)
+    for row, place in zip(cable_rows(system), cable_places(system), strict=True):
+        R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
+        frames = PathKinematics(R, x, V[:, :3], V[:, 3:] + cross(V[:, :3], x))
+        tension = multipliers[place]
+        force, moment = row.law.unit_loads(R, x)
+        loads = (tension * force, tension * moment)
+        found[row.name] = _result(at, row.law.state(frames, tension), loads, row.law)
     return found
+
+
+def _result(at, seen, loads, law):
+    seen = seen._replace(points=seen.points + at.origin[None, None])
+    sheaves = tuple(int(k) for k in law.layout.circles)
+    return CableResult(*(jnp.asarray(part) for part in seen), *loads, sheaves=sheaves)

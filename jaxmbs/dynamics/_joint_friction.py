@@ -18,6 +18,7 @@ from jax import Array
 
 from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed, tanh_over
 from ..kinematics import _closures as closures
+from ..kinematics._cable_rows import cable_rows, cable_wrenches
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._slips import bristle_rates, bristle_slips, slips_of
 from ..kinematics._wrench_targets import node_targets
@@ -30,7 +31,7 @@ from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
 from ._loads import Loads
 from ._normal_loads import LoadMap, NormalLoads, normal_loads
-from ._shared_loads import shared_multipliers
+from ._shared_loads import shared_multipliers, wrenches_lacking
 
 
 class Rubbing(NamedTuple):
@@ -165,20 +166,20 @@ def solve_friction(
     Args:
         at: `closures.with_directions`; F (nodes, 6): wrenches of the force elements.
         a (1 + n, nv), multipliers (1 + n, rows): of the motion without friction, and of each surface's friction alone
-            per unit resistance.
+            per unit resistance; a (1, nv) where the accelerations are given.
         compliance: by which redundant constraints share the loads that statics leaves open, see `reactions`.
     """
     f, to, dtype = system.friction, carriers(system), a.dtype
     targets, top = node_targets(system), system.topology
 
-    rows, none = surface_rows(f.kinds, dtype), jnp.zeros_like(a[0])
+    rows = surface_rows(f.kinds, dtype)
 
     def lack(a):
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, targets).wrench
 
-    still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
-    first = np.eye(1, len(a), dtype=dtype)[0]
-    parts = [moving + first[:, None, None] * (still - F)[None]]
+    parts = [wrenches_lacking(lack, a, F, len(multipliers))]
+    if cable_rows(system):
+        parts[0] = parts[0] - jax.vmap(lambda y: cable_wrenches(system, at, targets, y))(multipliers)
     if f.is_shared and system.closures:
         multipliers = shared_multipliers(system, at, rub.wrench, parts[0], a, multipliers, compliance)
     if system.closures:
@@ -205,7 +206,7 @@ def solve_friction(
     total = found.load + f.preload
     resistance = rub.grip * total + rub.own
     return FrictionSolution(
-        a[0] + resistance @ a[1:],
+        a[0] + resistance @ a[1:] if len(a) > 1 else a[0],
         multipliers[0] + resistance @ multipliers[1:],
         jnp.zeros_like(multipliers[0]),
         rub,

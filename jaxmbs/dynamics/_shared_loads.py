@@ -6,6 +6,7 @@ import numpy as np
 
 from ..kinematics import _closures as closures
 from ..kinematics import _reaction_map as reaction_map
+from ..kinematics._cable_rows import cable_rows, cable_wrenches
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._wrench_targets import body_targets
@@ -30,7 +31,7 @@ def shared_multipliers(system: System, at: VelocityKinematics, wrench, lack, a, 
     """
     of_bodies, of_closures, of_friction = _carried(system)
     if not np.array_equal(system.topology.body_node, np.arange(system.topology.nodes.size)):
-        lack = _lack_of_bodies(system, at, a)
+        lack = _lack_of_bodies(system, at, a, multipliers)
     each = jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, closures.directions(system, at), y)))
     parts = jnp.swapaxes(jnp.concatenate([lack, each(multipliers)], axis=1), 0, 1)
     maps = jnp.asarray(np.concatenate([of_bodies, of_closures], axis=1), a.dtype)
@@ -42,15 +43,30 @@ def shared_multipliers(system: System, at: VelocityKinematics, wrench, lack, a, 
     )
 
 
-def _lack_of_bodies(system, at, a):
-    """Wrenches (1 + n, bodies, 6) that the bodies need beside their force elements, as `lack` of the nodes."""
-    owners, top, none = body_targets(system), system.topology, jnp.zeros_like(a[0])
+def _lack_of_bodies(system, at, a, multipliers):
+    """Wrenches (1 + n, bodies, 6) that the bodies need beside force elements and cables, as `lack` of the nodes."""
+    owners, top = body_targets(system), system.topology
 
     def lack(a):
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, owners).wrench
 
-    still, moving = jax.vmap(lambda da: jax.jvp(lack, (none,), (da,)), out_axes=(None, 0))(a)
-    return moving.at[0].add(still - efforts(system, at, owners)[0])
+    found = wrenches_lacking(lack, a, efforts(system, at, owners)[0], len(multipliers))
+    if cable_rows(system):
+        found = found - jax.vmap(lambda y: cable_wrenches(system, at, owners, y))(multipliers)
+    return found
+
+
+def wrenches_lacking(lack, a, F, count):
+    """Wrenches (count, n, 6) that are lacking beside those of force elements F (n, 6), of the motion without
+    friction and of each surface's friction alone.
+
+    Args: lack: function of accelerations (nv,); a (count, nv), or (1, nv) where friction changes no acceleration.
+    """
+    if len(a) < count:
+        return jnp.pad((lack(a[0]) - F)[None], ((0, count - 1), (0, 0), (0, 0)))
+    still, moving = jax.vmap(lambda da: jax.jvp(lack, (jnp.zeros_like(da),), (da,)), out_axes=(None, 0))(a)
+    first = np.eye(1, count, dtype=a.dtype)[0]
+    return moving + first[:, None, None] * (still - F)[None]
 
 
 def _carried(system):

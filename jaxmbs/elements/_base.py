@@ -17,6 +17,7 @@ from ..checks import is_concrete, refuse_complex
 from ..runtime import as_array
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
 
 
 def as_real(value: Any) -> Array:
@@ -94,6 +95,19 @@ class AbstractElement(eqx.Module):
     def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
         """Stresses [Pa] in the element's own axes, named by `stress_labels`. Source: S1 (30)."""
         return jnp.zeros(0, nodes.dtype)
+
+    def stress_tensors(self, stresses: Array) -> Float[Array, "... points 6"]:
+        """Tensors xx yy zz xy yz zx [Pa] at every point of stresses (..., s), in the element's own axes.
+
+        A label is "xx", or "axial" for the same, and the name of its point: "xy top".
+        """
+        words = [label.split() for label in self.stress_labels]
+        points = list(dict.fromkeys(tuple(rest) for _, *rest in words))
+        found = jnp.zeros((*stresses.shape[:-1], len(points), 6), stresses.dtype)
+        for column, (component, *rest) in enumerate(words):
+            place = TENSOR.index("xx" if component == "axial" else component)
+            found = found.at[..., points.index(tuple(rest)), place].set(stresses[..., column])
+        return found
 
     def faults(self) -> list[str]:
         """Messages about invalid values; traced values are not checked."""

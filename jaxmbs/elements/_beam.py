@@ -208,6 +208,10 @@ class Beam(AbstractElement):
         ]
         return jnp.concatenate(ends)
 
+    def stress_tensors(self, stresses: Array) -> Float[Array, "... points 6"]:
+        """Uniaxial tensors of the fibres at end 1, then at end 2; shear and torsion are not in them."""
+        return jnp.zeros((*stresses.shape, 6), stresses.dtype).at[..., 0].set(stresses)
+
     def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
         """Of tension N, torque T, shear forces and moments: lateral, torsional and coupled buckling.
 

@@ -89,16 +89,23 @@ def _recover_instant(structure, x, what, line_loads, acceleration):
 
 def _recover_real(structure, x, what, line_loads, acceleration):
     u = scatter_rows(structure, x) if x.ndim == 1 else x
-    spread_over = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
-    found = {}
+    loads = {name: element_line_loads(structure, name, force) for name, force in (line_loads or {}).items()}
+    if acceleration is not None:
+        for name in [name for name, group in structure.groups.items() if group.element.has_ends]:
+            group = structure.groups[name]
+            loads[name] = loads.get(name, 0.0) + element_weights(structure, group, acceleration)
+    return recover_under_loads(structure, u, what, loads)
+
+
+def recover_under_loads(structure: Structure, u: Array, what: str, loads: Mapping[str, Array]) -> dict[str, Array]:
+    """Forces or stresses, as `what` says, (elements, labels) by group, at nodal displacements u (nodes, c).
+
+    Args: loads: by group, consistent loads (elements, n) that are spread over elements with ends.
+    """
+    found, function = {}, lambda element, *rest: getattr(element, what)(*rest)
     for name, group in structure.groups.items():
         at = u[group.connections, : group.element.coordinates]
-        function = lambda element, *rest: getattr(element, what)(*rest)  # noqa: E731
-        if not group.element.has_ends:
-            found[name] = group.map(function, structure.positions, at)
-            continue
-        load = spread_over.get(name, jnp.zeros((len(group.nodes), group.element.size), at.dtype))
-        if acceleration is not None:
-            load = load + element_weights(structure, group, acceleration)
-        found[name] = group.map(function, structure.positions, at, load.astype(at.dtype))
+        none = jnp.zeros((len(group.nodes), group.element.size), at.dtype)
+        spread = [(none + loads.get(name, 0.0)).astype(at.dtype)] if group.element.has_ends else []
+        found[name] = group.map(function, structure.positions, at, *spread)
     return found

@@ -4,17 +4,23 @@ from ..model._elastic import ElasticBody, GeometricStiffening
 from ._carried_loads import carried_loads, mass_properties
 from ._floating_frame import FloatingFrame, floating_frame
 from ._recovery import deformations, displacements, interface_loads
+from ._section_forces import section_forces
 from ._stiffening import stiffening
+from ._stresses import StressEnvelope, Stresses, stresses
 
 __all__ = [
     "ElasticBody",
     "FloatingFrame",
     "GeometricStiffening",
+    "StressEnvelope",
+    "Stresses",
     "carried_loads",
     "deformations",
     "displacements",
     "floating_frame",
     "interface_loads",
     "mass_properties",
+    "section_forces",
     "stiffening",
+    "stresses",
 ]

@@ -1,6 +1,7 @@
 """Recovery of deformations, nodal displacements and interface loads of elastic bodies from a mechanism's motion."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
 from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
 from ..math._spatial import to_public_order
+from ..model._elastic import ElasticGroup
 from ..model._entry_points import states_of
 from ..model._internal_states import with_internal
 from ..model._system import System
@@ -24,15 +26,21 @@ from ._floating_frame import FloatingFrame
 from ._rigid_motions import interface_rows, rotated_shapes
 
 
-class _BodyMotion(NamedTuple):
+class BodyMotion(NamedTuple):
     """Deformations q (m,), displacements x, x_dot (n,) of the kept shapes, load (n,) of inertia and gravity, and the
-    wrench (6,) that all interfaces together must put on the body, about the first; floating axes."""
+    wrench (6,) that all interfaces together must put on the body, about the first; floating axes.
+
+    Of the load also its parts: nodal velocities y and their rates y_dot (n,), spin and gravity (3,)."""
 
     q: Array
     x: Array
     x_dot: Array
     load: Array
     wrench: Array
+    y: Array
+    y_dot: Array
+    spin: Array
+    gravity: Array
 
 
 def deformations(system: System, motion: State | HasStates, name: str) -> tuple[Array, Array]:
@@ -43,8 +51,8 @@ def deformations(system: System, motion: State | HasStates, name: str) -> tuple[
 
     Raises: UnknownNameError.
     """
-    group, index = _find_body(system, name)
-    return _map_states(system, lambda state: _deformations(system, group, index, state), motion)
+    group, index = find_body(system, name)
+    return map_states(system, lambda state: _deformations(system, group, index, state), motion)
 
 
 def displacements(
@@ -61,11 +69,11 @@ def displacements(
     """
     if method not in ("acceleration", "displacement"):
         raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
-    group, index = _find_body(system, name)
+    group, index = find_body(system, name)
     if method == "displacement":
-        return _map_states(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
-    return _map_states(
-        system, lambda state: _recover_displacements(frame, _body_motion(system, group, index, frame, state)), motion
+        return map_states(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
+    return map_states(
+        system, lambda state: recover_displacements(frame, body_motion(system, group, index, frame, state)), motion
     )
 
 
@@ -77,12 +85,12 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
 
     Raises: UnknownNameError.  Source: S1 (25), (30).
     """
-    group, index = _find_body(system, name)
+    group, index = find_body(system, name)
     s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
 
     def loads(state):
-        motion = _body_motion(system, group, index, frame, state)
-        still, x = jnp.zeros_like(motion.x), _recover_displacements(frame, motion)
+        motion = body_motion(system, group, index, frame, state)
+        still, x = jnp.zeros_like(motion.x), recover_displacements(frame, motion)
         load = recovery.interface_forces(s.with_interface(*rows), x, still, motion.load, motion.x_dot)
         others, moved = load.reshape(-1, 6)[1:], motion.q[: len(rows) - 6].reshape(-1, 6)
         force, moment = others[:, :3], jax.vmap(_physical_moment)(moved[:, 3:], others[:, 3:])
@@ -92,7 +100,7 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
         )
         return jnp.concatenate([to_public_order(first)[None], jnp.concatenate([force, moment], axis=1)])
 
-    return _map_states(system, loads, motion)
+    return map_states(system, loads, motion)
 
 
 def _physical_moment(vector, load):
@@ -100,7 +108,8 @@ def _physical_moment(vector, load):
     return jax.linear_transpose(lambda omega: rotation_vector_rate(vector, omega), load)(load)[0]
 
 
-def _recover_displacements(frame, motion):
+def recover_displacements(frame: FloatingFrame, motion: BodyMotion) -> Array:
+    """Displacements (n,) of the substructure by its balance of forces; those of the interfaces are kept."""
     s = frame.system
     rows = interface_rows(s, frame.body.interfaces)
     if len(rows) == s.num_rows:
@@ -109,7 +118,8 @@ def _recover_displacements(frame, motion):
     return recovery.mode_acceleration(s.with_interface(*rows), motion.x, still, motion.load, motion.x_dot)
 
 
-def _find_body(system, name):
+def find_body(system: System, name: str) -> tuple[ElasticGroup, int]:
+    """Group of an elastic body and its place in it.  Raises: UnknownNameError."""
     for group in system.elastic:
         if name in group.names:
             return group, group.names.index(name)
@@ -117,7 +127,8 @@ def _find_body(system, name):
     raise UnknownNameError(no_such("elastic body", name, names))
 
 
-def _map_states(system, function, motion):
+def map_states(system: System, function: Callable, motion: State | HasStates) -> Any:
+    """Values of a function of one state, at a state or along a motion."""
     states = states_of(system, motion)
     return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
 
@@ -132,7 +143,7 @@ def _deformations(system, group, index, state):
     return s.q, s.flow[6:]
 
 
-def _body_motion(system, group, index, frame, state):
+def body_motion(system, group, index, frame, state):
     """Motion of an elastic body; its inertia is the rate of the nodal momenta, `-(M y_dot + Omega x M y)`."""
     system = with_internal(system, state.internal)
     at = with_velocities(system, at_state(system, state), state.velocities)
@@ -142,15 +153,15 @@ def _body_motion(system, group, index, frame, state):
     rate = flow_rate(body, s, *_take_body(group, index, interface_rates(system, group, V_dot, a))[1])
     component = frame.system
 
-    def nodal_momenta(q, flow):
-        """M y (n,)."""
+    def nodal_velocities(q, flow):
+        """y (n,)."""
         carried = jnp.einsum("a,anm,m->n", flow[:3], rotated_shapes(component, frame.shapes), q)
-        return component.mass @ (frame.rigid @ flow[:6] + carried + frame.shapes @ flow[6:])
+        return frame.rigid @ flow[:6] + carried + frame.shapes @ flow[6:]
 
-    h, h_dot = jax.jvp(nodal_momenta, (s.q, s.flow), (s.flow[6:], rate))
-    turning = jnp.einsum("a,anm->n", s.flow[:3], rotated_shapes(component, h[:, None]))
-    weight = component.mass @ (frame.rigid[:, 3:] @ (system.gravity @ s.R))
+    y, y_dot = jax.jvp(nodal_velocities, (s.q, s.flow), (s.flow[6:], rate))
+    spin, gravity = s.flow[:3], system.gravity @ s.R
+    turning = jnp.einsum("a,anm->n", spin, rotated_shapes(component, (component.mass @ y)[:, None]))
+    load = component.mass @ (frame.rigid[:, 3:] @ gravity - y_dot) - turning
     x, x_dot = frame.shapes @ body.elastic_deformations(s.q), frame.shapes @ s.flow[6:]
-    return _BodyMotion(
-        s.q, x, x_dot, weight - h_dot - turning, inverse_dynamics_load(body, s, rate, system.gravity @ s.R)[:6]
-    )
+    wrench = inverse_dynamics_load(body, s, rate, gravity)[:6]
+    return BodyMotion(s.q, x, x_dot, load, wrench, y, y_dot, spin, gravity)

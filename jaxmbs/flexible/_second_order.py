@@ -21,18 +21,21 @@ def check_structure(system: LinearSystem, structure: Structure) -> tuple[int, ..
 
     Raises: ModelError where the coordinates differ, or where no element has geometric stiffness.
     """
-    whole = system.whole if isinstance(system, Reduced) else system.coordinates
-    places, faults = {label: i for i, label in enumerate(whole)}, []
-    missing = [f"{node} {direction}" for node, direction in structure.labels if (node, direction) not in places]
-    if missing:
-        faults.append(
-            f"stiffening: the structure is not that of the substructure, which has no {', '.join(missing[:6])}"
-        )
+    rows, faults = structure_rows(system, structure)
     if not any(group.element.has_geometric_stiffness for group in structure.groups.values()):
-        faults.append("stiffening: no element of the structure has a geometric stiffness")
+        faults = [*faults, "no element of the structure has a geometric stiffness"]
     if faults:
-        raise ModelError(faults)
-    return tuple(places[label] for label in structure.labels)
+        raise ModelError([f"stiffening: {fault}" for fault in faults])
+    return rows
+
+
+def structure_rows(system: LinearSystem, structure: Structure) -> tuple[tuple[int, ...], list[str]]:
+    """Places of the rows of a structure among the coordinates of the system it was assembled to, and faults."""
+    whole = system.whole if isinstance(system, Reduced) else system.coordinates
+    places = {label: i for i, label in enumerate(whole)}
+    missing = [f"{node} {direction}" for node, direction in structure.labels if (node, direction) not in places]
+    text = f"the structure is not that of the substructure, which has no {', '.join(missing[:6])}"
+    return tuple(places.get(label, 0) for label in structure.labels), [text] if missing else []
 
 
 def second_order(

@@ -25,6 +25,7 @@ from ._friction import CoulombFriction
 from ._gear_pair import GearPair
 from ._generalised import GeneralisedEffort
 from ._hydraulic_cylinder import HydraulicCylinder
+from ._inextensible_cable import InextensibleCable
 from ._joint_friction_models import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
 from ._lugre import LuGre
 from ._maxwell import Maxwell
@@ -79,6 +80,7 @@ __all__ = [
     "GeneralisedEffort",
     "Harmonic",
     "HydraulicCylinder",
+    "InextensibleCable",
     "InternalState",
     "JointLuGre",
     "LuGre",

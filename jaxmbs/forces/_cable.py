@@ -1,47 +1,24 @@
 """Elastic cable over points, sheaves, cylinders and spheres: tension from its length, capstan friction."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from ..checks import any_concrete, faults_if, may_be_nonzero, negative, not_positive
+from ..checks import faults_if, may_be_nonzero, negative, not_positive
 from ..math._vector import Components, cross, dot, norm
-from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._cable_friction import tension_ratios
-from ._cable_path import CablePath, Circles, Layout, cable_path
-from ._cable_slopes import length_slopes
+from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 from ._signals import Constant, as_signal, value_and_rate
 
 
-class CableState(NamedTuple):
-    """A cable at one instant.
-
-    Attributes:
-        length: from end to end along the path, or around [m]; rate [m/s].
-        tension: () that of the elastic law and the damping, the mean along the cable [N].
-        tensions: (m,) of each span between two elements, in order [N].
-        wrap: (n,) angle about each element [rad], zero at ends; negative where the path has left it.
-        points: (m, 2, 3) world points where each span begins and ends [m].
-    """
-
-    length: Array
-    rate: Array
-    tension: Array
-    tensions: Array
-    wrap: Array
-    points: Array
-
-
-class Cable(AbstractPathLaw):
+class Cable(CableRoute, AbstractPathLaw):
     """Elastic cable along a path of points, sheaves, cylinders and spheres; see `SystemBuilder.cable`.
 
     Its tension is `k (length - free length) + pretension + c rate`; where `slack`, never below zero, with a smooth
@@ -72,11 +49,6 @@ class Cable(AbstractPathLaw):
             feels the tension of the first span times it [m], negative where it winds in; None for no drum.
     """
 
-    kinds: tuple[str, ...] = eqx.field(static=True)
-    radii: Convertible[Float[Array, " c"]] = eqx.field(converter=number)
-    axes: Convertible[Float[Array, "c 3"]] = eqx.field(converter=number)
-    turns: Convertible[Float[Array, " c"]] = eqx.field(converter=number)
-    closed: bool = eqx.field(static=True, default=False)
     slack: bool = eqx.field(static=True, default=True)
     stiffness: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     axial_stiffness: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
@@ -87,16 +59,6 @@ class Cable(AbstractPathLaw):
     slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)
     transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-4)
     drum_radius: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
-
-    @property
-    def num_frames(self) -> int:
-        """Number of elements of the path."""
-        return len(self.kinds)
-
-    @property
-    def layout(self) -> Layout:
-        """The static parts of the path."""
-        return Layout(self.kinds, self.closed)
 
     @property
     def is_wound(self) -> bool:
@@ -128,24 +90,9 @@ class Cable(AbstractPathLaw):
         """Tension without that of the damping [N]."""
         return self._elastic(*self._stretch(self.path(frames.rotations, frames.positions).length, t)[:2])
 
-    def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
-        """The path through frames of these poses."""
-        return cable_path(self.layout, self._circles(rotations, positions))
-
-    def _circles(self, rotations, positions):
-        """The elements in world axes."""
-        own, count = self.layout.circles, len(self.layout.circles)
-        rows = jnp.concatenate([self.radii[:, None], self.turns[:, None], self.axes], axis=1)
-        rows = jnp.concatenate([rows, jnp.zeros((1, 5), rows.dtype)])
-        places = np.full(len(self.kinds), count)
-        places[own] = np.arange(count)
-        rows = gather_static(rows, places)  # zero at points
-        axes = jnp.sum(rotations * rows[:, None, 2:], axis=2)
-        return Circles(Components.of(positions), rows[:, 0], Components.of(axes), rows[:, 1])
-
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Minus the tension times the derivative of the length, and friction at the points of contact."""
-        path, rate, on_x, on_turn = self._length(frames)
+        path, rate, on_x, on_turn = self.length_and_rate(frames)
         tension = self._tension(path.length, rate, t)
         force, moment = on_x * -tension, on_turn * -tension
         if self.friction is not None:
@@ -168,26 +115,17 @@ class Cable(AbstractPathLaw):
         """Elastic tension times the rate of the length [W]."""
         if self.is_wound:
             return jnp.zeros((), frames.positions.dtype)
-        path, rate, *_ = self._length(frames)
+        path, rate, *_ = self.length_and_rate(frames)
         return self._elastic(*self._stretch(path.length, t)[:2]) * rate
 
     def state(self, frames: PathKinematics, t: ScalarLike) -> CableState:
         """Length, tensions and wrap."""
-        path, rate, *_ = self._length(frames)
+        path, rate, *_ = self.length_and_rate(frames)
         tension = self._tension(path.length, rate, t)
         each = jnp.broadcast_to(tension, path.spans.shape)
         if self.friction is not None:
             each = self._tensions(path, tension, frames, t)
-        points = jnp.stack([path.start.rows, path.end.rows], axis=1)
-        return CableState(path.length, rate, tension, each, path.wrap, points)
-
-    def _length(self, frames):
-        """(path, rate of its length, derivatives (n,) of the length by the places and small turns of the frames)."""
-        circles = self._circles(frames.rotations, frames.positions)
-        path = cable_path(self.layout, circles)
-        on_x, on_turn = length_slopes(self.layout, circles, path)
-        velocity, spin = Components.of(frames.velocities), Components.of(frames.angular_velocities)
-        return path, jnp.sum(dot(on_x, velocity) + dot(on_turn, spin)), on_x, on_turn
+        return CableState.of(path, rate, tension, each)
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""
@@ -233,7 +171,6 @@ class Cable(AbstractPathLaw):
                 any(not_positive(k) for k in (self.stiffness, self.axial_stiffness) if k is not None),
                 "stiffness must be positive",
             ),
-            (not_positive(self.radii), "radii must be positive"),
             (negative(self.damping), "damping must not be negative"),
             (
                 isinstance(self.free_length, Constant) and not_positive(self.free_length.value),
@@ -247,33 +184,9 @@ class Cable(AbstractPathLaw):
             ),
             (not_positive(self.transition), "transition must be positive"),
         )
-        return found + self._path_faults()
-
-    def _path_faults(self):
-        n, kinds = len(self.kinds), self.kinds
-        count = len(self.layout.circles)
-        ends = () if self.closed else (0, n - 1)
-        found = faults_if(
-            (n < 2, "a path has two elements or more"),
-            (
-                (self.radii.shape, self.axes.shape, self.turns.shape) != ((count,), (count, 3), (count,)),
-                "radii (c,), axes (c, 3) and turns (c,) are those of the c circles",
-            ),
-            (
-                any_concrete(lambda m: (m < 0) | (m > 1000) | (m != np.round(m)), self.turns),
-                "turns are whole numbers between 0 and 1000",
-            ),
-            (self.friction is not None and self.friction.shape != (n,), f"friction has {n} entries"),
-            (any(kinds[k] != "point" for k in ends), "the ends are points: Attachment(...)"),
-        )
-        for k, kind in enumerate(kinds):
-            if kind in ("cylinder", "sphere") and (kinds[k - 1], kinds[(k + 1) % n]) != ("point", "point"):
-                found.append(
-                    f"element {k}: a {kind} stands between two points of the cable; put an Eyelet before and after it"
-                )
-            if kind not in ("point", "sheave", "cylinder", "sphere"):
-                found.append(f"element {k}: {kind!r} is not point, sheave, cylinder or sphere")
-        return found
+        wrong_size = self.friction is not None and self.friction.shape != (len(self.kinds),)
+        found += faults_if((wrong_size, f"friction has {len(self.kinds)} entries"))
+        return found + self.route_faults()
 
 
 class _PaidOut(Constant):

@@ -6,6 +6,7 @@ from .curves import Curves, read_curves, read_psd, write_curves, write_psd
 from .model_file import load_model, model_schema, register, save_model
 from .nastran import Deck, read_nastran
 from .robots import Imported, JointLimits, read_mjcf, read_urdf
+from .sid import read_sid, write_sid
 from .universal import read_uff, write_uff
 
 __all__ = [
@@ -24,11 +25,13 @@ __all__ = [
     "read_nastran",
     "read_op4",
     "read_psd",
+    "read_sid",
     "read_uff",
     "read_urdf",
     "register",
     "save_model",
     "write_curves",
     "write_psd",
+    "write_sid",
     "write_uff",
 ]

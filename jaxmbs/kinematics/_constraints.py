@@ -11,7 +11,7 @@ import numpy as np
 from jax import lax
 
 from ..math._linalg import RowScale, skew
-from ..model._rows import Drive
+from ..model._rows import CableRow, Drive
 from ..model._system import System
 from ..runtime import gather_static
 from . import _closures as closures
@@ -66,7 +66,8 @@ def rows_are_lengths(system: System) -> np.ndarray:
     top = system.topology
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
     for row in system.rows:
-        sliding = isinstance(row, Drive) and top.node_kind[row.columns[0]] == "prismatic"
+        sliding = isinstance(row, CableRow)
+        sliding |= isinstance(row, Drive) and top.node_kind[row.columns[0]] == "prismatic"
         units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
     return np.array([unit == "m" for unit in units], bool)
 

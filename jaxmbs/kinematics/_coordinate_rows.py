@@ -1,13 +1,14 @@
-"""Rows of drives, couplers and user functions of coordinates and velocities; nonholonomic ones come last."""
+"""Rows of drives, couplers, cables and user functions of coordinates and velocities; nonholonomic ones come last."""
 
 import itertools
 
 import jax
 import jax.numpy as jnp
 
-from ..model._rows import Drive
+from ..model._rows import CableRow, Drive
 from ..model._system import System
 from ..runtime import gather_static
+from ._cable_rows import cable_residual
 from ._driven_values import driven_values
 from ._poses import coordinate_rate
 
@@ -26,8 +27,12 @@ def _position_rows(system, psi, t, driven):
             rows.append(gather_static(psi, places) - driven[number : number + len(places)])
             number += len(places)
         else:
-            rows += [row.residual(psi, t) for row in some if not row.is_nonholonomic]
+            rows += [_residual_of(system, row, psi, t) for row in some if not row.is_nonholonomic]
     return jnp.concatenate(rows)
+
+
+def _residual_of(system, row, psi, t):
+    return cable_residual(system, row, psi, t) if isinstance(row, CableRow) else row.residual(psi, t)
 
 
 def rates(system, psi, t, u):

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..model._rows import CoordinateRows, Drive, coupled_joint_mask
+from ..model._rows import CableRow, CoordinateRows, Drive, coupled_joint_mask
 from ..model._system import System
 from . import _coordinate_rows as coordinate_rows
 from ._configuration import Configuration
@@ -26,5 +26,5 @@ def _columns_read(system, row, at):
 
 
 def couplers_and_user_rows(system: System) -> list[CoordinateRows]:
-    """Couplers and rows of the user: those that are no drives."""
-    return [row for row in system.rows if not isinstance(row, Drive)]
+    """Couplers and rows of the user, which act inside of joints: drives and cables do not count."""
+    return [row for row in system.rows if not isinstance(row, Drive | CableRow)]

@@ -72,6 +72,24 @@ class UserVelocityRows(CoordinateRows):
         return self.law.rows(psi, u, t)
 
 
+class CableRow(CoordinateRows):
+    """Row of an inextensible cable over frames: the length that is left of it (`kinematics._cable_rows`).
+
+    Its multiplier is the tension, which pulls at the bodies of the frames.
+    """
+
+    frames: tuple[int, ...] = eqx.field(static=True)
+
+    @property
+    def may_depend_on_time(self) -> bool:  # type: ignore[override]
+        """True where the length is a function of time."""
+        return self.law.is_wound
+
+    def depends_on_time(self, psi, u, t) -> bool:
+        """True where the length is a function of time."""
+        return self.law.is_wound
+
+
 def coupled_joint_mask(topology, by_column):
     """Boolean mask (joints,) of the joints that a row couples and those between them; none for a single one.
 

@@ -122,7 +122,8 @@ def _all_tree_efforts(system, states, acceleration):
         if here.friction is None:
             return need
         multipliers = jnp.zeros((1 + len(here.friction.names), here.topology.num_rows), need.dtype)
-        return need - jnp.sum(_friction_along(here, at, acceleration, loads, multipliers).efforts, axis=0)
+        found = solve_friction(here, at, rubbing(here, at), loads[0], acceleration[None], multipliers)
+        return need - jnp.sum(found.efforts, axis=0)
 
     return map_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
 
@@ -174,17 +175,50 @@ def balance_with_friction(
     is None where none rubs; loads: of the force elements on nodes and columns; compliance: see `reactions`."""
     if system.friction is None:
         return balance_efforts(system, at, need, columns), None
-    every = jnp.concatenate([need[None], -rubbing(system, at).efforts])
-    multipliers = jax.vmap(lambda b: balance_efforts(system, at, b, columns).multipliers)(every)
-    found = _friction_along(system, at, a, loads, multipliers, compliance)
-    return balance_efforts(system, at, need - jnp.sum(found.efforts, axis=0), columns), found
+    rub = rubbing(system, at)
+    free, each, efforts, multipliers = _balance_columns(
+        system, at, jnp.concatenate([need[None], -rub.efforts]), columns
+    )
+    found = solve_friction(system, at, rub, loads[0], a[None], multipliers, compliance)
+    # every part of the balance is linear in the efforts needed
+    share = jnp.concatenate([jnp.ones(1, a.dtype), found.surfaces.grip * found.total + found.surfaces.own])
+    tau = share @ efforts
+    gap = _balance_gap(system, each, tau, free @ share)
+    return Balance(tau, tau @ _columns_of(columns, need), share @ multipliers, gap), found
 
 
-def _friction_along(system, at, a, loads, multipliers, compliance=None):
-    """Friction at given accelerations (nv,), from the multipliers (1 + n, rows) without friction and of each
-    surface's unit load."""
-    a = jnp.concatenate([a[None], jnp.zeros((len(multipliers) - 1, len(a)), a.dtype)])
-    return solve_friction(system, at, rubbing(system, at), loads[0], a, multipliers, compliance)
+def _balance_columns(system, at, needs, columns):
+    """`balance_efforts` of several efforts needed (k, nv) by one factor: what the loops leave of them (nv, k) and of
+    unit efforts of the actuators (nv, m), efforts (k, m) of the actuators, and multipliers (k, rows)."""
+    k, m, weight = len(needs), sum(b - a for a, b in columns), metric(system)
+    parts, held = jnp.concatenate([needs, _columns_of(columns, needs)]), jnp.zeros((k + m, 0), needs.dtype)
+    if system.has_constraints:
+        A, rows = constraints.jacobian(system, at), constraints.row_scale(system)
+        still = jnp.zeros((system.topology.num_rows, k + m), needs.dtype)
+        moved, held = (x.T for x in saddle_solve(jnp.diag(weight), A, parts.T, still, rows))
+        parts = moved * weight[None]
+    free, each, unit = parts[:k].T, parts[k:].T, _effort_units(system, needs.dtype)
+    own = np.concatenate([np.arange(a, b) for a, b in columns])
+    rows = RowScale(jax.lax.stop_gradient(unit), np.arange(len(unit)))
+    efforts = saddle_solve(jnp.diag(unit[own] ** 2), each, jnp.zeros((m, k), needs.dtype), free, rows)[0].T
+    return free, each, efforts, held[:k] - efforts @ held[k:]
+
+
+def _columns_of(columns, like):
+    """(m, nv): ones in the columns of the actuators."""
+    own = np.concatenate([np.arange(a, b) for a, b in columns])
+    return jnp.asarray(np.eye(like.shape[-1])[own], like.dtype)
+
+
+def _effort_units(system, dtype):
+    """(nv,): forces count as moments at the system's length."""
+    return jnp.where(jnp.asarray(system.topology.spins, dtype) > 0.0, 1.0, system.length)
+
+
+def _balance_gap(system, each, tau, free):
+    """Largest part of the efforts that are free (nv,) which efforts tau (m,) do not provide, relative."""
+    unit = _effort_units(system, free.dtype)
+    return relative(unit * (each @ tau - free), unit * (jnp.abs(each) @ jnp.abs(tau) + jnp.abs(free)))
 
 
 def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Balance:

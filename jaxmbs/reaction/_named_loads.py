@@ -9,7 +9,6 @@ import numpy as np
 from ..dynamics._efforts import LawEffort
 from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics._configuration import VelocityKinematics
-from ..kinematics._coupled_joints import couplers_and_user_rows
 from ..model._rows import Drive
 from ..model._system import System
 from ._result import DriveLoad, LawForce, RowLoad
@@ -47,8 +46,8 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
 
 
 def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> dict[str, RowLoad]:
-    """Loads of couplers and user rows by name, from all multipliers (rows,); stresses: see `self_stresses`."""
-    rows = couplers_and_user_rows(system)
+    """Loads of couplers, cables and user rows by name, from all multipliers (rows,); stresses: `self_stresses`."""
+    rows = [row for row in system.rows if not isinstance(row, Drive)]
     if not rows:
         return {}
     own = np.array([[name == row.name for name in system.topology.row_joint] for row in rows])

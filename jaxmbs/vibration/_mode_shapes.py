@@ -62,7 +62,7 @@ def track_modes(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Mo
             f"the reference has {reference.shapes.shape[1]} modes, more than the "
             f"{modes.shapes.shape[1]} to be ordered"
         )
-    moved = modes.select(_best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
+    moved = modes.select(best_pairs(lax.stop_gradient(mac(reference.shapes, modes.shapes, M))))
     measured = moved.shapes if M is None else M @ moved.shapes
     alike = lax.stop_gradient(jnp.where(same(moved.values), measured.T @ reference.shapes, 0.0))
     least = jnp.finfo(alike.dtype).eps ** 0.5 * jnp.eye(
@@ -72,7 +72,7 @@ def track_modes(reference: Modes, modes: Modes, M: AnyArray | None = None) -> Mo
     return eqx.tree_at(lambda m: m.shapes, moved, moved.shapes @ (U @ V))
 
 
-def _best_pairs(likeness):
+def best_pairs(likeness):
     """Column paired with each row, the largest entries first (greedy assignment)."""
 
     def step(_, carry):

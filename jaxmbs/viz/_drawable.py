@@ -5,14 +5,16 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from ..forces import Cable
 from ..forces._ports import JointPort, LinePort, PosePort
 from ..joints import Distance
+from ..kinematics._cable_rows import cable_rows
 
 SLIDES = ("Prismatic", "Cylindrical")
 
 
 class Span(NamedTuple):
-    """An element between two frames: "spring", "damper", "actuator", "bushing" or "rod"."""
+    """An element between two frames: "spring", "damper", "actuator", "bushing", "rod" or "cable"."""
 
     name: str
     kind: str
@@ -33,7 +35,8 @@ class Slide(NamedTuple):
 
 
 def spans(system) -> list[Span]:
-    """All laws between two frames or on a slide, rods of constant length, and elastic bodies between interfaces."""
+    """All laws between two frames or on a slide, rods of constant length, elastic bodies between interfaces, and
+    cables from each element to the next."""
     top, found = system.topology, []
     sliding = {j.first_velocity: j.frames for j in top.joints if j.kind in SLIDES and j.num_velocities}
     for group in system.forces:
@@ -50,6 +53,19 @@ def spans(system) -> list[Span]:
     for group in system.elastic:
         for name, frames in zip(group.names, group.frames, strict=True):
             found += [Span(name, "rod", (frames[0], other)) for other in frames[1:]]
+    for name, law, frames in cables(system):
+        following = (*frames[1:], frames[0]) if law.closed else frames[1:]
+        found += [Span(name, "cable", pair) for pair in zip(frames, following, strict=False)]
+    return found
+
+
+def cables(system) -> list[tuple]:
+    """All cables: name, law, and frames of the elements."""
+    found = [(row.name, row.law, row.frames) for row in cable_rows(system)]
+    for group in system.forces:
+        if isinstance(group.law, Cable):
+            each = zip(group.names, group.frames, strict=True)
+            found += [(name, jax.tree.map(lambda x, k=k: x[k], group.law), f) for k, (name, f) in enumerate(each)]
     return found
 
 

@@ -105,7 +105,9 @@ class LineDrawing:
             box = {"color": _STEEL if span.kind == "damper" else COLORS[1], "linewidth": 5.0, "zorder": 2.6}
             middle = np.stack([a + 0.3 * along, a + 0.65 * along])
             return [Stroke(np.stack([a, b]), thin), Stroke(middle, box | {"solid_capstyle": "butt"})]
-        return [Stroke(np.stack([a, b]), thin | {"color": _STEEL, "linewidth": 2.0})]
+        return [
+            Stroke(np.stack([a, b]), thin if span.kind == "cable" else thin | {"color": _STEEL, "linewidth": 2.0})
+        ]
 
     def _torsion(self, k, torsion):
         """A spiral about the joint from the parent to the child, which winds up as it turns; for a damper a drum with

@@ -226,7 +226,9 @@ def test_slopes_of_the_length_against_differentiation():
     @jax.jit
     def both(R, x):
         length = lambda d: law.path(jax.vmap(rotation_matrix)(d[:, 3:]) @ R, x + d[:, :3]).length  # noqa: E731
-        return jax.grad(length)(jnp.zeros((6, 6))), [d.rows for d in law._length(PathKinematics(R, x, *still(6)))[2:]]
+        return jax.grad(length)(jnp.zeros((6, 6))), [
+            d.rows for d in law.length_and_rate(PathKinematics(R, x, *still(6)))[2:]
+        ]
 
     expected, found = both(R, x)
     np.testing.assert_allclose(np.concatenate(found, axis=1), expected, atol=1e-13)

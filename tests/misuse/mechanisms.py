@@ -99,6 +99,9 @@ CASES = {
     "analysis.stiffness": of_state(),
     "analysis.impending_motion": case(lambda z: call(z.rubbing, z.swinging, ["pin"])),
     "analysis.modes": of_state(),
+    "analysis.campbell": case(
+        lambda z: call(z.whip, np.array([0.5, 1.0]), "pin"), "speeds shape: any number of speeds"
+    ),
     "jaxmbs.modes": case(lambda z: call(z.lin)),
     "analysis.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),
     "jaxmbs.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),
@@ -129,6 +132,8 @@ CASES = {
     "flexible.deformations": case(lambda z: call(z.elastic, z.elastic_state, "arm")),
     "flexible.displacements": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
+    "flexible.stresses": case(lambda z: call(z.arm, z.arm_state, "arm", z.arm_frame, z.arm_beam)),
+    "flexible.section_forces": case(lambda z: call(z.whip, z.whip_state, "whip")),
     "flexible.stiffening": case(
         lambda z: call(z.elastic, z.elastic_state),
         "* swapped: refused, all of the system in the message",

@@ -112,6 +112,13 @@ def _constraint(kind):
     return b.build()
 
 
+def _tied_by_cable(cable):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Free(), "arm", "hand")
+    b.constraint("tie", cable, between=(("ground", (0.0, 0.0, 3.0)), "arm", "hand"))
+    return b.build()
+
+
 def _coupled(kind):
     b = _two_bodies()
     b.joint("wrist", mbs.Revolute("y"), "arm", "hand")
@@ -359,6 +366,14 @@ CASES = {
         ),
         through=_through(_law(between=("ground", "arm", "hand"))),
         positive="radii stiffness damping friction",
+    ),
+    "forces.InextensibleCable": case(
+        lambda z: call(
+            *(("point", "sheave", "point"), np.array([0.25]), np.array([[0.0, 1.0, 0.0]]), np.array([0.0])),
+            **{"free_length": mbs.forces.Constant(4.0)},
+        ),
+        through=_through(_tied_by_cable),
+        positive="radii",
     ),
     "forces.GearPair": case(
         lambda z: call((20, 30), 2e-3, 0.35, 0.25, False, 2.0, 0.5, 1e-4, 0.25, 1e-3),

@@ -36,6 +36,7 @@ EXEMPT = {
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
         analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
+        flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -64,7 +65,7 @@ EXEMPT = {
     """,
     "files, programs and pictures, whose tests are their own": """
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
-        io.Curves io.read_curves io.read_psd io.write_curves io.write_psd
+        io.Curves io.read_curves io.read_psd io.write_curves io.write_psd io.read_sid io.write_sid
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_element_power
@@ -80,7 +81,8 @@ LONG = """
     motion.load_peaks motion.peak vibration.modal_motion coupling.Components reductions.averaged_motion
     vibration.direct_response coupling.base_motion vibration.transmissibility vibration.lowest_modes
     coupling.coupled_response statics.bond_reactions vibration.viscous_receptance vibration.receptance
-    vibration.simulate flexible.interface_loads vibration.oscillations vibration.transfer_matrix
+    vibration.simulate flexible.interface_loads flexible.stresses flexible.section_forces vibration.oscillations
+    vibration.transfer_matrix analysis.campbell
     coupling.peak_response vibration.resonance_gains reductions.MacNeal reductions.averaged_transformation
     reductions.mode_acceleration_free reductions.Mixed vibration.harmonic_response vibration.frequency_response
     experiment.sweep_amplitudes flexible.displacements flexible.floating_frame dynamics.spring_kic_second
@@ -112,7 +114,7 @@ LONG = """
     qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
     forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
     kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
-    forces.WormGear
+    forces.WormGear forces.InextensibleCable
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself

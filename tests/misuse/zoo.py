@@ -88,6 +88,38 @@ class Zoo:
         return b.build()
 
     @cached_property
+    def arm_beam(self):
+        beam = elements.Beam(8.0, 4.0, 1.0, 1.0, 1.0, 1.0, density=2.0)
+        return fem.Structure({"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0)}, {"beam": (beam, [("a", "b")])})
+
+    @cached_property
+    def arm_frame(self):
+        return flexible.floating_frame(self.arm_beam, ["a", "b"])
+
+    @cached_property
+    def arm(self):
+        b = mbs.SystemBuilder()
+        b.elastic("arm", self.arm_frame.body, motions={"b": mbs.Prismatic("z")})
+        b.joint("pin", mbs.Revolute("y"), "ground", "arm.a")
+        return b.build()
+
+    @cached_property
+    def arm_state(self):
+        return mbs.State.at(self.arm, {"pin": 0.2, "arm.b": 1e-3}, velocities={"pin": 1.0})
+
+    @cached_property
+    def whip(self):
+        b = mbs.SystemBuilder()
+        section = mbs.forces.BeamSection([8.0, 4.0, 4.0, 2.0, 1.0, 1.0], 2.0, [0.5, 0.25, 0.25])
+        b.beam("whip", section, [(0, 0, 0), (1, 0, 0)], 1)
+        b.joint("pin", mbs.Revolute("y"), "ground", "whip.0")
+        return b.build()
+
+    @cached_property
+    def whip_state(self):
+        return mbs.State.at(self.whip, pin=0.25, velocities={"pin": 1.0})
+
+    @cached_property
     def elastic_state(self):
         return mbs.State.at(self.elastic, {"pin": 0.2, "arm.b": 1e-3}, velocities={"pin": 1.0})
 

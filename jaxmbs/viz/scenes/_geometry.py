@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import default_shapes, inertia_box
-from .._drawable import body_frames, distinct_points, slides, spans, torsions
+from .._drawable import body_frames, cables, distinct_points, slides, spans, torsions
 from ._solids import Solid, icosphere, rotation_to_axis, rounded_hull, sweep_tube, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
 from ._trajectory import FrameTrajectory
@@ -70,6 +70,7 @@ class MechanismGeometry:
         self._add_bodies()
         self._add_joints()
         self._add_spans()
+        self._add_sheaves()
         self._add_torsions()
 
     def add_unit_solid(self, name, body, number, position, z, radius, length, color, alpha=1.0):
@@ -233,6 +234,7 @@ class MechanismGeometry:
             ],
             "bushing": [(self.solids.cylinder, (0.0, 1.0), 1.2, DARK)],
             "rod": [(self.solids.cylinder, (0.0, 1.0), 0.5, STEEL)],
+            "cable": [(self.solids.cylinder, (0.0, 1.0), 0.2, DARK)],
         }
         for span in spans(self.system):
             if span.name in self.shapes:  # an elastic body that is drawn as its mesh
@@ -248,6 +250,21 @@ class MechanismGeometry:
                 solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
                 self.items.append(item | {"color": rgba(color)})
+
+    def _add_sheaves(self):
+        """Add discs and balls of the wheels, cylinders and spheres that cables pass."""
+        for name, law, frames in cables(self.system):
+            for k, element in enumerate(law.layout.circles):
+                frame, radius = frames[element], float(law.radii[k])
+                place = self.trajectory.position_in_body(self.top, frame)
+                if law.kinds[element] == "sphere":
+                    self.add_unit_solid(
+                        name, self._body(frame), self.solids.ball, place, (0, 0, 1), radius, radius, PALE
+                    )
+                    continue
+                axis, width = self._axis_in_body(frame, np.asarray(law.axes[k])), 0.3 * radius
+                start = place - 0.5 * width * axis / np.linalg.norm(axis)
+                self.add_unit_solid(name, self._body(frame), self.solids.cylinder, start, axis, radius, width, PALE)
 
     def _coil(self, span, radius):
         """A coil for the length of a spring, rounded to powers of two so that few solids are stored."""

@@ -42,11 +42,15 @@ class SceneObject:
         return None
 
 
-def scene_object(system: Any, motion: Any, structures: Any, scale: ScalarLike) -> SceneObject:
+def scene_object(
+    system: Any, motion: Any, structures: Any, scale: ScalarLike, stresses: Mapping | None = None
+) -> SceneObject:
     """The scene object of a mechanism or a linear system.  Raises: TypeError for anything else."""
     if isinstance(system, System):
-        return MechanismObject(system, motion, structures, scale)
+        return MechanismObject(system, motion, structures, scale, stresses or {})
     if isinstance(system, LinearSystem):
+        if stresses:
+            raise ModelError(["stresses colour the elastic bodies of a mechanism, not a linear system"])
         return StructureObject(system, motion, structures, scale)
     raise TypeError(f"a scene shows a System or a LinearSystem, not a {type(system).__name__}")
 
@@ -54,7 +58,7 @@ def scene_object(system: Any, motion: Any, structures: Any, scale: ScalarLike) -
 class MechanismObject(SceneObject):
     """A mechanism: bodies and joints, elastic bodies as meshes if their structures are given."""
 
-    def __init__(self, system, motion, structures, scale):
+    def __init__(self, system, motion, structures, scale, stresses):
         self.system, self.scale = system, scale
         self.frequency = getattr(motion, "frequency", None)
         self.trajectory = frame_trajectory(system, motion)
@@ -76,6 +80,22 @@ class MechanismObject(SceneObject):
         for name, (structure, frame) in given.items():
             q = np.atleast_2d(np.asarray(deformations(system, motion, name)[0]))
             self.elastic[name] = structure, frame, q[: len(self.ts)]
+        self.stresses = {name: self._stress(name, values) for name, values in stresses.items()}
+
+    def _stress(self, name, values):
+        """Sizes (T, nodes) of the stresses at the nodes of an elastic body."""
+        if name not in self.elastic:
+            raise UnknownNameError(no_such("elastic body with a structure", name, self.elastic))
+        values = np.abs(np.atleast_2d(np.asarray(values, float)))[: len(self.ts)]
+        wanted = len(self.ts), self.elastic[name][0].num_nodes
+        if values.shape != wanted:
+            raise ModelError([f"stresses of {name!r} have the shape {values.shape}, not {wanted}: instants, nodes"])
+        return np.nan_to_num(values)
+
+    @property
+    def largest_stress(self) -> float:
+        """The largest of all stresses [Pa]; zero without any."""
+        return max((float(values.max(initial=0.0)) for values in self.stresses.values()), default=0.0)
 
     def _boxes(self, com):
         """Centres of bodies and face centres of their inertia boxes, (T, 3) each."""
@@ -109,7 +129,10 @@ class MechanismObject(SceneObject):
         shapes = mesh.node_translations(frame.whole, frame.expand(frame.shapes.T))
         about = np.asarray(component.positions[component.nodes.index(first)], float)
         body = self.system.topology.body_names.index(f"{name}.{first}") + 1
-        return encode_mesh(name, mesh._replace(rest=mesh.rest - about), shapes, q, body, self.scale)
+        made = encode_mesh(name, mesh._replace(rest=mesh.rest - about), shapes, q, body, self.scale)
+        if name in self.stresses:
+            made["shares"] = encode_array(self.stresses[name] / (self.largest_stress or 1.0))
+        return made
 
     def arrows(self, loads, limits):
         if loads is None:

@@ -67,6 +67,7 @@ def scene(
     traces: Iterable[str] = (),
     shapes: Mapping | None = None,
     structures: Any = None,
+    stresses: Mapping | None = None,
     scale: ScalarLike = 1.0,
     title: str = "",
 ) -> Scene:
@@ -86,6 +87,8 @@ def scene(
             `{"ram": [Solid.stl("a.stl")]}`.
         structures: the mesh of a linear system; of a network structures by component; of a mechanism `(structure,
             floating frame)` by elastic body.
+        stresses: values (T, nodes) [Pa] by elastic body, `flexible.stresses(...).at_nodes()` of the motion, that
+            colour its mesh in place of displacements; from zero to the largest.
         scale: factor of deformations of meshes.
 
     Returns: a `Scene`; for a four-bar of about 0.1 MB.
@@ -97,7 +100,7 @@ def scene(
         raise ModelError([f"scale must be a finite number, got {scale}"])
     systems, motions, found = (_one_per_system(x, system) for x in (system, motion, loads))
     names, traces = list(system) if isinstance(system, Mapping) else [""] * len(systems), list(traces)
-    shown = [scene_object(*pair, structures, scale) for pair in zip(systems, motions, strict=True)]
+    shown = [scene_object(*pair, structures, scale, stresses) for pair in zip(systems, motions, strict=True)]
     if any(len(one.ts) != len(shown[0].ts) for one in shown):
         raise ModelError("motions of several systems need the same number of instants")
     _check_traces(traces, shown)
@@ -143,7 +146,7 @@ def _scene_data(shown, names, loads, limits, traces, shapes):
         "ground": view.ground,
         **_floor_and_camera(view, extent, np.concatenate(seen), len(shown)),
         **_playback(shown[0]),
-        "scale": _legend(largest, limits) if largest > 0 else None,
+        "scale": _legend(largest, limits) if largest > 0 else _stress_legend(shown),
         "has": {
             "loads": largest > 0,
             "traces": bool(traces),
@@ -193,6 +196,11 @@ def _legend(largest, limits):
         return "loads: 0 to 100 % of their limits"
     unit, name = next(((u, n) for u, n in ((1e6, "MN"), (1e3, "kN")) if largest >= u), (1.0, "N"))
     return f"loads: 0 to {largest / unit:.3g} {name}"
+
+
+def _stress_legend(shown):
+    largest = max(getattr(one, "largest_stress", 0.0) for one in shown)
+    return f"stress: 0 to {largest / 1e6:.3g} MPa" if largest > 0 else None
 
 
 def _arrow_tips(arrow, offset, scale):

@@ -109,6 +109,7 @@ const objects = scene.objects.map((s) => ({ ...s, tracks: floats(s.tracks), arro
   const rest = floats(mesh.rest), faces = new Uint32Array(bytes(mesh.faces)), edges = new Uint32Array(bytes(mesh.edges));
   return { ...mesh, rest, faces, now: new Float32Array(rest), normals: new Float32Array(rest.length),
     values: new Float32Array(rest.length / 3), basis: floats(mesh.basis), amplitudes: floats(mesh.amplitudes),
+    shares: mesh.shares && floats(mesh.shares),
     skin: buffers(rest, new Float32Array(rest.length), faces, gl.DYNAMIC_DRAW),
     wires: buffers(rest, new Float32Array(rest.length), edges, gl.DYNAMIC_DRAW),
     ghost: buffers(rest, new Float32Array(rest.length), edges) };
@@ -136,8 +137,9 @@ function deform(mesh, when) { // rest + scale * sum of shapes times amplitudes, 
   const a = blend(mesh.amplitudes, m, { all: m, from: 0 }, when), now = mesh.now;
   now.fill(0);
   for (let k = 0; k < m; k++) for (let c = 0, from = k * n; c < n; c++) now[c] += a[k] * mesh.basis[from + c];
+  const shares = mesh.shares && blend(mesh.shares, n / 3, { all: n / 3, from: 0 }, when);
   for (let v = 0; v < n / 3; v++) {
-    mesh.values[v] = Math.hypot(now[3 * v], now[3 * v + 1], now[3 * v + 2]) / (mesh.largest || 1);
+    mesh.values[v] = shares ? shares[v] : Math.hypot(now[3 * v], now[3 * v + 1], now[3 * v + 2]) / (mesh.largest || 1);
   }
   for (let c = 0; c < n; c++) now[c] = mesh.rest[c] + mesh.scale * now[c];
   mesh.normals.fill(0);

@@ -12,12 +12,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
-from jaxmbs import fem, viz
+from jaxmbs import fem, flexible, viz
 from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.viz._mesh import moving_meshes
 from jaxmbs.viz.scenes._geometry import pose_tracks
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
+from tests.flexible.beams import beam_structure
 from tests.viz.machines import everything, four_bar_angles, made_up_loads, plate, turning_four_bar
 
 
@@ -188,6 +189,20 @@ def test_what_turns_with_a_joint_has_a_part_on_either_body(kind):
     assert np.linalg.norm(seen[0]) < reach
 
 
+def test_cables_have_their_spans_and_wheels():
+    b = mbs.SystemBuilder()
+    b.body("load", 1.0)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(0.1, 0, -1))
+    path = [mbs.forces.Attachment(("ground", (-0.1, 0, -1))), mbs.forces.Sheave("ground", 0.1, axis="y")]
+    b.cable("rope", [*path, mbs.forces.Attachment("load")], stiffness=1e4)
+    system = b.build()
+    states = jax.tree.map(lambda *x: np.stack(x), *(mbs.State.at(system, lift=z) for z in (0.0, -0.5)))
+    (stage,) = viz.scene(system, states).data["objects"]
+    rope = [item for item in stage["items"] if item["name"] == "rope"]
+    assert sum("ends" in item and item["part"] == (0.0, 1.0) for item in rope) == 2
+    assert len(rope) == 2 + 1 + 3  # spans, the wheel, balls at frames on the ground
+
+
 def test_wrong_names_are_told(four_bar):
     system, motion = four_bar
     with pytest.raises(mbs.UnknownNameError, match="crnak"):
@@ -219,6 +234,27 @@ def test_a_mode_of_a_structure_swings():
         assert np.allclose(moved[k], wanted, atol=1e-6)
     assert np.isclose(mesh["largest"], 0.08 * 0.5, rtol=1e-6)  # 8 % of the length
     assert data["clock"].endswith(" Hz")
+
+
+@pytest.mark.long
+def test_stresses_colour_an_elastic_body():
+    """Shares of the largest stress at every instant and node, and its size in the legend."""
+    structure = beam_structure(1.0, 2)
+    frame = flexible.floating_frame(structure, ("0",), num_modes=1)
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body)
+    b.joint("pin", mbs.Revolute("z"), "ground", "arm.0")
+    system = b.build()
+    states = jax.tree.map(lambda x: jnp.stack([x] * 3), mbs.State.at(system))
+    values, bodies = 1e6 * np.arange(9.0).reshape(3, 3) - 4e6, {"arm": (structure, frame)}
+    data = viz.scene(system, states, structures=bodies, stresses={"arm": values}).data
+    (mesh,) = data["objects"][0]["meshes"]
+    np.testing.assert_allclose(numbers(mesh["shares"], 3, 3), np.abs(values) / 4e6, rtol=1e-6)
+    assert data["scale"] == "stress: 0 to 4 MPa"
+    with pytest.raises(mbs.ModelError, match=r"stresses of 'arm' have the shape \(3, 2\), not \(3, 3\)"):
+        viz.scene(system, states, structures=bodies, stresses={"arm": values[:, :2]})
+    with pytest.raises(mbs.UnknownNameError, match="no elastic body with a structure 'leg'"):
+        viz.scene(system, states, structures=bodies, stresses={"leg": values})
 
 
 def test_what_has_no_positions_is_told():

@@ -1,0 +1,185 @@
+"""Campbell diagrams: roots of the small motions about steady rotation, over the speed."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Bool, Complex, Float
+
+from ..checks import any_concrete, no_such
+from ..errors import ModelError, UnknownNameError
+from ..kinematics._sampling import refuse_sampled
+from ..kinematics._state import State
+from ..math._eigen import eig
+from ..math._square import solve
+from ..model._entry_points import check_single_state
+from ..model._system import System
+from ..runtime import as_dtype, jit
+from ..typing import ArrayLike
+from ..vibration._mode_shapes import best_pairs, mac
+from ._equilibrium import equilibrium
+from ._linearise import linearise
+from ._mechanism_modes import cyclic_columns, routh_reduction
+
+
+class CampbellDiagram(eqx.Module):
+    """Roots over the speed of rotation, a column for each mode along all speeds.
+
+    Attributes:
+        speeds: (S,) [rad/s].
+        roots: (S, m) [rad/s], of each conjugate pair the one with positive imaginary part; that of a root without
+            oscillation is zero.
+        shapes: (S, n, m), largest entry 1.
+        ok: (S,) true where a steady motion was found.
+        coordinates: names of the rows of the shapes (n, static).
+    """
+
+    speeds: Float[Array, " S"]
+    roots: Complex[Array, "S m"]
+    shapes: Complex[Array, "S n m"]
+    ok: Bool[Array, " S"]
+    coordinates: tuple[str, ...] = eqx.field(static=True)
+
+    @property
+    def frequencies(self) -> Float[Array, "S m"]:
+        """Frequencies [Hz] in the axes in which coordinates are counted: for a blade, those that turn with it."""
+        return self.roots.imag / (2 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Float[Array, "S m"]:
+        """Negative real part over the size of each root; negative where the motion grows."""
+        size = jnp.abs(self.roots)
+        return -self.roots.real / jnp.where(size > 0, size, 1.0)
+
+    def whirl(self, first: str, second: str) -> Float[Array, "S m"]:
+        """Sense of the orbits in the plane of two coordinates: 1 is a circle from the first axis towards the second,
+        -1 one against it, 0 a straight line.
+
+        Raises: UnknownNameError.
+        """
+        rows = [self._row(name) for name in (first, second)]
+        a, b = (self.shapes[:, row] for row in rows)
+        size = jnp.abs(a) ** 2 + jnp.abs(b) ** 2
+        return 2 * (a * b.conj()).imag / jnp.where(size > 0, size, 1.0)
+
+    def critical_speeds(self, order: ArrayLike = 1.0) -> Float[Array, " m"]:
+        """The first speed (m,) [rad/s] at which the frequency of each mode is `order` times the speed, by a straight
+        line between the speeds given; NaN where there is none."""
+        over = self.roots.imag - as_dtype(order, self.speeds.dtype) * self.speeds[:, None]
+        before, after = over[:-1], over[1:]
+        crosses = (before > 0) & (after <= 0)
+        step = jnp.argmax(crosses, axis=0)[None]
+        b, a = (jnp.take_along_axis(part, step, axis=0)[0] for part in (before, after))
+        low, high = self.speeds[step[0]], self.speeds[step[0] + 1]
+        found = jnp.any(crosses, axis=0)
+        share = b / jnp.where(found, b - a, 1.0)
+        return jnp.where(found, low + share * (high - low), jnp.nan)
+
+    def _row(self, name):
+        if name not in self.coordinates:
+            raise UnknownNameError(no_such("coordinate", name, self.coordinates))
+        return self.coordinates.index(name)
+
+
+def campbell(
+    system: System, speeds: ArrayLike, spin: str, state: State | None = None, keep: str = "speed"
+) -> CampbellDiagram:
+    """Campbell diagram of a mechanism in steady rotation, gyroscopic terms and stiffening included.
+
+    Args:
+        speeds: (S,) [rad/s], at least two, in order.
+        spin: joint of one free coordinate that turns: all else is at rest in coordinates.  Its name must be
+            independent, and nothing may depend on its angle.
+        state: a first guess of the pose (default: `State.at(system)`).
+        keep: "speed" where a motor keeps it, "momentum" where the rotor runs free.
+
+    Each speed has its own steady motion, by `equilibrium`.  Modes keep their column where their frequencies cross, by
+    their shapes; columns are ordered by the frequency at the first speed.  Frequencies have derivatives by whatever
+    the system depends on, of equal ones the sum.
+
+    Raises: ModelError for a joint that is unknown, driven or not independent, or another `keep`; ValueError for
+    speeds that are no row in order.
+    Source: Genta, Dynamics of rotating systems (2005).
+    """
+    refuse_sampled(system, "campbell")
+    if keep not in ("speed", "momentum"):
+        raise ModelError([f"keep = {keep!r} must be 'speed' or 'momentum'"])
+    state = State.at(system) if state is None else state
+    check_single_state(system, state)
+    speeds = as_dtype(speeds, state.coordinates.dtype)
+    if speeds.ndim != 1 or len(speeds) < 2 or any_concrete(lambda x: ~(np.diff(x) > 0), speeds):
+        raise ValueError(f"speeds must be a row of at least two in order, got shape {speeds.shape}")
+    column = _spin_column(system, spin)
+    names = linearise(system, _turning(system, state, column, speeds[0])).state_names
+    out = [k for k, name in enumerate(names) if name.removeprefix("rate of ") == spin]
+    kept = tuple(name for k, name in enumerate(names) if k not in out)
+    roots, shapes, ok = _roots(system, speeds, state, spin, column, keep)
+    return CampbellDiagram(speeds, roots, shapes, ok, kept)
+
+
+def _spin_column(system, spin):
+    top = system.topology
+    if spin not in top.joint_index:
+        raise ModelError([f"spin: {no_such('joint', spin, top.joint_names)}"])
+    columns = range(*top.joints[top.joint_index[spin]].velocities.indices(top.num_velocities))
+    if len(columns) != 1:
+        raise ModelError([f"spin: joint {spin!r} has {len(columns)} velocities, a rotor has one"])
+    return columns[0]
+
+
+def _turning(system, state, column, speed):
+    velocities = jnp.zeros_like(state.velocities).at[column].set(speed)
+    return eqx.tree_at(lambda s: s.velocities, state, velocities)
+
+
+@jit
+def _roots(system, speeds, state, spin, column, keep):
+    """Roots (S, m), shapes (S, n, m) and success (S,)."""
+
+    def at(speed):
+        steady = equilibrium(system, _turning(system, state, column, speed), moving=(spin,), throw=False)
+        lin = linearise(system, steady.state)
+        A = routh_reduction(lin, (spin,)) if keep == "momentum" else _held_reduction(lin, spin)
+        roots, shapes, _ = eig(jnp.where(steady.ok, A, 0.0))
+        order = _upper_half(roots)
+        return roots[order], shapes[:, order], steady.ok
+
+    roots, shapes, ok = lax.map(at, speeds)
+    order = lax.stop_gradient(_tracks(lax.stop_gradient(shapes), lax.stop_gradient(roots)))
+    roots = jnp.take_along_axis(roots, order, axis=1)
+    shapes = jnp.take_along_axis(shapes, order[:, None], axis=2)
+    place = jnp.argmax(jnp.abs(shapes), axis=1, keepdims=True)
+    return jnp.where(ok[:, None], roots, jnp.nan), shapes / jnp.take_along_axis(shapes, place, axis=1), ok
+
+
+def _held_reduction(lin, spin):
+    """The state matrix where a coordinate keeps its speed: its acceleration is none, whatever effort that takes."""
+    out, number = cyclic_columns(lin, (spin,)), len(lin.velocities)
+    if lin.positions != lin.velocities:
+        raise ModelError(["a Campbell diagram: not where rows of velocity restrict the motion"])
+    rest = np.setdiff1d(np.arange(number), out)
+    A, M = lin.state_space.A, lin.mass
+    kept = np.concatenate([rest, number + rest, 2 * number + np.arange(len(lin.internal_names))])
+    efforts = (M @ A[number : 2 * number])[np.ix_(rest, kept)]
+    lower = solve(M[np.ix_(rest, rest)], efforts)
+    return jnp.concatenate([A[np.ix_(rest, kept)], lower, A[np.ix_(kept[2 * len(rest) :], kept)]])
+
+
+def _upper_half(roots):
+    """Places (m,) of one of each pair, by rising frequency."""
+    falling = jnp.argsort(-lax.stop_gradient(roots).imag, stable=True)
+    return falling[: len(roots) // 2][::-1]
+
+
+def _tracks(shapes, roots):
+    """Columns (S, m) of the same modes at all speeds: each as near as can be to those of the next higher speed."""
+    first = jnp.arange(shapes.shape[2])
+
+    def step(following, shapes):
+        order = best_pairs(jnp.nan_to_num(mac(following, shapes)))
+        return shapes[:, order], order
+
+    _, orders = lax.scan(step, shapes[-1], shapes[:-1], reverse=True)
+    orders = jnp.concatenate([orders, first[None]])
+    lowest = jnp.argsort(roots[0].imag[orders[0]], stable=True)
+    return orders[:, lowest]

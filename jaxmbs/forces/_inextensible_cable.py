@@ -1,0 +1,55 @@
+"""Cable of constant length, or of a length given in time: a constraint, whose multiplier is the tension."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..checks import faults_if, not_positive
+from ..typing import Convertible, Scalar, ScalarLike
+from ._base import PathKinematics
+from ._cable_route import CableRoute, CableState
+from ._signals import Constant, as_signal
+
+
+class InextensibleCable(CableRoute):
+    """Cable that neither stretches nor becomes slack: `free length - length of the path = 0`, one row [m].
+
+    Its multiplier is the tension [N], equal along the whole cable; where it is negative the cable would have to push.
+
+    Attributes:
+        kinds, radii, axes, turns, closed: as of `Cable`.
+        free_length: length of the cable [m]: a number, or a function of time for a winch that pays out at the first
+            element.
+    """
+
+    free_length: Convertible[Callable] = eqx.field(converter=as_signal, default=1.0)
+
+    @property
+    def is_wound(self) -> bool:
+        """True if the length is a function of time."""
+        return not isinstance(self.free_length, Constant)
+
+    def residual(
+        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike
+    ) -> Float[Array, "1"]:
+        """Length that is left of the cable (1,) [m]."""
+        return jnp.reshape(self.free_length(t) - self.path(rotations, positions).length, (1,))
+
+    def unit_loads(
+        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
+    ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """Forces and moments (n, 3) on the frames, each about its origin, in world axes, at a tension of one."""
+        _, on_x, on_turn = self.length_and_slopes(rotations, positions)
+        return -on_x.rows, -on_turn.rows
+
+    def state(self, frames: PathKinematics, tension: Scalar) -> CableState:
+        """The cable under a tension."""
+        path, rate, *_ = self.length_and_rate(frames)
+        return CableState.of(path, rate, tension, jnp.broadcast_to(tension, path.spans.shape))
+
+    def faults(self) -> list[str]:
+        """Radii and length are positive."""
+        short = isinstance(self.free_length, Constant) and not_positive(self.free_length.value)
+        return faults_if((short, "free_length must be positive")) + self.route_faults()

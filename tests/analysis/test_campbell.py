@@ -1,0 +1,103 @@
+"""Campbell diagrams: whirl of an overhung disc (Stodola), a blade that stiffens, derivatives, critical speeds."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs import analysis, flexible
+from jaxmbs.forces import BeamSection
+from tests.flexible.beams import beam_structure
+
+BENDING, LENGTH, MASS, DIAMETRAL = 100.0, 0.5, 2.0, 0.02
+
+
+def overhung_disc(polar=0.035, bending=BENDING, like=None):
+    """A disc that turns freely at the end of a light shaft, which does not turn."""
+    section = BeamSection(jnp.stack([1e7, jnp.inf, jnp.inf, 200.0, bending, bending]), 1e-6, [1e-6, 1e-6, 1e-6])
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.beam("shaft", section, [(0, 0, 0), (LENGTH, 0, 0)], 1)
+    b.joint("clamp", mbs.Weld(), "ground", "shaft.0")
+    b.body("disc", MASS, inertia=jnp.stack([polar, DIAMETRAL, DIAMETRAL]))
+    b.joint("spin", mbs.Revolute("x"), "shaft.1", "disc")
+    return b.build() if like is None else b.build(like=like)
+
+
+def whirl_speeds(speed, polar=0.035, bending=BENDING):
+    """Roots of `(k11 - m w^2)(k22 - I_d w^2 + I_p W w) - k12^2`: positive forward, negative backward."""
+    k11, k12, k22 = 12 * bending / LENGTH**3, 6 * bending / LENGTH**2, 4 * bending / LENGTH
+    product = np.polymul([-MASS, 0.0, k11], [-DIAMETRAL, polar * speed, k22])
+    roots = np.roots(np.polysub(product, [k12**2]))
+    return np.sort(roots.real[np.abs(roots.imag) < 1e-6])
+
+
+@pytest.mark.long
+def test_whirl_of_an_overhung_disc():
+    system, speeds = overhung_disc(), np.linspace(0.0, 200.0, 9)
+    found = analysis.campbell(system, speeds, "spin")
+    assert np.all(found.ok)
+    sense = np.asarray(found.whirl("shaft.1 y", "shaft.1 z"))
+    for k, speed in enumerate(speeds[1:], 1):
+        bends = np.abs(np.abs(sense[k]) - 1.0) < 1e-3  # axial and torsional modes do not whirl
+        wanted = whirl_speeds(speed)
+        assert bends.sum() == 4
+        np.testing.assert_allclose(np.sort((sense[k] * found.roots[k].imag)[bends]), wanted, rtol=2e-4)
+    np.testing.assert_allclose(found.damping_ratios, 0.0, atol=1e-6)
+    lines = np.asarray(found.frequencies)
+    forward = [m for m in range(lines.shape[1]) if np.allclose(sense[1:, m], 1.0, atol=1e-3)]
+    assert len(forward) == 2 and np.all(np.diff(lines[:, forward], axis=0) > 0)
+    critical = found.critical_speeds()[forward[0]]
+    assert np.min(np.abs(whirl_speeds(float(critical)) - float(critical))) < 0.5
+
+
+@pytest.mark.long
+def test_derivative_by_the_shaft():
+    system = overhung_disc()
+
+    def first(bending):
+        turning = overhung_disc(bending=bending, like=system)
+        return jnp.sort(analysis.campbell(turning, [50.0, 100.0], "spin").roots[1].imag)[:2]
+
+    slopes = jax.jit(jax.jacfwd(first))(jnp.array(BENDING))
+    ends = [whirl_speeds(100.0, bending=BENDING + s * 0.1) for s in (1, -1)]
+    ends = [np.sort(np.abs(e))[:2] for e in ends]
+    np.testing.assert_allclose(slopes, (ends[0] - ends[1]) / 0.2, rtol=1e-3)
+
+
+@pytest.mark.long
+def test_blade_at_constant_speed_and_on_a_free_shaft():
+    """Flap and lag at the speeds 2 and 6 (Wright et al. 1982); the shaft's momentum stays if nothing drives it."""
+    section = {"young": 2.8e7, "area": 1.0, "density": 1.2, "shear_modulus": 1e7, "torsion": 1e-3}
+    section |= {"inertia_y": 5e-4, "inertia_z": 5e-4, "reference": None}
+    structure, unit = beam_structure(10.0, 8, **section), np.sqrt(1.2 * 10.0**4 / 1.4e4)
+    frame = flexible.floating_frame(structure, ("0",), num_modes=4, stiffening=True)
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.elastic("blade", frame.body)
+    b.joint("shaft", mbs.Revolute("z"), "ground", "blade.0")
+    system = b.build()
+    found = analysis.campbell(system, np.array([0.0, 2.0, 6.0]) / unit, "shaft")
+    lines = np.sort(np.asarray(found.roots.imag) * unit, axis=1)[:, :2]
+    np.testing.assert_allclose(lines[0], 3.5160, rtol=1e-3)
+    np.testing.assert_allclose(lines[1:], [[3.6218, 4.1373], [4.2632, 7.3604]], rtol=0.01)
+    free = analysis.campbell(system, np.array([2.0, 6.0]) / unit, "shaft", keep="momentum")
+    steady = mbs.State.at(system, velocities={"shaft": 6.0 / unit})
+    lin = mbs.linearise(system, mbs.equilibrium(system, steady, moving=["shaft"]).state)
+    wanted = mbs.modes(lin, without=["shaft"]).roots.imag
+    np.testing.assert_allclose(np.sort(free.roots[1].imag), np.sort(wanted)[4:], rtol=1e-8)
+
+
+def test_faults_are_said():
+    b = mbs.SystemBuilder()
+    b.body("disc", 1.0, inertia=1.0)
+    b.joint("spin", mbs.Revolute("x"), "ground", "disc")
+    b.joint("ball", mbs.Spherical(), "disc", "other")
+    b.body("other", 1.0, inertia=1.0)
+    system = b.build()
+    for spin, keep, message in (
+        ("spn", "speed", "no joint 'spn'"), ("ball", "speed", "has 3 velocities"), ("spin", "pace", "keep = 'pace'"),
+    ):  # fmt: skip
+        with pytest.raises(mbs.ModelError, match=message):
+            analysis.campbell(system, [1.0, 2.0], spin, keep=keep)
+    with pytest.raises(ValueError, match="at least two in order"):
+        analysis.campbell(system, [2.0, 1.0], "spin")
