@@ -11,6 +11,8 @@ import jax
 import pytest
 from jaxtyping import install_import_hook
 
+from .cpu_seconds import dear_tests
+
 gc.set_threshold(5_000, 20, 200)  # of what tracing makes hardly a thing is garbage; looking for it took a twentieth
 
 jax.config.update("jax_enable_x64", True)
@@ -53,7 +55,13 @@ def _compile_cheaply():
     )
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest chooses by marks
 def pytest_collection_modifyitems(items):
+    dear = dear_tests()
+    for item in items:
+        if item.nodeid in dear:
+            item.own_markers[:] = [mark for mark in item.own_markers if mark.name not in KINDS]
+            item.add_marker("long")
     several = [item.nodeid for item in items if sum(item.get_closest_marker(k) is not None for k in KINDS) > 1]
     if several:
         raise pytest.UsageError(f"a test has one of the marks {', '.join(KINDS)}: {', '.join(several)}")

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from .cpu_seconds import dear_tests
+
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "jaxmbs"
 CROSSING = ("cases", "adversary", "zoo", "misuse")  # published numbers, hostile models, every mechanism, wrong use
@@ -61,3 +63,10 @@ def test_every_exception_is_needed():
 def test_a_lost_name_is_noticed():
     assert subject(Path("motion/test_levels")) is None and subject(Path("dynamics/paper/test_kic")) is None
     assert subject(Path("motion/test_options_forward_mode")).name == "_options.py"
+
+
+def test_dear_tests_exist():
+    pairs = [name.split("[")[0].split("::") for name in dear_tests()]
+    texts = {file: (TESTS.parent / file).read_text(encoding="utf-8") for file, *_ in pairs}
+    gone = [f"{file}::{name}" for file, name in pairs if f"def {name}(" not in texts[file]]
+    assert not gone, f"strike them out of dear_tests.txt: {gone}"
