@@ -9,6 +9,8 @@ from ._differences import Differences
 
 #: Steps of Newton's method after the search, which ends where rounding of the sum of squares hides its slope.
 POLISHING_STEPS = 60
+#: Distance from a bound, relative to the unknown's scale, at which one that is driven there is put on it.
+NEAR_BOUND = 1e-5
 #: Condition of the scaled Jacobian above which no step is taken: some direction is not seen.
 BLIND = 1e12
 
@@ -56,7 +58,8 @@ class LeastSquares(NamedTuple):
             max_nfev=self.steps,
             **options,
         )
-        x, is_sharp = self._polish(with_entries(start, free, found.x), free)
+        x, free = self._at_bounds(with_entries(start, free, found.x), free)
+        x, is_sharp = self._polish(x, free)
         reason = "converged" if found.status > 0 or is_sharp else f"step limit of {self.steps}"
         return Fit(x, self.cost(self.differences.at(x)), reason)
 
@@ -65,9 +68,21 @@ class LeastSquares(NamedTuple):
         near = np.minimum(np.abs(r), self.robust)
         return float(np.sum(near * np.abs(r) - 0.5 * near**2))
 
+    def _at_bounds(self, x, free):
+        """Unknowns that are driven to their bounds put on them, and those that stay free: SciPy keeps off bounds."""
+        v = self.variables
+        r, J = self.differences.at(x), self.differences.jacobian(x)
+        slope = J.T @ np.clip(r, -self.robust, self.robust)
+        reach = NEAR_BOUND * v.move_scale(x)
+        low, high = (x - v.lower < reach) & (slope > 0), (v.upper - x < reach) & (slope < 0)
+        on = np.where(low, v.lower, np.where(high, v.upper, x))
+        return with_entries(x, free, on[free]), free[~(low | high)[free]]
+
     def _polish(self, x, free):
         """Newton's steps to `J^T psi(r) = 0` while they shrink; the point, and whether they ended at rounding."""
         last = np.inf
+        if not len(free):
+            return x, True
         for _ in range(POLISHING_STEPS):
             step = self._newton_step(x, free)
             trial = with_entries(x, free, x[free] + step)

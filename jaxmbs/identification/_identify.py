@@ -60,9 +60,10 @@ def identify(
     measured = read_measurements(data, deviations, weights)
     points = [read_variables(unknowns, bounds)] if starts is None else starting_points(unknowns, bounds, starts)
     variables = points[0]
-    priors = _read_prior(variables, prior, unknowns)
+    layout = _layout(unknowns, starts)
+    priors = _read_prior(variables, prior, layout)
     _check(measured, priors, deviations, robust, gradient, steps, largest)
-    differences = differences_of(predict, _layout(unknowns, starts), measured, priors, gradient, compile)
+    differences = differences_of(predict, layout, measured, priors, gradient, compile)
     problem = LeastSquares(differences, variables, np.inf if robust is None else float(robust), int(steps))
     fits = [problem.fit(point.start) for point in points]
     best = min(fits, key=lambda fit: fit.cost)
@@ -78,23 +79,22 @@ def _layout(unknowns, starts):
     return Layout(structure, ("",) * len(leaves), shapes, (False,) * len(leaves))
 
 
-def _read_prior(variables, prior, unknowns):
+def _read_prior(variables, prior, layout):
     """Places (k,), means and deviations of the unknowns that have a prior."""
     if prior is None:
         return Prior(np.zeros(0, int), np.zeros(0), np.zeros(0))
-    structure = jax.tree.structure(unknowns)
     try:
-        pairs = structure.flatten_up_to(prior)
+        pairs = layout.structure.flatten_up_to(prior)
     except ValueError as error:
         raise ModelError(
             ["the prior must have the parts of the unknowns, with (mean, deviation) or None"], "identify"
         ) from error
     places, means, sigmas, start = [], [], [], 0
-    for leaf, pair in zip(jax.tree.leaves(unknowns), pairs, strict=True):
-        size = np.size(leaf)
+    for shape, pair in zip(layout.shapes, pairs, strict=True):
+        size = int(np.prod(shape))
         if pair is not None:
             refuse_complex(pair)
-            mean, sigma = (np.broadcast_to(np.asarray(part, float), np.shape(leaf)).ravel() for part in pair)
+            mean, sigma = (np.broadcast_to(np.asarray(part, float), shape).ravel() for part in pair)
             if not np.all(np.isfinite(mean) & np.isfinite(sigma) & (sigma > 0)):
                 raise ModelError(
                     [f"{variables.names[start]}: a prior needs a mean and a positive deviation"], "identify"
@@ -128,10 +128,9 @@ def _identification(problem, measured, best, is_estimated, largest) -> Identific
     r, J = problem.differences.at(x), problem.differences.jacobian(x)
     free, n = ~at_bound, len(measured.values)
     freedom = len(r) - int(np.sum(free))
-    noise = float(np.sqrt(_variance(r, problem.robust, freedom))) if is_estimated else 1.0
-    spread = (
-        noise if is_estimated or np.isinf(problem.robust) else float(np.sqrt(_variance(r, problem.robust, freedom)))
-    )
+    spread = float(np.sqrt(_variance(r, problem.robust, freedom)))
+    noise = spread if is_estimated else 1.0
+    spread = spread if is_estimated or np.isfinite(problem.robust) else 1.0
     sizes = _sizes(x, variables.lower, variables.upper)
     found = spectrum(J[:, free] / max(spread, np.finfo(float).tiny), sizes[free])
     names = tuple(name for name, one in zip(variables.names, free, strict=True) if one)

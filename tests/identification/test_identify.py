@@ -109,6 +109,13 @@ def test_a_prior_or_a_bound_makes_it_seen():
     np.testing.assert_allclose(held.values[0], np.polyfit(X, DATA, 1)[0] - 0.4, rtol=1e-9)
 
 
+def test_an_active_bound_counts_as_known():
+    found = identify(lambda u: u["a"] * X + u["b"], DATA, {"a": 1.0, "b": 0.0}, {"a": (0.0, 1.5), "b": None})
+    assert found.values[0] == 1.5 and found.at_bound[0] and found.freedom == 20 and "at its bound" in str(found)
+    np.testing.assert_allclose(found.values[1], np.mean(DATA - 1.5 * X), rtol=1e-12)
+    assert found.standard_error("a") == 0.0 and found.rank == 1
+
+
 def test_outliers_count_linearly():
     """Huber's estimate by weights again and again, NumPy."""
     data = DATA.copy()
