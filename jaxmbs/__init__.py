@@ -130,6 +130,8 @@ __all__ = [
     "forward_dynamics",
     "frequency_response",
     "hydraulics",
+    "identification",
+    "identify",
     "inertia",
     "inverse_dynamics",
     "io",

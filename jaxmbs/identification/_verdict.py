@@ -90,5 +90,6 @@ def _direction(row, deviation, scale, names):
         sign = " - " if change[k] < 0 else " + " if terms else ""
         terms.append(f"{sign}{size}{names[k]}")
     coefficients = {names[k]: float(change[k]) for k in order}
-    more = f" and {len(order) - MOST_TERMS} more" if len(order) > MOST_TERMS else ""
+    rest = order[MOST_TERMS:]
+    more = f" and {len(rest)} more" if len(rest) else ""
     return Direction("".join(terms) + more, coefficients, float(deviation), names[order[0]])
