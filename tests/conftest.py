@@ -61,7 +61,8 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.nodeid in dear:
             item.own_markers[:] = [mark for mark in item.own_markers if mark.name not in KINDS]
-            item.add_marker("long")
+            if not any(item.get_closest_marker(kind) for kind in KINDS):  # a mark of the whole file stays
+                item.add_marker("long")
     several = [item.nodeid for item in items if sum(item.get_closest_marker(k) is not None for k in KINDS) > 1]
     if several:
         raise pytest.UsageError(f"a test has one of the marks {', '.join(KINDS)}: {', '.join(several)}")
