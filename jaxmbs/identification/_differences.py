@@ -15,7 +15,7 @@ from ._measurements import Layout, Measurements
 
 
 class Prior(NamedTuple):
-    """What is known of k unknowns beforehand: their places, means and standard deviations (k,)."""
+    """Prior knowledge of k unknowns: their places, means and standard deviations (k,)."""
 
     places: np.ndarray
     means: np.ndarray
