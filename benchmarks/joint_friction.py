@@ -110,10 +110,17 @@ def fr2_rows(rounds):
         found = mbs.inverse_dynamics(slider_crank(mu, system), states, actuators=["A"])
         return jnp.mean(found["A"])
 
-    program, _ = common.compiled(jax.value_and_grad(work), jnp.asarray(MU), every)
-    seconds = common.cpu_seconds({"both": lambda: program(jnp.asarray(MU), every)}, min(rounds, 3), least=0.1)
-    case = f"FR2, {turns} turns"
-    return [common.row(case, f"torque at {ANGLES} angles and gradient", seconds["both"], "s CPU", goal="<3")]
+    def forward(mu, states):
+        """The same with its derivative: of one parameter by forward mode."""
+        return jax.jvp(lambda mu: work(mu, states), (mu,), (jnp.ones_like(mu),))
+
+    mu = jnp.asarray(MU)
+    programs = {"forward": common.compiled(forward, mu, every)[0]}
+    programs["reverse"] = common.compiled(jax.value_and_grad(work), mu, every)[0]
+    calls = {name: lambda program=program: program(mu, every) for name, program in programs.items()}
+    seconds = common.cpu_seconds(calls, min(rounds, 3), least=0.1)
+    case, what = f"FR2, {turns} turns", f"torque at {ANGLES} angles and derivative"
+    return [common.row(case, f"{what}, {mode}", seconds[mode], "s CPU", goal="<3") for mode in programs]
 
 
 def main():
