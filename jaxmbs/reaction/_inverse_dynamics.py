@@ -188,8 +188,11 @@ def balance_with_friction(
 
 
 def _balance_columns(system, at, needs, columns):
-    """`balance_efforts` of several efforts needed (k, nv) by one factor: what the loops leave of them (nv, k) and of
-    unit efforts of the actuators (nv, m), efforts (k, m) of the actuators, and multipliers (k, rows)."""
+    """Balance of several efforts needed (k, nv) by one factor.
+
+    Returns: what the loops leave of them (nv, k), and of unit efforts of the actuators (nv, m): motion under each;
+    efforts (k, m) of the actuators, of least norm; multipliers (k, rows) that the loops carry.
+    """
     k, m, weight = len(needs), sum(b - a for a, b in columns), metric(system)
     parts, held = jnp.concatenate([needs, _columns_of(columns, needs)]), jnp.zeros((k + m, 0), needs.dtype)
     if system.has_constraints:
@@ -223,20 +226,6 @@ def _balance_gap(system, each, tau, free):
 
 def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Balance:
     """Actuators and rows that balance the efforts needed (nv,), `E tau + A^T lambda = need`, tau of least norm."""
-    own = np.concatenate([np.arange(a, b) for a, b in columns])
-    weight, dtype = metric(system), need.dtype
-    place = jnp.asarray(np.eye(len(need))[own], dtype)
-    parts, held = jnp.concatenate([need[None], place]), jnp.zeros((1 + len(own), system.topology.num_rows), dtype)
-    if system.has_constraints:
-        A, rows = constraints.jacobian(system, at), constraints.row_scale(system)
-        still = jnp.zeros(system.topology.num_rows, dtype)
-        # motion under each effort with the loops closed, and the multipliers that the loops then carry
-        moved, held = jax.vmap(lambda b: saddle_solve(jnp.diag(weight), A, b, still, rows))(parts)
-        parts = moved * weight[None]
-    spins = jnp.asarray(system.topology.spins, dtype)
-    unit = jnp.where(spins > 0.0, 1.0, system.length)  # forces count as moments at the system's length
-    free, each = parts[0], parts[1:].T
-    rows = RowScale(jax.lax.stop_gradient(unit), np.arange(len(need)))
-    found = saddle_solve(jnp.diag(unit[own] ** 2), each, jnp.zeros(len(own), dtype), free, rows)[0]
-    gap = relative(unit * (each @ found - free), unit * (jnp.abs(each) @ jnp.abs(found) + jnp.abs(free)))
-    return Balance(found, found @ place, held[0] - found @ held[1:], gap)
+    free, each, efforts, multipliers = _balance_columns(system, at, need[None], columns)
+    gap = _balance_gap(system, each, efforts[0], free[:, 0])
+    return Balance(efforts[0], efforts[0] @ _columns_of(columns, need), multipliers[0], gap)
