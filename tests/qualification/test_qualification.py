@@ -69,7 +69,49 @@ def test_sweep_pareto_and_tolerances():
     front = mbs.design.pareto(
         lambda d: 100 * answers(d)["mass"], lambda d: -jnp.log(answers(d)["life"]), FIRST, BOUNDS, 3, progress=False
     )
-    assert only is not None and front is not None
+    assert only.name == "thickness" and only.share == 1.0
+    np.testing.assert_allclose(only.change, slope * width["thickness"], rtol=1e-9)
+    assert len(front.first) == 3 and np.all(front.ok)
+    lives = [jnp.log(answers({"thickness": t})["life"]) for t in front.designs["thickness"]]
+    np.testing.assert_allclose(-front.second, lives, rtol=1e-9)
+    thin, thick = (mass / (2700 * WIDTH * LENGTH) for mass in (front.first[0] / 100, front.first[-1] / 100))
+    np.testing.assert_allclose(thin, 2e-3, rtol=1e-6)  # each end is that of one objective alone
+    np.testing.assert_allclose(thick, 1.2e-2, rtol=1e-6)
+
+
+def chain_life(k):
+    """Logarithm of the life of the first spring of three oscillators, the last two equal and coupled by the spring
+    k[3], whose stiffness may be zero: then two frequencies repeat."""
+    D = np.array([[1.0, 0, 0], [-1, 1, 0], [-1, 0, 1], [0, -1, 1]])
+    system = mbs.LinearSystem(
+        mass=jnp.eye(3),
+        stiffness=D.T @ jnp.diag(k) @ D,
+        coordinates=["a z", "b z", "c z"],
+        positions={"a": (0, 0, 0), "b": (0, 0, 1), "c": (0, 1, 1)},
+    )
+    rows = 1e-4 * k[0] * jnp.eye(3)[:1]
+    inputs = {"base": qualification.BaseAcceleration(GSFC, "z")}
+    found = mbs.random_response(system, inputs, {"s": qualification.Recovery(rows, ["x"])}, ratios=0.03)
+    return -jnp.log(fatigue.spectral_damage(qualification.stress_spectrum(found, "s x"), CURVE, "dirlik"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("coupling", [3e4, 0.0])
+def test_gradient_of_a_life_by_every_stiffness(coupling):
+    """Against differences of fourth order, with two uncoupled oscillators of one frequency among the cases."""
+    k, life = jnp.array([3e5, 9e4, 9e4, coupling]), jax.jit(chain_life)
+    found = jax.grad(life)(k)
+    for j in range(4):
+        h = 30.0 * jnp.eye(4)[j]
+        secant = (8 * (life(k + h) - life(k - h)) - (life(k + 2 * h) - life(k - 2 * h))) / 360.0
+        np.testing.assert_allclose(found[j], secant, rtol=1e-8, atol=1e-8 * float(jnp.max(jnp.abs(found))))
+
+
+@pytest.mark.long
+def test_gradient_of_a_life_by_thickness():
+    life, t, h = jax.jit(lambda t: jnp.log(answers({"thickness": t})["life"])), FIRST["thickness"], 2e-6
+    secant = (8 * (life(t + h) - life(t - h)) - (life(t + 2 * h) - life(t - 2 * h))) / (12 * h)
+    np.testing.assert_allclose(jax.grad(life)(t), secant, rtol=1e-8)
 
 
 TRAPS = {
