@@ -93,8 +93,8 @@ FACES = {
         SystemBuilder
     """,
     "jaxmbs.contact": """
-        AbstractPair ClosedCurve Contact CylinderOnPlane DryFriction HeightField HuntCrossley JournalInBush
-        RollerOnCurve SphereInCylinder SphereOnPlane SphereOnSphere Touch WheelOnRoad hertz_stiffness
+        AbstractPair BristleContact ClosedCurve Contact ContactLuGre CylinderOnPlane DryFriction HeightField
+        HuntCrossley JournalInBush RollerOnCurve SphereInCylinder SphereOnPlane SphereOnSphere Touch WheelOnRoad hertz_stiffness
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -4,6 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from ..contact._bristle_contact import BristleContactAt
 from ..dynamics._efforts import element_efforts, state_power
 from ..dynamics._newton_euler import motion_with_friction
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
@@ -84,8 +85,8 @@ def element_powers(system: System, motion: State | Motion) -> ElementPowers:
     The work of an element in the energy account of a motion is the integral of `supplied + exchanged - dissipated`.
     A pump on a joint is a force element there, "pump shaft", which exchanges its power with the pump.
     Of a law without `bonds` the effort beside that of the potential is supplied where it is a source, and heat
-    otherwise.  The friction of joints is heat, by the name of the friction; bristles may give some back for a
-    moment.  Elastic bodies, gravity and drives are not among them.
+    otherwise.  The friction of joints is heat, by the name of the friction; what bends bristles, of joints and of
+    contacts, is stored and not heat.  Elastic bodies, gravity and drives are not among them.
 
     Source: S2 (27)-(28), (56)-(76).
     """
@@ -118,6 +119,8 @@ def _group_powers(system, group, at):
     stored = jax.vmap(lambda law, x, f: port.storage_power(law, x, f, at.t))(group.law, displacement, flow)
     if group.internal:
         stored = stored + state_power(group, displacement, flow, at.t)
+    if isinstance(group.law, BristleContactAt):
+        stored = stored + _bristle_power(group, displacement, flow, at.t)
     bonds = group_bonds(group, displacement, flow, at.t) if declares_bonds(group) else {}
     if bonds:
         heat, supplied, exchanged, _ = jax.vmap(bond_sums)(bonds)
@@ -129,6 +132,16 @@ def _group_powers(system, group, at):
 
     fields = mechanical, stored, heat, supplied, exchanged, domains, bonds
     return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
+
+
+def _bristle_power(group, displacement, flow, t):
+    """Power (n,) that bends the bristles of contacts."""
+
+    def of_one(law, x, f):
+        x, v = group.port.arguments(x, f)
+        return law.bristle_power(*x, *v, t)
+
+    return jax.vmap(of_one)(group.law, displacement, flow)
 
 
 def _friction_powers(system, at):

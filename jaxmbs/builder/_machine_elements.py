@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from ..contact import AbstractPair, Contact, DryFriction, HuntCrossley
+from ..contact import AbstractPair, BristleContact, Contact, ContactLuGre, DryFriction, HuntCrossley
 from ..forces import AbstractJointFriction, BeamSection, GearPair, SmoothCoulomb
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
@@ -87,7 +87,7 @@ class MachineElements:
         body: WordedError[FrameLike],
         surface: WordedError[FrameLike],
         force: WordedError[HuntCrossley],
-        friction: WordedError[DryFriction | None] = None,
+        friction: WordedError[DryFriction | ContactLuGre | None] = None,
         max_depth: ArrayLike | None = None,
         wear: ArrayLike = 0.0,
     ) -> None:
@@ -97,10 +97,12 @@ class MachineElements:
             pair: the surfaces, such as `SphereOnPlane(radius)`.
             body, surface: frames of the round part and of the plane, tube, curve or road.  Frames: body or frame
                 names, (body, point), (body, Pose).
-            force, friction, max_depth, wear: as of `contact.Contact`.
+            force, max_depth, wear: as of `contact.Contact`.
+            friction: `DryFriction`, which creeps; `ContactLuGre`, which sticks; None for smooth surfaces.
         """
         try:
-            law = Contact(pair, force, friction, max_depth, wear)
+            kind = BristleContact if isinstance(friction, ContactLuGre) else Contact
+            law = kind(pair, force, friction, max_depth, wear)
         except (TypeError, ValueError) as error:
             self._faults.append(f"contact {name!r}: {error}")
             return

@@ -1,11 +1,13 @@
 """Contact: pairs of surfaces between two frames, the force that holds them apart and the friction between them."""
 
+from ._bristle_contact import BristleContact
 from ._closed_curve import ClosedCurve
 from ._contact import Contact
 from ._cylinders import CylinderOnPlane, JournalInBush
 from ._dry_friction import DryFriction
 from ._height_field import HeightField
 from ._hunt_crossley import HuntCrossley, hertz_stiffness
+from ._lugre import ContactLuGre
 from ._pair import AbstractPair, Touch
 from ._roller_on_curve import RollerOnCurve
 from ._spheres import SphereInCylinder, SphereOnPlane, SphereOnSphere
@@ -13,8 +15,10 @@ from ._wheel_on_road import WheelOnRoad
 
 __all__ = [
     "AbstractPair",
+    "BristleContact",
     "ClosedCurve",
     "Contact",
+    "ContactLuGre",
     "CylinderOnPlane",
     "DryFriction",
     "HeightField",

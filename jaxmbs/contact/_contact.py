@@ -1,6 +1,6 @@
 """Contact of a pair of surfaces as a law between two frames."""
 
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import may_be_nonzero, negative, not_positive
-from ..forces._base import AbstractPoseLaw
+from ..forces._base import AbstractLaw, AbstractPoseLaw
 from ..forces._fields import number, optional_number
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._dry_friction import DryFriction
@@ -28,24 +28,12 @@ class PointForces(NamedTuple):
     friction: Float[Array, "k 3"]
 
 
-class Contact(AbstractPoseLaw):
-    """Two surfaces that touch: a normal force by their overlap, and dry friction between them.
-
-    `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force=HuntCrossley(...))` declares it; the same is
-    `b.force("tappet", Contact(...), between=("cam", "follower"))`.  The spring part of the normal force is stored
-    energy, damping and friction dissipate.  Apart, all of it is exactly zero, with all derivatives.
-
-    Attributes:
-        pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
-        force: normal force by the depth.
-        friction: None for smooth surfaces.
-        max_depth: depth beyond which a motion has the status `DEPTH` [m], > 0; None for no bound.
-        wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
-    """
+class AbstractContact(AbstractLaw):
+    """Common to contacts: two surfaces, the normal force by their overlap, and the friction between them."""
 
     pair: WordedError[AbstractPair]
     force: WordedError[HuntCrossley]
-    friction: WordedError[DryFriction | None] = None
+    friction: WordedError[Any]
     max_depth: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     wear: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = False
@@ -55,35 +43,17 @@ class Contact(AbstractPoseLaw):
         for name, kind in kinds.items():
             if not isinstance(getattr(self, name), kind):
                 raise TypeError(f"{name} must be of {kind.__name__}, got {type(getattr(self, name)).__name__}")
-        if not isinstance(self.friction, DryFriction | None):
-            raise TypeError(f"friction must be DryFriction or None, got {type(self.friction).__name__}")
 
-    def wrench(
-        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
-    ) -> tuple[Vector3, Vector3]:
-        """Forces of all points of contact on B, and their moment about its origin."""
-        found = self.point_forces(rotation, displacement, angular_velocity, velocity)
-        each = found.normal[:, None] * found.touch.normal + found.friction
-        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
-
-    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
-        """Stored energy of the overlap [J]."""
-        found = self.pair.touch(rotation, displacement)
-        return jnp.sum(found.share * jax.vmap(self.force.energy)(found.depth))
-
-    def point_forces(
+    def normal_forces(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3
     ) -> PointForces:
-        """Forces at the points of contact; arguments as of `wrench`."""
+        """Forces at the points of contact without friction; arguments as of `wrench`."""
         at = self.pair.touch(rotation, displacement)
         moving = velocity[None] + jnp.cross(angular_velocity[None], at.point - displacement[None])
         parting = jnp.sum(at.normal * moving, axis=1)
         sliding = moving - parting[:, None] * at.normal
         normal = at.share * jax.vmap(self.force.force)(at.depth, -parting)
-        if self.friction is None:
-            return PointForces(at, -parting, sliding, normal, jnp.zeros_like(sliding))
-        friction = -(normal * jax.vmap(self.friction.resistance)(sliding))[:, None] * sliding
-        return PointForces(at, -parting, sliding, normal, friction)
+        return PointForces(at, -parting, sliding, normal, jnp.zeros_like(sliding))
 
     @property
     def stores(self) -> bool:
@@ -102,3 +72,57 @@ class Contact(AbstractPoseLaw):
             if np.shape(getattr(self, name) if getattr(self, name) is not None else 0.0):
                 found.append(f"{name} must be one number")
         return found + (["wear must not be negative"] if negative(self.wear) else [])
+
+    def _stored(self, rotation, displacement):
+        """Stored energy of the overlap [J]."""
+        found = self.pair.touch(rotation, displacement)
+        return jnp.sum(found.share * jax.vmap(self.force.energy)(found.depth))
+
+
+def wrench_of(found: PointForces, displacement: Vector3) -> tuple[Vector3, Vector3]:
+    """Forces of all points of contact on B, and their moment about its origin."""
+    each = found.normal[:, None] * found.touch.normal + found.friction
+    return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
+
+
+class Contact(AbstractContact, AbstractPoseLaw):
+    """Two surfaces that touch: a normal force by their overlap, and dry friction between them.
+
+    `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force=HuntCrossley(...))` declares it; the same is
+    `b.force("tappet", Contact(...), between=("cam", "follower"))`.  The spring part of the normal force is stored
+    energy, damping and friction dissipate.  Apart, all of it is exactly zero, with all derivatives.
+
+    Attributes:
+        pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
+        force: normal force by the depth.
+        friction: `DryFriction`; None for smooth surfaces.  For `ContactLuGre` take a `BristleContact`.
+        max_depth: depth beyond which a motion has the status `DEPTH` [m], > 0; None for no bound.
+        wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
+    """
+
+    friction: WordedError[DryFriction | None] = None
+
+    def __check_init__(self):
+        if not isinstance(self.friction, DryFriction | None):
+            raise TypeError(f"friction must be DryFriction or None, got {type(self.friction).__name__}")
+
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
+        """Forces of all points of contact on B, and their moment about its origin."""
+        found = self.point_forces(rotation, displacement, angular_velocity, velocity)
+        return wrench_of(found, displacement)
+
+    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
+        """Stored energy of the overlap [J]."""
+        return self._stored(rotation, displacement)
+
+    def point_forces(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3
+    ) -> PointForces:
+        """Forces at the points of contact; arguments as of `wrench`."""
+        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        if self.friction is None:
+            return found
+        against = (found.normal * jax.vmap(self.friction.resistance)(found.sliding))[:, None] * found.sliding
+        return found._replace(friction=-against)

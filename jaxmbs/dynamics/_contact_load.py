@@ -8,8 +8,7 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from ..contact import Contact
-from ..contact._contact import PointForces
+from ..contact._contact import AbstractContact, PointForces
 from ..errors import ModelError
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._element_flows import element_flows
@@ -81,17 +80,22 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
 
 def contact_groups(system: System) -> list:
     """Groups of force elements that are contacts."""
-    return [group for group in system.forces if isinstance(group.law, Contact)]
+    return [group for group in system.forces if isinstance(contact_of(group.law), AbstractContact)]
+
+
+def contact_of(law):
+    """The law, or that of a law at internal states."""
+    return getattr(law, "law", law)
 
 
 def deepest(system: System, at: VelocityKinematics, group) -> Array:
     """Largest depth (n,) of each contact of a group."""
     displacement = element_flows(system, group, at, at.V, at.u)[1]
-    return jax.vmap(lambda law, x: jnp.max(law.pair.touch(*x).depth))(group.law, displacement)
+    return jax.vmap(lambda law, x: jnp.max(law.pair.touch(*x).depth))(contact_of(group.law), displacement)
 
 
-def _forces(system, at, group, k) -> tuple[Contact, PointForces, Any]:
+def _forces(system, at, group, k) -> tuple[AbstractContact, PointForces, Any]:
     """The k-th contact of a group, the forces at its points, and the motion of its frame A."""
     parts = element_flows(system, group, at, at.V, at.u)
     law, (a, _), displacement, flow = jax.tree.map(lambda x: x[k], (group.law, *parts))
-    return law, law.point_forces(*displacement, flow[:3], flow[3:]), a
+    return contact_of(law), law.point_forces(*displacement, flow[:3], flow[3:]), a

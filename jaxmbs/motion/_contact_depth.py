@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..dynamics._contact_load import contact_groups, deepest
+from ..dynamics._contact_load import contact_groups, contact_of, deepest
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._state import State
 from ..model._entry_points import map_states
@@ -15,7 +15,7 @@ from ..runtime import jit
 
 def bounded_contacts(system: System) -> list:
     """Groups of contacts with a bound on their depth."""
-    return [group for group in contact_groups(system) if group.law.max_depth is not None]
+    return [group for group in contact_groups(system) if contact_of(group.law).max_depth is not None]
 
 
 def is_too_deep(system: System, states: tuple[State, ...]) -> Array:
@@ -41,4 +41,6 @@ def _excess(system, state):
     """Depth less the bound (contacts,) [m]; it has no derivative."""
     state = jax.lax.stop_gradient(state)
     at = with_velocities(system, at_state(system, state), state.velocities)
-    return jnp.concatenate([deepest(system, at, group) - group.law.max_depth for group in bounded_contacts(system)])
+    return jnp.concatenate(
+        [deepest(system, at, group) - contact_of(group.law).max_depth for group in bounded_contacts(system)]
+    )

@@ -9,6 +9,7 @@ import jaxmbs as mbs
 from jaxmbs import fem, hydraulics
 from jaxmbs.contact import (
     ClosedCurve,
+    ContactLuGre,
     DryFriction,
     HeightField,
     HuntCrossley,
@@ -273,6 +274,17 @@ CASES = {
     "contact.Contact": case(
         lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), DryFriction(0.5), 0.25, 0.5),
         "friction none: smooth surfaces",
+        "max_depth none: no bound",
+        positive="max_depth wear",
+        through=_through(_law(between=("ground", "hand"))),
+    ),
+    "contact.ContactLuGre": case(
+        lambda z: call(0.5, 1e3, 2.0, 0.5, 1.5, 0.25),
+        positive="mu sigma0 sigma1 sigma2 static_ratio transition_speed",
+        through=_through(lambda friction: _contact(SphereOnPlane(0.5), friction=friction)),
+    ),
+    "contact.BristleContact": case(
+        lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), ContactLuGre(0.5, 1e3), 0.25, 0.5),
         "max_depth none: no bound",
         positive="max_depth wear",
         through=_through(_law(between=("ground", "hand"))),

@@ -100,6 +100,9 @@ MORE = {
     "touch": mbs.contact.Contact(
         mbs.contact.SphereOnPlane(0.1 + 0.2), mbs.contact.HuntCrossley(2e8), mbs.contact.DryFriction(0.3), wear=1e-14
     ),
+    "touch of bristles": mbs.contact.BristleContact(
+        mbs.contact.SphereOnPlane(0.3), mbs.contact.HuntCrossley(2e8), mbs.contact.ContactLuGre(0.3, 1e5, 1 / 3)
+    ),
     "spheres": mbs.contact.SphereOnSphere(0.1, 0.3),
     "tube": mbs.contact.SphereInCylinder(0.1, 0.3),
     "cylinder": mbs.contact.CylinderOnPlane(0.1, 0.3),
