@@ -94,7 +94,8 @@ FACES = {
     """,
     "jaxmbs.contact": """
         AbstractPair BristleContact ClosedCurve Contact ContactLuGre CylinderOnPlane DryFriction HeightField
-        HuntCrossley JournalInBush RollerOnCurve SphereInCylinder SphereOnPlane SphereOnSphere Touch WheelOnRoad hertz_stiffness
+        HuntCrossley JournalInBush RollerOnCurve SphereInCylinder SphereOnPlane SphereOnSphere Touch WheelOnRoad
+        hertz_stiffness
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 
 from ..contact import AbstractPair, BristleContact, Contact, ContactLuGre, DryFriction, HuntCrossley
+from ..contact._contact import AbstractContact
 from ..forces import AbstractJointFriction, BeamSection, GearPair, SmoothCoulomb
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
@@ -101,8 +102,11 @@ class MachineElements:
             friction: `DryFriction`, which creeps; `ContactLuGre`, which sticks; None for smooth surfaces.
         """
         try:
-            kind = BristleContact if isinstance(friction, ContactLuGre) else Contact
-            law = kind(pair, force, friction, max_depth, wear)
+            law: AbstractContact
+            if isinstance(friction, ContactLuGre):
+                law = BristleContact(pair, force, friction, max_depth, wear)
+            else:
+                law = Contact(pair, force, friction, max_depth, wear)
         except (TypeError, ValueError) as error:
             self._faults.append(f"contact {name!r}: {error}")
             return
