@@ -185,12 +185,12 @@ def solve_friction(
     if system.closures:
         D = closures.directions(system, at)
         parts.append(jax.vmap(lambda y: jnp.concatenate(closures.wrenches(system, D, y)))(multipliers))
-    # wrenches (loads, 1 + n, 6) of the joint of each component
+    # wrenches (n, 1 + n, 6) of the joint of each surface
     of = rows.surface_of_load
     parts = jnp.swapaxes(jnp.concatenate(parts, axis=1), 0, 1)
-    maps = jnp.asarray(np.concatenate([to.lack, to.closures], axis=1)[of, : len(parts)], dtype)
-    carried = few_columns(maps, parts.reshape(len(parts), -1)).reshape(len(of), -1, 6)
-    loads = jnp.sum(rub.bears[:, None] * carried, axis=2)
+    maps = jnp.asarray(np.concatenate([to.lack, to.closures], axis=1)[:, : len(parts)], dtype)
+    carried = few_columns(maps, parts.reshape(len(parts), -1)).reshape(len(maps), -1, 6)
+    loads = jnp.sum(rub.bears[:, None] * gather_static(carried, of), axis=2)
     own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of].astype(dtype)
     thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
     moved = loads[:, 1:] + own + thread  # by each surface's unit resistance
