@@ -39,7 +39,8 @@ class CylinderOnPlane(AbstractPair):
 
     def area(self, depth: Array) -> Array:
         """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""
-        return self.length * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) / 2 * (depth > 0)
+        half = jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) / 2
+        return jnp.where(depth > 0, self.length * half, 0.0)
 
     def faults(self) -> list[str]:
         return super().faults() + faults_if(

@@ -37,7 +37,8 @@ class RollerOnCurve(AbstractPair):
 
     def area(self, depth: Array) -> Array:
         """The chord of the roller times the width, `2 b sqrt(2 r d)`."""
-        return 2.0 * self.width * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0)) * (depth > 0)
+        chord = 2.0 * jnp.sqrt(2.0 * self.radius * jnp.where(depth > 0, depth, 1.0))
+        return jnp.where(depth > 0, self.width * chord, 0.0)
 
     def faults(self) -> list[str]:
         """The roller fits into every hollow."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from ..dynamics._contact_load import contact_groups
 from ..forces import Cable
 from ..forces._ports import JointPort, LinePort, PosePort
 from ..joints import Distance
@@ -35,11 +36,14 @@ class Slide(NamedTuple):
 
 
 def spans(system) -> list[Span]:
-    """All laws between two frames or on a slide, rods of constant length, elastic bodies between interfaces, and
-    cables from each element to the next."""
+    """All laws but contacts between two frames or on a slide, rods of constant length, elastic bodies between
+    interfaces, and cables from each element to the next."""
     top, found = system.topology, []
     sliding = {j.first_velocity: j.frames for j in top.joints if j.kind in SLIDES and j.num_velocities}
+    touching = [id(group) for group in contact_groups(system)]
     for group in system.forces:
+        if id(group) in touching:
+            continue
         for k, (name, a, b) in enumerate(zip(group.names, group.first, group.second, strict=True)):
             kind = _law_kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
             if isinstance(group.port, LinePort | PosePort):

@@ -6,6 +6,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..palette import COLORS
+from ._cable_lines import cable_lines
+from ._contact_lines import contact_lines
 from ._drawable import body_frames, slides, spans, torsions
 
 _STEEL, _DARK = "0.45", "0.2"
@@ -20,12 +22,19 @@ class Stroke(NamedTuple):
 
 
 class LineDrawing:
-    """A mechanism in a projection: `at(k)` returns the strokes at instant k of its trajectory."""
+    """A mechanism in a projection: `at(k)` returns the strokes at instant k of its trajectory.
 
-    def __init__(self, system, film, look, frames=None):
+    Forces at points of contact (T, k, 3) by the contact's name are arrows, the largest a fifth of the picture.
+    """
+
+    def __init__(self, system, film, look, frames=None, forces=None):
         self.system, self.top, self.trajectory, self.look = system, system.topology, film, look
         self.shown = body_frames(self.top, frames)
-        self.slides, self.spans = slides(system, film), spans(system)
+        self.slides, self.spans = slides(system, film), [s for s in spans(system) if s.kind != "cable"]
+        self.cables, self.contacts = cable_lines(system, film), contact_lines(system, film)
+        self.forces = forces or {}
+        largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for f in self.forces.values()), default=0.0)
+        self.arrow = 0.2 * film.extent / (largest or 1.0)
         self.torsions = [t for t in torsions(system) if t.joint.name in film.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}
         self.size = 0.022 * film.extent
@@ -42,6 +51,10 @@ class LineDrawing:
             strokes += self._span(points, span)
         for torsion in self.torsions:
             strokes += self._torsion(k, torsion)
+        for cable in self.cables:
+            strokes += self._cable(k, cable)
+        for contact in self.contacts:
+            strokes += self._contact(k, contact)
         return [stroke for stroke in strokes if stroke is not None] + self._marks(points)
 
     def _body(self, points, body, frames):
@@ -105,9 +118,41 @@ class LineDrawing:
             box = {"color": _STEEL if span.kind == "damper" else COLORS[1], "linewidth": 5.0, "zorder": 2.6}
             middle = np.stack([a + 0.3 * along, a + 0.65 * along])
             return [Stroke(np.stack([a, b]), thin), Stroke(middle, box | {"solid_capstyle": "butt"})]
-        return [
-            Stroke(np.stack([a, b]), thin if span.kind == "cable" else thin | {"color": _STEEL, "linewidth": 2.0})
-        ]
+        return [Stroke(np.stack([a, b]), thin | {"color": _STEEL, "linewidth": 2.0})]
+
+    def _cable(self, k, cable):
+        """Wheels, then the cable over them."""
+        wheel = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.4}
+        strokes = [Stroke(self.look(points), wheel) for points in cable.wheels[k]]
+        strokes += [Stroke(self._outline_of_ball(x[k], radius), wheel) for x, radius in cable.spheres]
+        return [*strokes, Stroke(self.look(cable.line[k]), {"color": _DARK, "linewidth": 1.4, "zorder": 2.7})]
+
+    def _contact(self, k, contact):
+        """Surfaces, points where they touch, and the forces there on the round part."""
+        surface = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.2}
+        strokes = [Stroke(self.look(points[k]), surface) for points in contact.lines]
+        strokes += [Stroke(self._outline_of_ball(x[k], radius), surface) for x, radius in contact.balls]
+        mark = {"linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS[3], "zorder": 4.2}
+        places = self.look(contact.points[k])
+        strokes.append(Stroke(places, mark))
+        if contact.name in self.forces:
+            along = self.arrow * self.look(self.forces[contact.name][k])
+            arrow = {"color": COLORS[3], "linewidth": 1.6, "zorder": 4.3}
+            strokes += [Stroke(self._arrow(x, d), arrow) for x, d in zip(places, along, strict=True)]
+        return strokes
+
+    def _arrow(self, tail, along):
+        """Shaft and head of an arrow (6, 2)."""
+        length = np.linalg.norm(along)
+        unit = along / length if length > 0 else along
+        across, tip = np.array([-unit[1], unit[0]]), tail + along
+        head = min(self.size, 0.4 * length)
+        back = tip - head * unit
+        return np.stack([tail, tip, back + 0.5 * head * across, tip, back - 0.5 * head * across, tip])
+
+    def _outline_of_ball(self, centre, radius):
+        angle = np.linspace(0.0, 2 * np.pi, 49)
+        return self.look(centre) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     def _torsion(self, k, torsion):
         """A spiral about the joint from the parent to the child, which winds up as it turns; for a damper a drum with
@@ -142,7 +187,7 @@ class LineDrawing:
         """Pins as circles, those of the ground on a triangle."""
         open_ = {"linestyle": "none", "clip_on": False}
         pins = sorted(self.pins)
-        ends = {frame for span in self.spans for frame in span.frames}
+        ends = {frame for span in spans(self.system) for frame in span.frames}
         ground = [f for f in sorted(self.pins | ends) if self.top.frame_body[f] < 0]
         foot = dict(marker=6, color="0.35", markersize=9, zorder=1)
         ring = dict(marker="o", color="white", markeredgecolor=_DARK, markersize=5, zorder=4)

@@ -11,6 +11,7 @@ from ..kinematics._state import State
 from ..model._system import System
 from ..palette import COLORS
 from ._canvas import get_axes, split_columns
+from ._contact_lines import contact_forces
 from ._line_drawing import LineDrawing
 from ._projection import read_projection
 from .scenes._trajectory import frame_trajectory
@@ -26,11 +27,13 @@ def plot_mechanism(
     names: bool = False,
     traces: Iterable[str] = (),
     poses: int | None = None,
+    loads: bool = False,
 ) -> Any:
     """Draw a mechanism; of several poses the first is drawn strongest.
 
     Bodies are lines through their joints and named frames, pins circles, slides blocks on rails, cylinders barrel and
-    rod; springs and dampers have their symbols.
+    rod; springs and dampers have their symbols.  Cables run along their tangents and around their wheels;
+    contacts show their surfaces and the points that touch.
 
     Args:
         states: a State, several with one leading axis, a motion, or a mode by `animate_mode`.
@@ -40,6 +43,7 @@ def plot_mechanism(
         names: write the names of joints beside them, at the first pose.
         traces: names of frames or bodies whose path over all instants is drawn.
         poses: number of instants that are drawn, evenly spread (default: all).
+        loads: draw the forces at points of contact as arrows, on the round part; they need states, not a mode.
 
     Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
     """
@@ -51,7 +55,7 @@ def plot_mechanism(
     if poses is not None and poses < 1:
         raise ValueError(f"poses = {poses}: at least one is needed")
     ax, seen = get_axes(ax), frame_trajectory(system, states)
-    drawing = LineDrawing(system, seen, look, frames)
+    drawing = LineDrawing(system, seen, look, frames, contact_forces(system, states) if loads else None)
     instants = np.arange(len(seen.ts))
     if poses is not None:
         instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))

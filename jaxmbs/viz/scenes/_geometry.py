@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import default_shapes, inertia_box
+from .._cable_lines import cable_lines
 from .._drawable import body_frames, cables, distinct_points, slides, spans, torsions
 from ._solids import Solid, icosphere, rotation_to_axis, rounded_hull, sweep_tube, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
@@ -67,9 +68,11 @@ class MechanismGeometry:
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
         self.tags: list[dict] = []
+        self.points: list[tuple[str, np.ndarray]] = []  # names and places (T, 3) of points that no body carries
         self._add_bodies()
         self._add_joints()
         self._add_spans()
+        self._add_cables()
         self._add_sheaves()
         self._add_torsions()
 
@@ -234,10 +237,9 @@ class MechanismGeometry:
             ],
             "bushing": [(self.solids.cylinder, (0.0, 1.0), 1.2, DARK)],
             "rod": [(self.solids.cylinder, (0.0, 1.0), 0.5, STEEL)],
-            "cable": [(self.solids.cylinder, (0.0, 1.0), 0.2, DARK)],
         }
         for span in spans(self.system):
-            if span.name in self.shapes:  # an elastic body that is drawn as its mesh
+            if span.name in self.shapes or span.kind == "cable":  # an elastic body that is drawn as its mesh
                 continue
             points = [self.trajectory.position_in_body(self.top, frame) for frame in span.frames]
             ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
@@ -250,6 +252,22 @@ class MechanismGeometry:
                 solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
                 self.items.append(item | {"color": rgba(color)})
+
+    def _add_cables(self):
+        """Add the spans of cables along their tangents, whose ends move on the wheels."""
+        for cable in cable_lines(self.system, self.trajectory):
+            for k in range(cable.ends.shape[1]):
+                ends = []
+                for side in (0, 1):
+                    self.points.append((f"{cable.name} {k}", cable.ends[:, k, side]))
+                    ends.append({"body": self.top.bodies.size + len(self.points), "point": [0.0, 0.0, 0.0]})
+                item = {"name": cable.name, "solid": self.solids.cylinder, "ends": ends, "part": (0.0, 1.0)}
+                self.items.append(item | {"radius": 0.2 * self.r, "color": rgba(DARK)})
+        for name, law, frames in cables(self.system):
+            for kind, frame in zip(law.kinds, frames, strict=True):
+                if kind == "point" and self._body(frame) == 0:
+                    place, size = self.trajectory.position_in_body(self.top, frame), 0.9 * self.r
+                    self.add_unit_solid(name, 0, self.solids.ball, place, (0, 0, 1), size, size, PALE)
 
     def _add_sheaves(self):
         """Add discs and balls of the wheels, cylinders and spheres that cables pass."""

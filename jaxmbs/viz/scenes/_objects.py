@@ -112,9 +112,13 @@ class MechanismObject(SceneObject):
         for k, name in enumerate(n for n in traces if n in top.frame_index):
             if len(self.ts) > 1:
                 done.add_trace(name, self.trajectory.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
-        bodies = ["ground", *top.body_names]
+        bodies = ["ground", *top.body_names, *(name for name, _ in done.points)]
         meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
         numbers = pose_tracks(self.trajectory, top.bodies.size)
+        if done.points:
+            still = np.zeros((len(numbers), len(done.points), 7))
+            still[..., :3], still[..., 6] = np.stack([x for _, x in done.points], axis=1), 1.0
+            numbers = np.concatenate([numbers, still], axis=1)
         return {
             "bodies": bodies,
             "tracks": encode_array(numbers),

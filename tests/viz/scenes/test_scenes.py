@@ -200,7 +200,13 @@ def test_cables_have_their_spans_and_wheels():
     (stage,) = viz.scene(system, states).data["objects"]
     rope = [item for item in stage["items"] if item["name"] == "rope"]
     assert sum("ends" in item and item["part"] == (0.0, 1.0) for item in rope) == 2
-    assert len(rope) == 2 + 1 + 3  # spans, the wheel, balls at frames on the ground
+    assert len(rope) == 2 + 1 + 1  # spans, the wheel, a ball at the end on the ground
+    number = len(stage["bodies"])
+    poses = np.frombuffer(base64.b64decode(stage["tracks"]), "<f4").reshape(-1, number, 7)
+    ends = np.stack([poses[:, end["body"], :3] for item in rope if "ends" in item for end in item["ends"]], axis=1)
+    up = [(-0.1, 0, z) for z in (-1.0, 0.0)] + [(0.1, 0, 0.0)]
+    np.testing.assert_allclose(ends[:, :3], [up, up], atol=1e-6)  # vertical on both sides of the wheel
+    np.testing.assert_allclose(ends[:, 3], [(0.1, 0, -1.0), (0.1, 0, -1.5)], atol=1e-6)
 
 
 def test_wrong_names_are_told(four_bar):

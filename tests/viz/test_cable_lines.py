@@ -1,0 +1,55 @@
+"""Lines of cables in pictures: as long as the cable, on its wheels, and tangent to them."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import jaxmbs as mbs
+from jaxmbs import viz
+from jaxmbs.forces import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
+from jaxmbs.viz._cable_lines import cable_lines
+from jaxmbs.viz.scenes._trajectory import frame_trajectory
+
+WRAPS = {
+    "sheave": Sheave(("ground", (0, 0, 0)), 0.3, axis="y", side="+"),
+    "cylinder": WrapCylinder(("ground", (0, 0, 0)), 0.3, axis="y", side="+"),
+    "sphere": WrapSphere(("ground", (0, 0, 0)), 0.3, axis="y", side="+"),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", [*WRAPS])
+def test_line_of_a_cable(kind):
+    b = mbs.SystemBuilder()
+    b.body("load", 1.0)
+    off = 0.0 if kind == "sheave" else 0.4
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(1.0, off, -0.3))
+    b.cable("rope", [Attachment(("ground", (-1, 0, -0.2))), WRAPS[kind], Attachment("load")], stiffness=1e4)
+    system = b.build()
+    state = mbs.State.at(system, lift=-0.2)
+    (rope,) = cable_lines(system, frame_trajectory(system, state))
+    line = rope.line[0]
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    length = float(mbs.dynamics.cable_states(system, state)["rope"].length)
+    assert length - 1e-4 < steps.sum() <= length + 1e-12
+    from_axis = np.linalg.norm(line[:, [0, 2]] if kind != "sphere" else line, axis=1)
+    np.testing.assert_allclose(from_axis[1:-1], 0.3, atol=1e-9)
+    directions = np.diff(line, axis=0)[steps > 1e-9] / steps[steps > 1e-9, None]
+    assert np.min(np.sum(directions[1:] * directions[:-1], axis=1)) > np.cos(0.1)  # no corner
+    assert rope.wheels.shape[1] + len(rope.spheres) == 1
+    ax = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot())
+    assert any(np.array_equal(drawn.get_xydata(), line[:, [0, 2]]) for drawn in ax.lines)
+
+
+@pytest.mark.long
+def test_line_of_a_closed_belt():
+    b = mbs.SystemBuilder()
+    b.body("pulley", 1.0, inertia=0.1)
+    b.joint("pin", mbs.Revolute("z"), "ground", "pulley", parent_frame=(1.0, 0, 0))
+    wheels = [Sheave("ground", 0.3, side="+"), Eyelet(("ground", (0.5, -0.5, 0))), Sheave("pulley", 0.2, side="+")]
+    b.cable("belt", wheels, axial_stiffness=1e4, free_length=3.5, closed=True)
+    system = b.build()
+    (belt,) = cable_lines(system, frame_trajectory(system, mbs.State.at(system)))
+    closed = np.concatenate([belt.line[0], belt.line[0][:1]])
+    length = float(mbs.dynamics.cable_states(system, mbs.State.at(system))["belt"].length)
+    assert length - 1e-3 < np.sum(np.linalg.norm(np.diff(closed, axis=0), axis=1)) <= length + 1e-12
