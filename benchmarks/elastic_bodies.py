@@ -3,7 +3,8 @@
 The manoeuvre of Kane, Ryan and Banerjee (1987) with the beam of Simo and Vu-Quoc (1986).  One body without stiffening
 by rotation is unstable above 3.8 rad/s; the error of several falls with the square of their number, one with it
 needs no cut.  The reference is the limit of ANCF cables in elements and steps (2e-7).  Where Exudyn is installed it
-runs the same beam.  And the accelerations of rows of up to 100 bodies with pins between them, block-sparse beside dense.
+runs the same beam.  And the accelerations of rows of up to 100 bodies with pins between them, block-sparse beside
+dense.
 """
 
 import functools
