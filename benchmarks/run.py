@@ -19,6 +19,7 @@ NAMES = (
     "substructures",
     "component_chain",
     "elastic_bodies",
+    "elastic_costs",
     "batch_of_motions",
     "accelerator",
     "cold_start",

@@ -23,6 +23,7 @@ PACKAGES = {
     "substructures": (),
     "component_chain": (),
     "elastic_bodies": (),
+    "elastic_costs": (),
     "batch_of_motions": ("mujoco",),
     "accelerator": (),
     "cold_start": (),
@@ -36,7 +37,7 @@ PACKAGES = {
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start", "compiler_tricks", "energy_drift")
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
-LONG += ("component_chain", "rows_of_loops", "accelerator", "iftomm", "solvers")
+LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers")
 
 
 def _marked(name):

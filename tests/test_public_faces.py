@@ -131,7 +131,8 @@ FACES = {
     """,
     "jaxmbs.flexible": """
         ElasticBody FloatingFrame GeometricStiffening StressEnvelope Stresses carried_loads deformations
-        displacements floating_frame interface_loads mass_properties section_forces stiffening stresses
+        displacements floating_frame interface_loads mass_properties section_forces section_stresses stiffening
+        stresses
     """,
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractJointFriction AbstractLaw AbstractPathLaw

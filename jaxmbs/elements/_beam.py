@@ -60,6 +60,9 @@ class Beam(AbstractElement):
         releases: names of end coordinates that carry no force: "rz1", "ry2", "x1", ...
         fibres: (p, 2) points y, z of the section whose stress is asked [m].
         line_mass: mass that is no part of the section, on its axis [kg/m].
+        fibre_shears: (p, 2, 3) shear stresses xy and xz of each fibre by the shear forces Qy, Qz [1/m^2] and the
+            torque [1/m^3] of the section, or None: stresses then have no shear.  Of a round section of second polar
+            moment J, torque makes `(-z, y) / J`.
     """
 
     young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
@@ -75,11 +78,12 @@ class Beam(AbstractElement):
     releases: tuple[str, ...] = eqx.field(static=True, default=())
     fibres: Convertible[Float[Array, "... p 2"]] = eqx.field(converter=as_real, default=((0.0, 0.0),))
     line_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
+    fibre_shears: Convertible[Float[Array, "... p 2 3"] | None] = eqx.field(converter=as_optional_real, default=None)
 
     num_nodes = 2
     has_ends = True
     force_labels = tuple(f"{name}{end}" for end in (1, 2) for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"))
-    stress_labels = ("axial stress of each fibre at end 1, then at end 2",)
+    stress_labels = ("axial stress of each fibre at end 1, then at end 2; then shears xy, then xz",)
     nonnegative_fields = ("young", "shear_modulus", "area", "inertia_y", "inertia_z", "torsion", "density", "shear")
     nonnegative_fields += ("line_mass",)
 
@@ -101,6 +105,9 @@ class Beam(AbstractElement):
         """Messages also for a section that differs in y and z without a reference that orients it."""
         pairs = [(self.inertia_y, self.inertia_z)] + ([] if self.shear is None else [tuple(self.shear.T)])
         uneven = any(is_concrete(y, z) and not np.allclose(y, z, rtol=1e-6, atol=0) for y, z in pairs)
+        p = self.fibres.shape[-2]
+        if self.fibre_shears is not None and self.fibre_shears.shape[-3:] != (p, 2, 3):
+            return [f"fibre_shears must be ({p}, 2, 3), as there are {p} fibres"]
         if self.reference is None and uneven:
             return [*super().faults(), "its section differs in y and z: give a reference vector that orients it"]
         return super().faults()
@@ -199,18 +206,25 @@ class Beam(AbstractElement):
     def stresses(
         self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"], load: Array | None = None
     ) -> Float[Array, " s"]:
-        """Axial stress (2 p,) of the fibres at both ends: `N/A - M_z y/I_z + M_y z/I_y`. Source: S1 (30)."""
-        force = self.forces(nodes, u, load)
+        """Axial stress (2 p,) of the fibres at both ends, `N/A - M_z y/I_z + M_y z/I_y`; with `fibre_shears` then the
+        shears xy, and xz (6 p in all).  Source: S1 (30)."""
+        return self.stresses_of_ends(self.forces(nodes, u, load))
+
+    def stresses_of_ends(self, forces: Float[Array, " f"]) -> Float[Array, " s"]:
+        """Stresses as `stresses` from the forces and moments (12,) on the two ends, local axes."""
         y, z = self.fibres[:, 0], self.fibres[:, 1]
-        ends = [
-            N / self.area - Mz * y / self.inertia_z + My * z / self.inertia_y
-            for N, My, Mz in ((-force[0], -force[4], -force[5]), (force[6], force[10], force[11]))
-        ]
-        return jnp.concatenate(ends)
+        sections = (-forces[:6], forces[6:])  # N, Qy, Qz, T, My, Mz at end 1, at end 2
+        axial = [N / self.area - Mz * y / self.inertia_z + My * z / self.inertia_y for N, *_, My, Mz in sections]
+        if self.fibre_shears is None:
+            return jnp.concatenate(axial)
+        shears = [self.fibre_shears @ section[1:4] for section in sections]
+        return jnp.concatenate([*axial, *(one[:, k] for k in (0, 1) for one in shears)])
 
     def stress_tensors(self, stresses: Array) -> Float[Array, "... points 6"]:
-        """Uniaxial tensors of the fibres at end 1, then at end 2; shear and torsion are not in them."""
-        return jnp.zeros((*stresses.shape, 6), stresses.dtype).at[..., 0].set(stresses)
+        """Tensors of the fibres at end 1, then at end 2: uniaxial without `fibre_shears`."""
+        columns, places = (1, np.array([0])) if self.fibre_shears is None else (3, np.array([0, 3, 5]))
+        parts = jnp.moveaxis(stresses.reshape(*stresses.shape[:-1], columns, -1), -2, -1)
+        return jnp.zeros((*parts.shape[:-1], 6), stresses.dtype).at[..., places].set(parts)
 
     def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
         """Of tension N, torque T, shear forces and moments: lateral, torsional and coupled buckling.

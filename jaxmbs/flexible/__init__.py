@@ -5,6 +5,7 @@ from ._carried_loads import carried_loads, mass_properties
 from ._floating_frame import FloatingFrame, floating_frame
 from ._recovery import deformations, displacements, interface_loads
 from ._section_forces import section_forces
+from ._section_stresses import section_stresses
 from ._stiffening import stiffening
 from ._stresses import StressEnvelope, Stresses, stresses
 
@@ -21,6 +22,7 @@ __all__ = [
     "interface_loads",
     "mass_properties",
     "section_forces",
+    "section_stresses",
     "stiffening",
     "stresses",
 ]

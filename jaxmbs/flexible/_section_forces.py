@@ -28,7 +28,7 @@ def section_forces(system: System, motion: State | HasStates, name: str) -> Floa
 
     Raises: UnknownNameError.  Source: Sonneville, Cardona and Bruls (2014).
     """
-    places = _elements(system, name)
+    places = beam_places(system, name)
 
     def at(state):
         here = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
@@ -38,7 +38,7 @@ def section_forces(system: System, motion: State | HasStates, name: str) -> Floa
     return map_states(system, at, motion)
 
 
-def _elements(system, name):
+def beam_places(system: System, name: str) -> np.ndarray:
     """Places of the elements of a beam among all of the system, in order.  Raises: UnknownNameError."""
     names = [one for group in system.forces if isinstance(group.law, BeamElement) for one in group.names]
     beams = dict.fromkeys(one.rpartition(".")[0] for one in names)

@@ -20,6 +20,7 @@ from jaxmbs.fem import (
     nodal_load,
     scatter_rows,
 )
+from jaxmbs.math._stress import von_mises
 
 E, G, A, IY, IZ, J, RHO = 2e11, 8e10, 1e-3, 2e-7, 1e-7, 3e-7, 7800.0
 Y = (0.0, 1.0, 0.0)
@@ -196,3 +197,27 @@ def test_gradients_and_batches_of_a_cantilever(cantilever):
     np.testing.assert_allclose(value, exact, rtol=1e-9)
     np.testing.assert_allclose(slope[0], -exact / E, rtol=1e-9)
     np.testing.assert_allclose(slope[1], 3 * exact / lengths, rtol=1e-9)
+
+
+def test_von_mises_stress_of_a_shaft_under_torque_tension_and_shear():
+    """`sqrt(sigma^2 + 3 tau^2)` of a round shaft: by torque at its surface, by shear, `4 Q / 3 A`, on its axis."""
+    r, N, T, Q = 0.02, 5e3, 80.0, 2e3
+    area, second = np.pi * r**2, np.pi * r**4 / 4
+    shears = np.zeros((2, 2, 3))
+    shears[0, 0, 2] = -r / (2 * second)  # torque at (0, r)
+    shears[1, 0, 0] = 4 / (3 * area)  # shear force at (0, 0)
+    fibres = [(0.0, r), (0.0, 0.0)]
+    beam = Beam(E, G, area, second, second, 2 * second, fibres=fibres, fibre_shears=shears)
+    end = np.array([N, Q, 0.0, T, 0.0, 0.0])
+
+    @jax.jit
+    def at(ends):
+        tensors = beam.stress_tensors(beam.stresses_of_ends(ends))
+        return tensors, von_mises(tensors)
+
+    tensors, found = at(jnp.asarray(np.concatenate([-end, end])))
+    axial, turn, push = N / area, T * r / (2 * second), 4 * Q / (3 * area)
+    np.testing.assert_allclose(tensors[:2], [[axial, 0, 0, -turn, 0, 0], [axial, 0, 0, push, 0, 0]], rtol=1e-12)
+    np.testing.assert_allclose(found, np.sqrt(axial**2 + 3 * np.array([turn, push, turn, push]) ** 2), rtol=1e-12)
+    wrong = Beam(E, G, A, IY, IY, J, fibres=fibres, fibre_shears=shears[:1])
+    assert "fibre_shears must be (2, 2, 3)" in wrong.faults()[0]

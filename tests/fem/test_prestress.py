@@ -46,6 +46,15 @@ def test_columns_of_euler(ends):
 
 
 @pytest.mark.long
+def test_a_column_under_its_own_weight():
+    """Clamped below, free above: `q L^3 / EI = 7.837347`, a root of a Bessel function (case B6)."""
+    held = {k: "z rx ry" for k in range(2 * N + 1)} | {0: "all"}
+    structure = column(held, 2 * N)  # of mass 1 per length
+    weight = fem.gather_rows(structure, fem.body_load(structure, (-1.0, 0.0, 0.0)))
+    np.testing.assert_allclose(fem.buckling(structure, weight).factors[0], 7.837347438943481, rtol=1e-3)
+
+
+@pytest.mark.long
 def test_lateral_buckling_of_narrow_beams():
     """Uniform moment `pi sqrt(EI GJ) / l`; force across the free end `4.0126 sqrt(EI GJ) / l^2`."""
     narrow = {"inertia_z": 1e4}

@@ -141,36 +141,59 @@ def test_tension_relieves_a_bent_blade():
     assert 15.0 < moments[1] < 22.0
 
 
+def log_damage(depth, like=None):
+    """Damage (log) of an arm of this depth that swings for a second; without `like` its system."""
+    beam = elements.Beam(
+        YOUNG, 2.6e10, 0.02 * depth, 0.02**3 * depth / 12, 0.02 * depth**3 / 12, 1e-8, density=DENSITY,
+        fibres=jnp.stack([jnp.stack([0.5 * depth, 0.0 * depth])]), reference=(0.0, 1.0, 0.0),
+    )  # fmt: skip
+    x = np.linspace(0.0, LENGTH, 4)
+    mesh = fem.Structure(np.stack([x, 0 * x, 0 * x], axis=1), {"arm": (beam, [(0, 1), (1, 2), (2, 3)])})
+    frame = flexible.floating_frame(mesh, ("0",), num_modes=1, damping_ratio=0.05)
+    b = mbs.SystemBuilder()
+    b.elastic("arm", frame.body)
+    b.joint("pin", mbs.Revolute("z"), "ground", "arm.0", drive=lambda t: 0.8 * jnp.sin(2 * jnp.pi * t))
+    if like is None:
+        return b.build()
+    options = {"rtol": 1e-7, "atol": 1e-9, "gradient": "forward", "throw": False}
+    system = b.build(like=like)
+    motion = mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.0, 1.0, 41), **options)
+    history = flexible.stresses(system, motion, "arm", frame, mesh).measure("signed_von_mises")["arm"][:, 0, 0]
+    return jnp.log(fatigue.damage(history, fatigue.SN(1e24, 3.0)))
+
+
+@pytest.fixture(scope="module")
+def log_damage_of():
+    """Damage (log) of an arm over its depth, compiled once, and the system."""
+    system = log_damage(jnp.array(0.03))
+    return mbs.jit(lambda depth: log_damage(depth, system), compile="quick"), system
+
+
 @pytest.mark.long
-def test_damage_of_a_link_over_its_duty_cycle():
+def test_damage_of_a_link_over_its_duty_cycle(log_damage_of):
     """Derivative of the damage by the depth of an arm, as for a limit of life, against differences."""
-    curve, ts = fatigue.SN(1e24, 3.0), np.linspace(0.0, 1.0, 41)
-
-    def structure(depth):
-        beam = elements.Beam(
-            YOUNG, 2.6e10, 0.02 * depth, 0.02**3 * depth / 12, 0.02 * depth**3 / 12, 1e-8, density=DENSITY,
-            fibres=jnp.stack([jnp.stack([0.5 * depth, 0.0 * depth])]), reference=(0.0, 1.0, 0.0),
-        )  # fmt: skip
-        x = np.linspace(0.0, LENGTH, 4)
-        return fem.Structure(np.stack([x, 0 * x, 0 * x], axis=1), {"arm": (beam, [(0, 1), (1, 2), (2, 3)])})
-
-    def damage(depth, like=None):
-        mesh = structure(depth)
-        frame = flexible.floating_frame(mesh, ("0",), num_modes=1, damping_ratio=0.05)
-        b = mbs.SystemBuilder()
-        b.elastic("arm", frame.body)
-        b.joint("pin", mbs.Revolute("z"), "ground", "arm.0", drive=lambda t: 0.8 * jnp.sin(2 * jnp.pi * t))
-        system = b.build() if like is None else b.build(like=like)
-        if like is None:
-            return system
-        solver, options = mbs.motion.Rodas5P(), {"rtol": 1e-7, "atol": 1e-9, "gradient": "forward"}
-        motion = mbs.simulate(system, mbs.State.at(system), ts=ts, solver=solver, **options)
-        history = flexible.stresses(system, motion, "arm", frame, mesh).measure("signed_von_mises")["arm"][:, 0, 0]
-        return jnp.log(fatigue.damage(history, curve))
-
+    change, system = log_damage_of
     depth, h = jnp.array(0.03), 1e-5
-    system = damage(depth)
-    slope = jax.jit(jax.jacfwd(lambda depth: damage(depth, system)))(depth)
-    change = jax.jit(lambda depth: damage(depth, system))
+    slope = mbs.jit(jax.jacfwd(lambda depth: log_damage(depth, system)), compile="quick")(depth)
     np.testing.assert_allclose(slope, (change(depth + h) - change(depth - h)) / (2 * h), rtol=1e-3)
     assert slope < -1.0
+
+
+@pytest.mark.long
+def test_life_of_a_link_as_a_limit(log_damage_of):
+    """The thinnest arm whose life is that of one of 24 mm has 24 mm; the search starts from 35 mm."""
+    change, system = log_damage_of
+    allowed = float(change(jnp.array(0.024)))
+    best = mbs.minimise(
+        lambda design: (design["depth"], {"damage": log_damage(design["depth"], system)}),
+        {"depth": jnp.array(0.035)},
+        bounds={"depth": (0.015, 0.05)},
+        limits=[mbs.Limit("damage (log)", "damage", upper=allowed)],
+        gradient="forward",
+        compile="quick",
+        tolerance=1e-6,
+        steps=20,
+        progress=False,
+    )
+    assert best.ok and best.limit("damage (log)").active
+    np.testing.assert_allclose(best.design["depth"], 0.024, rtol=1e-5)

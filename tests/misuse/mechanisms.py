@@ -134,6 +134,9 @@ CASES = {
     "flexible.interface_loads": case(lambda z: call(z.elastic, z.elastic_state, "arm", z.frame)),
     "flexible.stresses": case(lambda z: call(z.arm, z.arm_state, "arm", z.arm_frame, z.arm_beam)),
     "flexible.section_forces": case(lambda z: call(z.whip, z.whip_state, "whip")),
+    "flexible.section_stresses": case(
+        lambda z: call(z.whip, z.whip_state, "whip", mbs.elements.Beam(1.0, 1.0, 1e-2, 1e-5, 1e-5, 2e-5))
+    ),
     "flexible.stiffening": case(
         lambda z: call(z.elastic, z.elastic_state),
         "* swapped: refused, all of the system in the message",

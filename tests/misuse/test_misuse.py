@@ -82,6 +82,7 @@ LONG = """
     vibration.direct_response coupling.base_motion vibration.transmissibility vibration.lowest_modes
     coupling.coupled_response statics.bond_reactions vibration.viscous_receptance vibration.receptance
     vibration.simulate flexible.interface_loads flexible.stresses flexible.section_forces vibration.oscillations
+    flexible.section_stresses
     vibration.transfer_matrix analysis.campbell
     coupling.peak_response vibration.resonance_gains reductions.MacNeal reductions.averaged_transformation
     reductions.mode_acceleration_free reductions.Mixed vibration.harmonic_response vibration.frequency_response
