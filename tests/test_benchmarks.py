@@ -31,11 +31,12 @@ PACKAGES = {
     "diffrax_loops": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
+    "openmdao_component": ("openmdao",),
     "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start", "compiler_tricks", "energy_drift")
-LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
+LONG += ("openmdao_component", "wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("component_chain", "rows_of_loops", "accelerator", "iftomm", "solvers")
 
 

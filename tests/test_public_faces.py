@@ -77,6 +77,7 @@ FACES = {
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.adapters": """
+        openmdao tesseract
     """,
     "jaxmbs.analysis": """
         CampbellDiagram Equilibrium ImpendingMotion Linearisation StateSpace Stiffness campbell equilibrium

@@ -1,3 +1,8 @@
 """Adapters: models of this library as components of other programs, one module for each program."""
 
-__all__ = []
+from . import openmdao, tesseract
+
+__all__ = [
+    "openmdao",
+    "tesseract",
+]

@@ -80,12 +80,13 @@ class _Evaluator:
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Outputs (m,) at x (n,)."""
-        y, status = self._values(x)
-        y = np.asarray(y)
+        y, code = self._values(x)
+        y, status = np.asarray(y), Status(int(code))
         bad = [part.name for part in self.question.outputs if not np.all(np.isfinite(y[part.entries]))]
-        if not succeeded(int(status)) or bad:
-            words = str(Status(int(status))) if not succeeded(int(status)) else f"{', '.join(bad)} not finite"
-            self._fail(words)
+        if bad and (succeeded(status) or status == Status.NOT_FINITE):
+            self._fail(f"{', '.join(bad)} not finite")
+        if not succeeded(status):
+            self._fail(str(status))
         return y
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
@@ -100,6 +101,10 @@ class _Evaluator:
             self._points[mode] = (np.array(x), linear)
         found = self._apply(linear, direction)
         return self._finite(found if mode == "fwd" else found[0])
+
+    def forget(self) -> None:
+        """Drop the linearisations of the last points."""
+        self._points.clear()
 
     def _finite(self, found: Any) -> np.ndarray:
         found = np.asarray(found)
@@ -201,7 +206,9 @@ def _with_units(question: Question, units: dict[str, str]) -> Question:
         name, unit = part.name.translate(_FORBIDDEN).strip(), part.unit
         unit = next((units[key] for key in (name, part.name) if key in units), unit)
         if unit is not None and not (isinstance(unit, str) and valid_units(unit)):
-            faults.append(f"{part.name}: OpenMDAO has no unit {unit!r}; write one of its own, such as 'm', 'N' or 'deg'")
+            faults.append(
+                f"{part.name}: OpenMDAO has no unit {unit!r}; write one of its own, such as 'm', 'N' or 'deg'"
+            )
         return part._replace(name=name, unit=unit)
 
     inputs, outputs = (tuple(map(renamed, parts)) for parts in (question.inputs, question.outputs))
