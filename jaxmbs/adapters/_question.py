@@ -1,4 +1,4 @@
-"""A function of a pytree as a function of one vector, with named parts on both sides, for programs that know arrays."""
+"""A function of a pytree as a function of one vector with named parts on both sides."""
 
 import re
 from collections.abc import Callable, Mapping

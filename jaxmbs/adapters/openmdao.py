@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
 from ..checks import no_such
 from ..errors import ModelError, UnknownNameError
-from ..runtime import jit
+from ..runtime import jit, tuning
 from ..status import Status, succeeded
 from ._question import Part, Question, trace_question
 
@@ -40,8 +41,9 @@ def component(
         bounds: as of `minimise`; inputs that have bounds are design variables of the component, scaled to the width
             between both.
         units: units of OpenMDAO by names of inputs and outputs; else those of the names.
-        partials: "matrix-free" derivative products by `compute_jacvec_product`, of which those at one point share a
-            linearisation; or the "dense" Jacobian in one call, for totals of a few dozen numbers by as many.
+        partials: "matrix-free" derivative products by `compute_jacvec_product`; those at one point share a
+            linearisation, or a Jacobian where there are few directions. Or "dense", declared partials, for groups whose
+            linear solver assembles a matrix.
         gradient: "forward" or "reverse" mode of the dense Jacobian; by default that of fewer passes.
         compile: "full", or "quick" for some dozen evaluations.
 
@@ -69,10 +71,17 @@ class _Evaluator:
         self.question, self.name = question, name
         evaluate = question.evaluate
         size_in, size_out = (parts[-1].entries.stop for parts in (question.inputs, question.outputs))
-        derive = {"forward": jax.jacfwd, "reverse": jax.jacrev}
-        derivative = derive[gradient or ("forward" if size_in <= size_out else "reverse")]
         self._values = jit(evaluate, compile=compile)
-        self._jacobian = jit(derivative(evaluate, has_aux=True), compile=compile)
+        self._jacobians = {
+            "fwd": jit(functools.partial(_forward_jacobian, evaluate), compile=compile),
+            "rev": jit(functools.partial(_reverse_jacobian, evaluate), compile=compile),
+        }
+        chosen = {None: "fwd" if size_in <= size_out else "rev", "forward": "fwd", "reverse": "rev"}
+        self._dense_mode = chosen[gradient]
+        self._is_narrow = {
+            "fwd": size_in <= tuning.JACOBIAN_DIRECTIONS,
+            "rev": size_out <= tuning.JACOBIAN_DIRECTIONS,
+        }
         self._linearise = jit(lambda x: jax.linearize(evaluate, x, has_aux=True)[1], compile=compile)
         self._pull_back = jit(lambda x: jax.vjp(evaluate, x, has_aux=True)[1], compile=compile)
         self._apply = jit(lambda linear, v: linear(v), compile=compile)
@@ -91,14 +100,23 @@ class _Evaluator:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Jacobian (m, n) at x (n,)."""
-        return self._finite(self._jacobian(x)[0])
+        return self._finite(self._jacobians[self._dense_mode](x))
 
     def product(self, x: np.ndarray, direction: np.ndarray, mode: str) -> np.ndarray:
-        """Jacobian at x (n,) times a direction (n,), mode "fwd"; or its transpose times one (m,), mode "rev"."""
+        """Jacobian at x (n,) times a direction (n,), mode "fwd"; or its transpose times one (m,), mode "rev".
+
+        OpenMDAO asks for one direction after another: few of them are computed together, at the first.
+        """
         at, linear = self._points.get(mode, (None, None))
         if at is None or not np.array_equal(at, x):
-            linear = (self._linearise if mode == "fwd" else self._pull_back)(x)
+            if self._is_narrow[mode]:
+                jacobian = self._finite(self._jacobians[mode](x))
+                linear = jacobian if mode == "fwd" else jacobian.T
+            else:
+                linear = (self._linearise if mode == "fwd" else self._pull_back)(x)
             self._points[mode] = (np.array(x), linear)
+        if self._is_narrow[mode]:
+            return linear @ direction
         found = self._apply(linear, direction)
         return self._finite(found if mode == "fwd" else found[0])
 
@@ -116,6 +134,19 @@ class _Evaluator:
         from openmdao.api import AnalysisError
 
         raise AnalysisError(f"{self.name}: {words}")
+
+
+def _forward_jacobian(evaluate: Callable, x: Any) -> Any:
+    """Jacobian (m, n), one tangent for each input."""
+    return jax.jacfwd(lambda x: evaluate(x)[0])(x)
+
+
+def _reverse_jacobian(evaluate: Callable, x: Any) -> Any:
+    """Jacobian (m, n), one pullback for each output; of a single output without a batch axis."""
+    y, pull, _ = jax.vjp(evaluate, x, has_aux=True)
+    if y.size == 1:
+        return pull(jnp.ones_like(y))[0][None]
+    return jax.vmap(lambda seed: pull(seed)[0])(jnp.eye(y.size, dtype=y.dtype))
 
 
 @functools.cache
@@ -159,16 +190,30 @@ def _component_class() -> Any:
             question, x = self.evaluator.question, inputs.asarray(copy=True)
             ends = ((question.inputs, d_inputs), (question.outputs, d_outputs))
             (given, vector), (asked, result) = ends if mode == "fwd" else ends[::-1]
-            direction = np.zeros(given[-1].entries.stop)
-            for part in given:
-                if part.name in vector:
-                    direction[part.entries] = vector[part.name].ravel()
-            found = self.evaluator.product(x, direction, mode)
-            for part in asked:
-                if part.name in result:
-                    result[part.name] += found[part.entries].reshape(result[part.name].shape)
+            _add(asked, result, self.evaluator.product(x, _direction(given, vector), mode))
 
     return QuestionComponent
+
+
+def _direction(parts: tuple[Part, ...], vector: Any) -> np.ndarray:
+    """A vector of OpenMDAO, which may leave out parts that do not matter."""
+    if sum(1 for _ in vector) == len(parts):
+        return vector.asarray(copy=True)
+    direction = np.zeros(parts[-1].entries.stop)
+    for part in parts:
+        if part.name in vector:
+            direction[part.entries] = vector[part.name].ravel()
+    return direction
+
+
+def _add(parts: tuple[Part, ...], vector: Any, found: np.ndarray) -> None:
+    """Add to a vector of OpenMDAO."""
+    if sum(1 for _ in vector) == len(parts):
+        vector.iadd(found)
+        return
+    for part in parts:
+        if part.name in vector:
+            vector[part.name] += found[part.entries].reshape(vector[part.name].shape)
 
 
 def _of(part: Part, vector: np.ndarray) -> np.ndarray:
@@ -206,9 +251,7 @@ def _with_units(question: Question, units: dict[str, str]) -> Question:
         name, unit = part.name.translate(_FORBIDDEN).strip(), part.unit
         unit = next((units[key] for key in (name, part.name) if key in units), unit)
         if unit is not None and not (isinstance(unit, str) and valid_units(unit)):
-            faults.append(
-                f"{part.name}: OpenMDAO has no unit {unit!r}; write one of its own, such as 'm', 'N' or 'deg'"
-            )
+            faults.append(f"{part.name}: OpenMDAO has no unit {unit!r}; write one of its own, as 'm' or 'N'")
         return part._replace(name=name, unit=unit)
 
     inputs, outputs = (tuple(map(renamed, parts)) for parts in (question.inputs, question.outputs))
