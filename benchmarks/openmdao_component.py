@@ -1,4 +1,4 @@
-"""A double wishbone and a motion as components of OpenMDAO: the optimum beside ours, and the cost of total derivatives.
+"""A double wishbone and a motion as components of OpenMDAO: the optimum beside ours, and the cost of a derivative.
 
 The wishbone of `wishbone_limits.py` is optimised by OpenMDAO's SLSQP and by `minimise`.  Then CPU seconds of the
 total derivative, as a driver of OpenMDAO asks for it, beside the same Jacobian by JAX alone: of the wishbone (21

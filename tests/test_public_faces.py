@@ -67,7 +67,8 @@ FACES = {
         Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Force Free
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
-        Torque Universal UnknownNameError Weld adapters analysis batch batching blocks blocksparse bondgraph cache check
+        Torque Universal UnknownNameError Weld adapters analysis batch batching blocks blocksparse bondgraph cache
+        check
         contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
         forward_dynamics
         frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics

@@ -1,8 +1,8 @@
 """A multibody domain for Mosaic: values and gradients of three tasks beside the complex step, and what they cost.
 
 Each task is packed as a Tesseract and asked by tesseract-core's runtime, as Mosaic's harness does it.  Printed: the
-relative error of values, that of the vector-Jacobian product and its cosine with the truth, wall-clock milliseconds of
-both, and the least error that central differences reach.
+relative error of values, that of the vector-Jacobian product and its cosine with the truth, wall-clock milliseconds
+of both, and the least error that central differences reach.
 """
 
 import sys
@@ -13,7 +13,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parent), str(HERE)]
 
-from common import parser, report, row  # isort: skip  # noqa: E402: sets what JAX reads at import
+from common import parser, report, row  # isort: skip # noqa: E402
 
 import numpy as np  # noqa: E402
 import tasks  # noqa: E402
@@ -61,24 +61,20 @@ def measure(task, folder, repeats):
         value, found = apply(), vjp()
         forward, backward = (milliseconds(call, repeats) for call in (apply, vjp))
     cosine = found @ gradient / np.linalg.norm(found) / np.linalg.norm(gradient)
-    size = len(task.flat)
     return [
-        row(task.name, "controls", size),
-        row(
-            task.name, "error of the value", np.linalg.norm(value - wanted) / np.linalg.norm(wanted), "", goal="1e-8"
-        ),
-        row(
-            task.name,
-            "error of the VJP",
-            np.linalg.norm(found - gradient) / np.linalg.norm(gradient),
-            "",
-            goal="1e-8",
-        ),
+        row(task.name, "controls", len(task.flat)),
+        row(task.name, "error of the value", distance(value, wanted), "", goal="1e-8"),
+        row(task.name, "error of the VJP", distance(found, gradient), "", goal="1e-8"),
         row(task.name, "1 - cosine of the VJP", max(0.0, 1.0 - cosine)),
         row(task.name, "error of central differences", best_difference(task, weights, gradient)),
         row(task.name, "apply", forward, "ms"),
         row(task.name, "vjp", backward, "ms", "apply", forward),
     ]
+
+
+def distance(found, wanted):
+    """Relative to the size of what is wanted."""
+    return np.linalg.norm(found - wanted) / np.linalg.norm(wanted)
 
 
 def best_difference(task, weights, gradient):

@@ -65,7 +65,7 @@ def chain(links):
 
 
 def four_bar(bearing):
-    """Gradient of a four-bar's motion, or of the load of its crank's bearing at the end of it, by masses and lengths."""
+    """Gradient of a four-bar's motion, or of its crank's bearing load at the end of it, by masses and lengths."""
 
     def build(design, like=None):
         (m1, m2, m3), (l1, l2, l3, l0) = design["mass"], design["length"]

@@ -1,8 +1,8 @@
-"""The tasks in NumPy alone, in complex numbers: Lagrange's equations in absolute angles, and derivatives by the complex
-step (Squire and Trapp 1998).
+"""The tasks in NumPy alone, in complex numbers: Lagrange's equations in absolute angles, and derivatives by the
+complex step (Squire and Trapp 1998).
 
-Nothing here is of the solvers under test.  A rod at angle theta points along (cos theta, -sin theta) in the x-z plane,
-z upwards; the centre of mass of rod i is a sum of d[i, j] times the directions of the rods j.
+Nothing here is of the solvers under test.  A rod at angle theta points along (cos theta, -sin theta) in the x-z
+plane, z upwards; the centre of mass of rod i is a sum of d[i, j] times the directions of the rods j.
 """
 
 import numpy as np
@@ -22,8 +22,8 @@ def directions(theta):
 def accelerations(theta, omega, d, mass, length, ends=None):
     """Second derivatives (n,) of the angles, and the forces (2,) that close a loop.
 
-    Args: d: places of the centres of mass (bodies, n); ends: coefficients (n,) of a sum of directions that is constant,
-    or None for an open chain.
+    Args: d: places of the centres of mass (bodies, n); ends: coefficients (n,) of a sum of directions that is
+    constant, or None for an open chain.
     """
     coefficients = np.einsum("i,ij,ik->jk", mass, d, d)
     difference = theta[:, None] - theta[None, :]

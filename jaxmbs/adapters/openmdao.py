@@ -42,8 +42,8 @@ def component(
             between both.
         units: units of OpenMDAO by names of inputs and outputs; else those of the names.
         partials: "matrix-free" derivative products by `compute_jacvec_product`; those at one point share a
-            linearisation, or a Jacobian where there are few directions. Or "dense", declared partials, for groups whose
-            linear solver assembles a matrix.
+            linearisation, or a Jacobian where there are few directions. Or "dense", declared partials, for groups
+            whose linear solver assembles a matrix.
         gradient: "forward" or "reverse" mode of the dense Jacobian; by default that of fewer passes.
         compile: "full", or "quick" for some dozen evaluations.
 

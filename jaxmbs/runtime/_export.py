@@ -38,7 +38,7 @@ class Program:
 
     @property
     def names(self) -> tuple[list[str], list[str]]:
-        """Paths of the arguments' leaves and of the results', `"rod.length"`; of a single argument without its place."""
+        """Paths of the arguments' leaves and of the results', `"rod.length"`; one argument has no place in them."""
         paths = jax.tree_util.tree_leaves_with_path(self._results)
         results = [jax.tree_util.keystr(path, simple=True, separator=".") or "result" for path, _ in paths]
         known = self.about.get("names")  # files of earlier releases have none

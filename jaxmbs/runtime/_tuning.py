@@ -94,6 +94,6 @@ FIRST_CHUNKS = 4
 #: Searches of a multistart side by side: few, since they end one after the other (`wishbone_limits.py`).
 SEARCHES_TOGETHER = 8
 
-#: Largest number of directions that a component of another program differentiates together, though it may be asked for
-#: one at a time (benchmarks/openmdao_component.py).
+#: Largest number of directions that a component of another program derives together, though it is asked for one at a
+#: time (`openmdao_component.py`).
 JACOBIAN_DIRECTIONS = 32

@@ -1,4 +1,4 @@
-"""Components of OpenMDAO: values, derivatives both ways, names, units, bounds, and failures as drivers expect them."""
+"""Components of OpenMDAO: values, derivatives both ways, names, units, bounds, and failures as drivers know them."""
 
 import importlib.util
 import re
@@ -61,15 +61,23 @@ def test_check_partials_of_openmdao_to_1e_8():
     assert all(entry["abs error"].fwd_rev < 1e-14 for entry in found.values())
 
 
-def test_products_at_one_point_share_a_linearisation():
+@pytest.mark.parametrize("mode", ["fwd", pytest.param("rev", marks=pytest.mark.long)])
+def test_products_at_one_point_share_a_linearisation(mode):
+    """Of many directions, which are not worth a Jacobian."""
     part = component(stress, DESIGN)
-    count, linearise = [], part.evaluator._linearise
-    part.evaluator._linearise = lambda x: count.append(1) or linearise(x)
-    whole = problem(part, "fwd")
-    totals(whole)
-    assert len(count) == 1
-    totals(problem(part, "fwd", rod__length=3.0))
-    assert len(count) == 2
+    part.evaluator._is_narrow = {"fwd": False, "rev": False}
+    count = []
+
+    def counted(call):
+        return lambda x: count.append(1) or call(x)
+
+    for name in ("_linearise", "_pull_back"):
+        setattr(part.evaluator, name, counted(getattr(part.evaluator, name)))
+    for length, calls in ((2.0, 1), (3.0, 2)):
+        found = totals(problem(part, mode, rod__length=length))
+        assert len(count) == calls
+        np.testing.assert_allclose(found["moment", "loads"], length**2 * np.eye(3), rtol=1e-14)
+        np.testing.assert_allclose(found["angle", "loads"], np.full((1, 3), length * np.cos(6 * length)), rtol=1e-13)
 
 
 def test_units_of_names_are_converted():
