@@ -71,7 +71,7 @@ class _Evaluator:
         self.question, self.name = question, name
         evaluate = question.evaluate
         size_in, size_out = (parts[-1].entries.stop for parts in (question.inputs, question.outputs))
-        self._values = jit(evaluate, compile=compile)
+        self._values: Callable = jit(evaluate, compile=compile)
         self._jacobians = {
             "fwd": jit(functools.partial(_forward_jacobian, evaluate), compile=compile),
             "rev": jit(functools.partial(_reverse_jacobian, evaluate), compile=compile),
