@@ -28,6 +28,7 @@ NAMES = (
     "diffrax_loops",
     "imported_models",
     "wishbone_limits",
+    "openmdao_component",
     "published_decks",
     "hydraulic_arm",
     "states",

@@ -1,6 +1,7 @@
 """jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
 from . import (
+    adapters,
     analysis,
     batching,
     blocks,
@@ -108,6 +109,7 @@ __all__ = [
     "Universal",
     "UnknownNameError",
     "Weld",
+    "adapters",
     "analysis",
     "batch",
     "batching",

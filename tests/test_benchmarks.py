@@ -32,10 +32,12 @@ PACKAGES = {
     "diffrax_loops": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
+    "openmdao_component": ("openmdao",),
     "published_decks": (),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start", "compiler_tricks", "energy_drift")
+LONG += ("openmdao_component",)
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers")
 
@@ -56,6 +58,20 @@ def test_quick_run_writes_rows(name, tmp_path):
     check_rows(rows)
     if name == "energy_drift":
         assert file.with_suffix(".png").stat().st_size > 0
+
+
+@pytest.mark.long
+def test_tasks_for_mosaic_are_the_complex_step(tmp_path):
+    for package in ("tesseract_core", "fastapi", "uvicorn", "lz4", "fsspec"):
+        pytest.importorskip(package)
+    file = tmp_path / "rows.json"
+    command = [sys.executable, str(FOLDER / "mosaic" / "multibody.py"), "--quick", "--json", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads(file.read_text())
+    check_rows(rows)
+    errors = [row["value"] for row in rows if row["metric"] in ("error of the value", "error of the VJP")]
+    assert len(errors) == 2 and max(errors) < 1e-8
 
 
 def check_rows(rows):

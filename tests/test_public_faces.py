@@ -67,7 +67,8 @@ FACES = {
         Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Force Free
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
-        Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
+        Torque Universal UnknownNameError Weld adapters analysis batch batching blocks blocksparse bondgraph cache
+        check
         contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
         forward_dynamics
         frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
@@ -75,6 +76,9 @@ FACES = {
         mass_matrix minimise model modes motion ode position qualification random_response
         reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
         simulate statics stiffness studies sweep vector_field velocity vibration viz
+    """,
+    "jaxmbs.adapters": """
+        openmdao tesseract
     """,
     "jaxmbs.analysis": """
         CampbellDiagram Equilibrium ImpendingMotion Linearisation StateSpace Stiffness campbell equilibrium

@@ -10,6 +10,7 @@ from ..atomic_write import atomic_path
 from ..io.model_file import save_model
 from . import _interrupts as interrupts
 from ._models import read, read_state
+from ._terminal import print_result
 
 
 def view(options: argparse.Namespace) -> int:
@@ -30,6 +31,15 @@ def convert(options: argparse.Namespace) -> int:
     """A model as one of our files."""
     with _output_path(options.output) as part:
         save_model(read(options).builder, part)
+    return 0
+
+
+def tesseract(options: argparse.Namespace) -> int:
+    """A stored question as the folder of a Tesseract."""
+    from ..adapters.tesseract import write_tesseract
+
+    folder = write_tesseract(options.question, options.output, options.name)
+    print_result(f"{folder}: `tesseract build {folder}` makes the container")
     return 0
 
 

@@ -49,6 +49,12 @@ def parser() -> argparse.ArgumentParser:
     convert.add_argument("output", metavar="OUTPUT", type=_ending((".json",)), help="the file to write, .json")
     convert.set_defaults(run=_run("files", "convert"))
 
+    tesseract = commands.add_parser("tesseract", help="a stored question as the folder of a Tesseract's container")
+    tesseract.add_argument("question", metavar="QUESTION", help="a file that jaxmbs.runtime.export stored")
+    tesseract.add_argument("output", metavar="FOLDER", help="the folder to make")
+    tesseract.add_argument("--name", metavar="NAME", help="of the Tesseract (default: that of the stored function)")
+    tesseract.set_defaults(run=_run("files", "tesseract"))
+
     demo = commands.add_parser("demo", help="simulate a slider-crank, check its joint loads, improve its design")
     demo.add_argument("--output", default="jaxmbs-demo", help="folder for plots and tables (default: %(default)s)")
     demo.add_argument("--quick", action="store_true", help="fewer crank angles and steps")

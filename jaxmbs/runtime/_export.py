@@ -20,7 +20,7 @@ from ._compiler_options import compiler_options
 from ._content import content_of
 from ._structure_data import from_data, to_data
 
-_ABOUT, _PROGRAM = "about.json", "program.bin"
+_ABOUT, _PROGRAM, _FORWARD = "about.json", "program.bin", "forward.bin"
 _FORMAT = 2  # 1 held a pickle
 
 
@@ -36,6 +36,21 @@ class Program:
         self._inner = exported.call
         self._outer = jax.jit(exported.call, compiler_options=compiler_options("full", jax.default_backend()) or None)
 
+    @property
+    def names(self) -> tuple[list[str], list[str]]:
+        """Paths of the arguments' leaves and of the results', `"rod.length"`; one argument has no place in them."""
+        paths = jax.tree_util.tree_leaves_with_path(self._results)
+        results = [jax.tree_util.keystr(path, simple=True, separator=".") or "result" for path, _ in paths]
+        known = self.about.get("names")  # files of earlier releases have none
+        return known or [f"input {k}" for k in range(len(self.about["arrays"]))], results
+
+    @property
+    def shapes(self) -> tuple[list[jax.ShapeDtypeStruct], list[jax.ShapeDtypeStruct]]:
+        """Shapes and types of the arguments' leaves and of the results'."""
+        exported = self._inner.__self__
+        kinds = [exported.in_avals, exported.out_avals]
+        return tuple([jax.ShapeDtypeStruct(x.shape, x.dtype) for x in avals] for avals in kinds)
+
     def __call__(self, *arguments: Any) -> Any:
         """The answer.  Raises: ValueError if the arguments are not of the structure that was stored."""
         leaves = _numbers(arguments)
@@ -50,7 +65,7 @@ class Program:
         return jax.tree.unflatten(treedef, call(*leaves))
 
 
-def export(function: Callable, example: WordedError[tuple], path: str | PathLike) -> Path:
+def export(function: Callable, example: WordedError[tuple], path: str | PathLike, forward: bool = False) -> Path:
     """Store a question of a model with its first derivative.
 
     Args:
@@ -58,6 +73,8 @@ def export(function: Callable, example: WordedError[tuple], path: str | PathLike
         example: the arguments, a tuple; later calls may have other numbers, but the same structure, shapes and types.
             Laws of the user are known by their code, as this version of Python compiles it, and what that reads.
         path: of the file.
+        forward: store the derivative in a direction as well, for programs that ask for it (`jaxmbs tesseract`); the
+            function must have a forward derivative, a motion by `simulate(..., gradient="forward")`.
 
     Returns: the path.  The program is compiled by the process that loads it: use `mbs.cache` there as well.
 
@@ -76,11 +93,13 @@ def export(function: Callable, example: WordedError[tuple], path: str | PathLike
 
     exported = jax.export.export(jax.jit(flat))(*leaves)
     content = bytes(exported.serialize(vjp_order=1))
+    contents = {_PROGRAM: content} | ({_FORWARD: _forward_derivative(flat, leaves)} if forward else {})
     about = {
         "format": _FORMAT,
         "function": getattr(function, "__name__", type(function).__name__),
         "structure": _key(example, leaves),
         "arrays": [f"{leaf.dtype.name}{list(leaf.shape)}" for leaf in leaves],
+        "names": _argument_names(example),
         "jax": jax.__version__,
         "platforms": list(exported.platforms),
         "results": to_data(results[0]),
@@ -88,8 +107,35 @@ def export(function: Callable, example: WordedError[tuple], path: str | PathLike
     }
     with atomic_path(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as file:
         file.writestr(_ABOUT, json.dumps(about))
-        file.writestr(_PROGRAM, content)
+        for name, part in contents.items():
+            file.writestr(name, part)
     return Path(path)
+
+
+def _forward_derivative(flat: Callable, leaves: list) -> bytes:
+    """The stored function of leaves, and of tangents of those that are real, to tangents of the real results."""
+    real = [jnp.issubdtype(leaf.dtype, jnp.floating) for leaf in leaves]
+
+    def derivative(leaves, tangents):
+        tangents = iter(tangents)
+
+        def of_real(*numbers):
+            numbers = iter(numbers)
+            whole = [next(numbers) if is_real else leaf for leaf, is_real in zip(leaves, real, strict=True)]
+            return [x for x in flat(*whole) if jnp.issubdtype(jnp.asarray(x).dtype, jnp.floating)]
+
+        numbers = [leaf for leaf, is_real in zip(leaves, real, strict=True) if is_real]
+        return jax.jvp(of_real, numbers, list(tangents))[1]
+
+    tangents = [leaf for leaf, is_real in zip(leaves, real, strict=True) if is_real]
+    return bytes(jax.export.export(jax.jit(derivative))(leaves, tangents).serialize())
+
+
+def _argument_names(example: tuple) -> list[str]:
+    """Paths of the leaves; of a single argument without its place in the tuple."""
+    skip = 1 if len(example) == 1 else 0
+    paths = [path[skip:] for path, _ in jax.tree_util.tree_leaves_with_path(example)]
+    return [jax.tree_util.keystr(path, simple=True, separator=".") or "input" for path in paths]
 
 
 def load_program(path: str | PathLike) -> Program:

@@ -93,3 +93,7 @@ CHUNK_BYTES = 256 * 2**20
 FIRST_CHUNKS = 4
 #: Searches of a multistart side by side: few, since they end one after the other (`wishbone_limits.py`).
 SEARCHES_TOGETHER = 8
+
+#: Largest number of directions that a component of another program derives together, though it is asked for one at a
+#: time (`openmdao_component.py`).
+JACOBIAN_DIRECTIONS = 32
