@@ -21,7 +21,9 @@ from ._identification import Identification, _sizes
 from ._verdict import Direction, spectrum, unseen_directions
 
 #: Times at which stroke, speed and acceleration are held, for each period of the highest harmonic.
-SAMPLES = 12
+SAMPLES = 16
+#: Largest value at these times of a series whose magnitude is nowhere above one (Ehlich and Zeller 1964).
+SHARE = np.cos(np.pi / SAMPLES)
 
 
 def _table_rows(found):
@@ -82,7 +84,7 @@ class _Question(eqx.Module):
             flat, _ = ravel_pytree(parts)
             return jnp.concatenate([flat.real, flat.imag]) if jnp.iscomplexobj(flat) else flat
 
-        return jax.jacfwd(weighted)(self.values) * self.sizes
+        return jax.jacfwd(weighted)(self.values) * self.sizes[None, :]
 
     def information(self, motion, largest):
         """Half the logarithm of the determinant; the prior keeps hidden directions from making it minus infinity."""
@@ -125,7 +127,8 @@ def best_excitation(
         largest: relative standard deviation from which on a direction counts as unseen.
         steps, gradient, progress, compile: as of `minimise`.
 
-    Stroke, speed and acceleration hold at twelve times in each period of the highest harmonic.
+    Stroke, speed and acceleration hold at all times: they are held at sixteen times in each period of the highest
+    harmonic, to 98 percent.  Other limits hold where their values are taken.
 
     Raises: ModelError, ValueError for limits and noise that do not fit; as `minimise`.
     Source: Swevers et al. (1997).
@@ -144,10 +147,11 @@ def best_excitation(
     ts = np.arange(SAMPLES * harmonics) * (period / (SAMPLES * harmonics))
     bounds = [_magnitude(x, len(lower), name) for x, name in ((speed, "speed"), (acceleration, "acceleration"))]
     motion = _random_motion(lower, upper, bounds, float(period), harmonics, ts) if first is None else first
-    holds = [Limit("stroke", lambda m: m.at(ts)[0], lower, upper)]
+    centre, half = 0.5 * (lower + upper), 0.5 * SHARE * (upper - lower)
+    holds = [Limit("stroke", lambda m: m.at(ts)[0], centre - half, centre + half)]
     for k, (name, bound) in enumerate(zip(("speed", "acceleration"), bounds, strict=True), start=1):
         if bound is not None:
-            holds.append(Limit(name, lambda m, k=k: m.at(ts)[k], -bound, bound))
+            holds.append(Limit(name, lambda m, k=k: m.at(ts)[k], -SHARE * bound, SHARE * bound))
     own = (limits,) if isinstance(limits, Limit) else tuple(limits)
     best = minimise(
         lambda m: -question.information(m, largest),

@@ -25,11 +25,12 @@ class FourierMotion(eqx.Module):
 
     def at(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations, each (..., n), at times (...) [s]."""
-        w = 2 * jnp.pi / self.period * jnp.arange(1, self.sines.shape[1] + 1)
-        angle = jnp.asarray(t)[..., None] * w
-        s, c = jnp.sin(angle), jnp.cos(angle)
-        x = self.offset + (s / w) @ self.sines.T - (c / w) @ self.cosines.T
-        return x, c @ self.sines.T + s @ self.cosines.T, (c * w) @ self.cosines.T - (s * w) @ self.sines.T
+        w = 2 * jnp.pi / self.period * jnp.arange(1.0, self.sines.shape[1] + 1)
+        angle = jnp.tensordot(jnp.asarray(t, float), w, axes=0)
+        s, c, w = jnp.sin(angle), jnp.cos(angle), w[:, None]
+        a, b = self.sines.T, self.cosines.T
+        x = s @ (a / w) - c @ (b / w)
+        return x + jnp.broadcast_to(self.offset, x.shape), c @ a + s @ b, c @ (w * b) - s @ (w * a)
 
     def times(self, count: int) -> np.ndarray:
         """Times (count,) over one period, evenly [s]."""
