@@ -205,7 +205,7 @@ def _predicted_modes(system, modes):
     if modes.shapes is None:
         return parts, (pairs, found.frequencies[pairs], jnp.full(len(pairs), jnp.nan))
     own = shapes[:, pairs]
-    scale = jnp.sum(jnp.conj(own) * target, 0) / jnp.sum(jnp.abs(own) ** 2, 0)
+    scale = jnp.sum(jnp.conj(own) * target, 0) / jnp.sum(jnp.abs(own) ** 2, 0).astype(kind)
     parts["shape"] = own * scale[None, :]
     return parts, (pairs, found.frequencies[pairs], likeness[jnp.arange(len(pairs)), pairs])
 
