@@ -23,6 +23,11 @@ def may_be_nonzero(*values: Any) -> bool:
     return not is_concrete(*values) or any(np.any(np.asarray(value) != 0) for value in values)
 
 
+def shape_of(value: Any) -> tuple[int, ...]:
+    """Shape of a number, an array, or lists of numbers, traced ones among them."""
+    return np.shape(value) if is_concrete(value) else jax.numpy.asarray(value).shape
+
+
 def any_concrete(condition: Callable[..., Any], *values: Any) -> bool:
     """True if `condition` holds anywhere for these values; False while any of them is traced."""
     return is_concrete(*values) and bool(np.any(condition(*map(np.asarray, values))))

@@ -33,11 +33,11 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     [
         "analysis",
         "motion",
-        "experiment",
         "bondgraph",
         "batching",
         "design",
         "identification",
+        "experiment",
         "studies",
         "qualification",
         "verbs",

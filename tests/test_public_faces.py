@@ -116,13 +116,14 @@ FACES = {
         propagate_uncertainty sensitivities tolerances
     """,
     "jaxmbs.experiment": """
-        SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance decouple flexible_channels
-        free_response mean_of_repeats measured_stiffness noise_variance nonlinearity propagate
-        propagate_scalar remove_stiffness rigid_channels sweep_amplitudes sweep_phase sweep_variance
-        virtual_point
+        MeasuredModes ModelUpdate SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance
+        decouple flexible_channels free_response mean_of_repeats measured_stiffness noise_variance nonlinearity
+        propagate propagate_scalar remove_stiffness rigid_channels sweep_amplitudes sweep_phase sweep_variance
+        update virtual_point
     """,
     "jaxmbs.identification": """
-        Direction Identification identify
+        Direction Excitation FourierMotion Identification best_excitation from_log_cholesky identify log_cholesky
+        multiple_shooting
     """,
     "jaxmbs.fatigue": """
         Cycles PsdTable SN damage equivalent_load psd_table rainflow spectral_damage

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import LARGEST, any_concrete, faults_if, in_range, is_concrete, no_such
+from ..checks import LARGEST, any_concrete, faults_if, in_range, is_concrete, no_such, shape_of
 from ..forces import (
     AbstractBodyLaw,
     AbstractBodyStateLaw,
@@ -113,9 +113,9 @@ def mass_faults(where: str, body) -> list[str]:
         mass = np.asarray(body.mass, float)
         if not in_range(mass) or mass < 0:
             found.append(f"{where}: mass is {mass}; it must be finite and not negative")
-    if is_concrete(body.com) and (np.shape(body.com) != (3,) or not in_range(body.com)):
+    if shape_of(body.com) != (3,) or is_concrete(body.com) and not in_range(body.com):
         found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
-    shape = np.shape(body.inertia)
+    shape = shape_of(body.inertia)
     if shape not in ((), (3,), (3, 3)):
         return [*found, f"{where}: inertia must be 0, three principal values or (3, 3), got shape {shape}"]
     return found + (_inertia_faults(where, body) if is_concrete(body.inertia, body.mass) else [])

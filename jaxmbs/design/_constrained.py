@@ -7,7 +7,7 @@ import numpy as np
 
 from ._optimisers import barrier_value
 from ._search import Point
-from ._working_set import FEASIBILITY, ConstrainedSearch
+from ._working_set import FAR_OUTSIDE, FEASIBILITY, ConstrainedSearch
 
 #: Largest number of runs of an optimiser, each with a new working set or from a better point; a few are usual.
 _ROUNDS = 30
@@ -57,7 +57,8 @@ class ScaledProblem:
         if not point.finite or np.array_equal(point.x, self.search.current.x):
             return False
         stop = self.search.accept(point, by_decrease=False)
-        return stop or self.search.is_working_set_optimal()
+        is_outside = self.search.is_working_set_insufficient(FAR_OUTSIDE)
+        return stop or is_outside or self.search.is_working_set_optimal()
 
 
 def run_constrained(search: ConstrainedSearch, steps: int, optimiser: Callable) -> None:

@@ -16,6 +16,9 @@ from ._variables import Variables
 #: Violation of a constraint, relative to its limit, up to which the limit counts as satisfied: above the rounding of
 #: a motion's peaks, and below what the table of limits shows.
 FEASIBILITY = 1e-7
+#: Violation outside of the working set at which an optimiser is stopped, to continue with these constraints: it would
+#: spend its steps where they do not hold.
+FAR_OUTSIDE = 0.1
 #: Where an optimiser finds no further step, a residual of up to so many tolerances is attributed to rounding.
 _STALLED = 100.0
 #: Constraints that a search with forward derivatives takes from the start.
@@ -62,11 +65,11 @@ class ConstrainedSearch(Search):
         names = [one.limit.name for one in self._problem.constraints for _ in range(one.size)]
         return ("objective", *(names[row] for row in self.working_set)), self.working_set
 
-    def is_working_set_insufficient(self) -> bool:
-        """True if the current point violates constraints outside of the working set."""
+    def is_working_set_insufficient(self, violation: float = FEASIBILITY) -> bool:
+        """True if the current point violates constraints outside of the working set, by more than `violation`."""
         others = np.ones(len(self.current.constraints), bool)
         others[self.working_set] = False
-        return bool(np.any(self.current.constraints[others] > FEASIBILITY))
+        return bool(np.any(self.current.constraints[others] > violation))
 
     def multipliers(self, point: Point) -> Multipliers:
         """Multipliers of the working set at a point."""

@@ -1,15 +1,15 @@
-"""Weighted differences of predictions and measurements, and their Jacobian, as compiled programs."""
+"""Weighted differences of predictions and measurements, and their Jacobian, by compiled programs."""
 
 import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import PyTree
 
+from ..batching import batch
 from ..runtime import jit
 from ._measurements import Layout, Measurements
 
@@ -22,52 +22,74 @@ class Prior(NamedTuple):
     deviations: np.ndarray
 
 
-class Differences(eqx.Module):
-    """`weight (prediction - data)`, then `(unknown - mean) / deviation` of the priors: n numbers, of p unknowns.
+class Predictions(NamedTuple):
+    """Predictions of one experiment, or of E of them side by side, as numbers.
 
-    The function of the user, and the layouts, are static: another record of the same kind compiles nothing anew.
+    Attributes:
+        predict: function of the user; unknowns, data: layouts, of one experiment.
+        experiments: pytree with a leading axis E, or None.
+        gradient: "forward" or "reverse"; compile: as of `batch`.
     """
 
-    predict: Callable = eqx.field(static=True)
-    unknowns: Layout = eqx.field(static=True)
-    data: Layout = eqx.field(static=True)
-    values: Float[Array, " n"]
-    weights: Float[Array, " n"]
-    places: Array
-    prior_places: Array
-    prior_means: Float[Array, " k"]
-    prior_deviations: Float[Array, " k"]
-    gradient: str = eqx.field(static=True)
-    compile: str = eqx.field(static=True)
+    predict: Callable
+    unknowns: Layout
+    data: Layout
+    experiments: PyTree
+    gradient: str
+    compile: str
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Predictions (all,) at unknowns (p,)."""
+        return self._run(x, None).reshape(-1)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Their derivatives (all, p)."""
+        return self._run(x, self.gradient).reshape(-1, len(x))
+
+    def _run(self, x, gradient):
+        several = self.experiments is not None
+        program = _program(self.predict, self.unknowns, self.data, gradient, several)
+        if not several:
+            return np.asarray(_compiled(program, self.compile)(jnp.asarray(x, float)), float)
+        count = len(jax.tree.leaves(self.experiments)[0])
+        designs = (np.tile(np.asarray(x, float), (count, 1)), self.experiments)
+        return np.asarray(batch(program, designs, progress=False, compile=self.compile).values, float)
+
+
+class Differences(NamedTuple):
+    """`weight (prediction - data)`, then `(unknown - mean) / deviation` of the priors: n + k numbers, p unknowns."""
+
+    predictions: Predictions
+    measured: Measurements
+    prior: Prior
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Differences (n + k,) at unknowns (p,)."""
-        return np.asarray(_programs(self.gradient, self.compile)[0](jnp.asarray(x, float), self), float)
+        found = self.predictions.at(x)[self.measured.kept]
+        known = (x[self.prior.places] - self.prior.means) / self.prior.deviations
+        return np.concatenate([(found - self.measured.values) * self.measured.weights, known])
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Their Jacobian (n + k, p)."""
-        return np.asarray(_programs(self.gradient, self.compile)[1](jnp.asarray(x, float), self), float)
+        rows = self.predictions.jacobian(x)[self.measured.kept] * self.measured.weights[:, None]
+        known = np.eye(len(x))[self.prior.places] / self.prior.deviations[:, None]
+        return np.concatenate([rows, known])
 
 
-def differences_of(
-    predict: Callable, unknowns: Layout, measured: Measurements, prior: Prior, gradient: str, compile: str
-) -> Differences:
-    """Differences from measurements and priors."""
-    values, weights, means, deviations = (
-        jnp.asarray(part, float) for part in (measured.values, measured.weights, prior.means, prior.deviations)
-    )
-    places, prior_places = np.flatnonzero(measured.kept), np.asarray(prior.places, int)
-    given = (values, weights, jnp.asarray(places), jnp.asarray(prior_places), means, deviations)
-    return Differences(predict, unknowns, measured.layout, *given, gradient, compile)
+# The same functions give the same programs again: another record of the same kind compiles nothing anew.
+@functools.lru_cache(maxsize=64)
+def _program(predict, unknowns, data, gradient, several):
+    derive = {None: lambda f: f, "forward": jax.jacfwd, "reverse": jax.jacrev}[gradient]
+    if not several:
+        return derive(lambda x: data.flatten(predict(unknowns.unflatten(x))))
+
+    def of_experiment(design):
+        x, experiment = design
+        return derive(lambda x: data.flatten(predict(unknowns.unflatten(x), experiment)))(x)
+
+    return of_experiment
 
 
-@functools.cache
-def _programs(gradient, compile):
-    derive = jax.jacfwd if gradient == "forward" else jax.jacrev
-    return jit(_differences, compile=compile), jit(derive(_differences), compile=compile)
-
-
-def _differences(x, question):
-    found = question.data.flatten(question.predict(question.unknowns.unflatten(x)))[question.places]
-    known = (x[question.prior_places] - question.prior_means) / question.prior_deviations
-    return jnp.concatenate([(found - question.values) * question.weights, known])
+@functools.lru_cache(maxsize=64)
+def _compiled(program, compile):
+    return jit(program, compile=compile)

@@ -46,18 +46,19 @@ class LeastSquares(NamedTuple):
         if not len(free):
             return Fit(start, self.cost(first), "converged")
         options = {} if np.isinf(self.robust) else {"loss": "huber", "f_scale": self.robust}
-        found = least_squares(
-            lambda x: self.differences.at(with_entries(start, free, x)),
-            start[free],
-            lambda x: self.differences.jacobian(with_entries(start, free, x))[:, free],
-            bounds=(lower[free], upper[free]),
-            x_scale="jac",
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=None,
-            max_nfev=self.steps,
-            **options,
-        )
+        with np.errstate(invalid="ignore", divide="ignore"):  # SciPy divides by zero where nothing is seen
+            found = least_squares(
+                lambda x: self.differences.at(with_entries(start, free, x)),
+                start[free],
+                lambda x: self.differences.jacobian(with_entries(start, free, x))[:, free],
+                bounds=(lower[free], upper[free]),
+                x_scale="jac",
+                xtol=1e-14,
+                ftol=1e-14,
+                gtol=None,
+                max_nfev=self.steps,
+                **options,
+            )
         x, free = self._at_bounds(with_entries(start, free, found.x), free)
         x, is_sharp = self._polish(x, free)
         reason = "converged" if found.status > 0 or is_sharp else f"step limit of {self.steps}"

@@ -8,11 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
+from ..batching._table import num_designs, read_designs
 from ..checks import number_faults, refuse_complex
 from ..design._starts import starting_points
 from ..design._variables import AT_BOUND, read_variables
 from ..errors import ModelError
-from ._differences import Prior, differences_of
+from ._differences import Differences, Predictions, Prior
 from ._fit import LeastSquares, with_entries
 from ._identification import Identification, _sizes
 from ._measurements import Layout, read_measurements
@@ -20,7 +21,7 @@ from ._verdict import spectrum, unseen_directions
 
 
 def identify(
-    predict: Callable[[PyTree], PyTree],
+    predict: Callable[..., PyTree],
     data: PyTree,
     unknowns: PyTree,
     bounds: PyTree | None = None,
@@ -33,6 +34,7 @@ def identify(
     steps: int = 200,
     largest: float = 1.0,
     compile: str = "full",
+    experiments: PyTree | None = None,
 ) -> Identification:
     """Unknowns of a model from measurements, by weighted least squares; and a verdict on what the data can tell.
 
@@ -51,25 +53,41 @@ def identify(
         steps: largest number of evaluations of the Jacobian from each start.
         largest: relative standard deviation from which on a direction of the unknowns counts as unseen.
         compile: "full" or "quick", as of `minimise`.
+        experiments: initial states, inputs and loads of several experiments, a pytree of arrays whose leading axis is
+            that of all data; `predict` is then a function of the unknowns and one experiment, run by `batch`.
 
     Returns: values, standard errors, intervals, correlations, and the directions that the data cannot see.
 
     Raises: ModelError for data, noise or predictions that do not fit; ValueError naming the unknown at fault.
     Source: Bard, Nonlinear parameter estimation (1974).
     """
-    measured = read_measurements(data, deviations, weights)
+    count = None if experiments is None else num_designs(experiments := read_designs(experiments))
+    measured = read_measurements(data, deviations, weights, count)
     points = [read_variables(unknowns, bounds)] if starts is None else starting_points(unknowns, bounds, starts)
     variables = points[0]
     layout = _layout(unknowns, starts)
     priors = _read_prior(variables, prior, layout)
     _check(measured, priors, deviations, robust, gradient, steps, largest)
-    differences = differences_of(predict, layout, measured, priors, gradient, compile)
+    predictions = Predictions(predict, layout, measured.layout, experiments, gradient, compile)
+    differences = Differences(predictions, measured, priors)
     problem = LeastSquares(differences, variables, np.inf if robust is None else float(robust), int(steps))
     fits = [problem.fit(point.start) for point in points]
     best = min(fits, key=lambda fit: fit.cost)
     if not np.isfinite(best.cost):
-        raise ModelError(["the prediction is not finite at any of the first values"], "identify")
+        raise ModelError(
+            [f"the prediction is not finite at any of the first values{_failed(problem, points)}"], "identify"
+        )
     return _identification(problem, measured, best, deviations is None, float(largest))
+
+
+def _failed(problem, points):
+    """Experiments that fail, in words."""
+    measured = problem.differences.measured
+    if measured.experiments is None:
+        return ""
+    found = problem.differences.predictions.at(points[0].start).reshape(measured.experiments, -1)
+    bad = np.flatnonzero(~np.all(np.isfinite(found), axis=1))
+    return f": experiments {', '.join(map(str, bad[:10]))}{' and more' if len(bad) > 10 else ''} fail"
 
 
 def _layout(unknowns, starts):

@@ -51,19 +51,26 @@ class Layout(NamedTuple):
 class Measurements(NamedTuple):
     """The n measured numbers.
 
-    Attributes: values: (n,), gaps left out; kept: (all,) false at gaps; weights: (n,) factors of the differences.
+    Attributes:
+        layout: of one experiment.
+        values: (n,), gaps left out; kept: (all,) false at gaps; weights: (n,) factors of the differences.
+        experiments: number of experiments, the leading axis of all data; or None.
     """
 
     layout: Layout
     values: np.ndarray
     kept: np.ndarray
     weights: np.ndarray
+    experiments: int | None = None
 
     def unflatten(self, values: np.ndarray) -> PyTree:
         """A pytree like the data of numbers (n,), NaN at gaps."""
         whole = np.full(len(self.kept), np.nan)
         whole[self.kept] = values
-        return self.layout.unflatten(whole)
+        if self.experiments is None:
+            return self.layout.unflatten(whole)
+        rows = [self.layout.unflatten(row) for row in whole.reshape(self.experiments, -1)]
+        return jax.tree.map(lambda *parts: np.stack(parts), *rows)
 
 
 def _parts(x, is_complex):
@@ -71,8 +78,16 @@ def _parts(x, is_complex):
     return jnp.concatenate([x.real, x.imag]) if is_complex else x
 
 
-def read_measurements(data: PyTree, deviations: PyTree | None, weights: PyTree | None) -> Measurements:
-    """Read data and their noise: standard deviations, or relative weights.
+def _rows(x, is_complex, count):
+    """Real and imaginary parts of all data (count, m), a row for each experiment."""
+    x = x.reshape(count, -1)
+    return np.concatenate([x.real, x.imag], axis=1) if is_complex else x
+
+
+def read_measurements(
+    data: PyTree, deviations: PyTree | None, weights: PyTree | None, experiments: int | None = None
+) -> Measurements:
+    """Read data and their noise: standard deviations, or relative weights; of several experiments side by side.
 
     Raises: ModelError with every fault.
     """
@@ -87,19 +102,31 @@ def read_measurements(data: PyTree, deviations: PyTree | None, weights: PyTree |
     ]
     faults += ["give deviations or weights, not both"] if deviations is not None and weights is not None else []
     faults += [] if leaves else ["there are no data"]
+    if experiments is not None:
+        faults += [
+            f"{label}: data of shape {x.shape} are not of {experiments} experiments, their leading axis"
+            for label, x in zip(labels, leaves, strict=True)
+            if x.shape[:1] != (experiments,)
+        ]
     given, word = (weights, "weights") if deviations is None else (deviations, "deviations")
     noise = _noise(structure, labels, leaves, given, word, faults) if not faults else []
     if faults:
         raise ModelError(faults, "identify")
     is_complex = tuple(x.dtype.kind == "c" for x in leaves)
-    flat = np.concatenate([np.asarray(_parts(x, c), float) for x, c in zip(leaves, is_complex, strict=True)])
-    noise = np.concatenate([np.tile(x.ravel(), 1 + c) for x, c in zip(noise, is_complex, strict=True)])
+    count = 1 if experiments is None else experiments
+    flat = (
+        np.concatenate([_rows(x, c, count) for x, c in zip(leaves, is_complex, strict=True)], 1).ravel().astype(float)
+    )
+    noise = np.concatenate(
+        [np.tile(x.reshape(count, -1), 1 + c) for x, c in zip(noise, is_complex, strict=True)], 1
+    ).ravel()
     kept = ~np.isnan(flat)
     if not np.all(np.isfinite(flat[kept])):
         raise ModelError(["data must be finite; NaN marks a gap"], "identify")
     factors = noise if deviations is None else 1.0 / noise
-    shapes = tuple(x.shape for x in leaves)
-    return Measurements(Layout(structure, labels, shapes, is_complex), flat[kept], kept, factors[kept])
+    shapes = tuple(x.shape if experiments is None else x.shape[1:] for x in leaves)
+    layout = Layout(structure, labels, shapes, is_complex)
+    return Measurements(layout, flat[kept], kept, factors[kept], experiments)
 
 
 def _noise(structure, labels, leaves, given, word, faults):

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs import qualification
+from jaxmbs import experiment, qualification
 
 from .attempts import call
 from .cases import case
@@ -45,7 +45,57 @@ def _line(u):
     return u["a"] * jnp.array([0.5, 1.0, 2.5])
 
 
+def _torque(u, motion):
+    _, v, a = motion.at(motion.times(8))
+    return u["a"] * a[:, 0] + 0.5 * v[:, 0]
+
+
+def _segment(start, ts):
+    return start * ts, 2.0 * start
+
+
+def _sampled(motion):
+    return motion.at(np.linspace(0.0, 1.5, 4))
+
+
+def _two_masses(u):
+    K = u["k"] * np.array([[2.0, -1.0], [-1.0, 1.0]])
+    return mbs.LinearSystem(mass=np.diag([1.0, 0.5]), stiffness=K, coordinates=["a z", "b z"])
+
+
+def _updated(modes):
+    """The update by measured modes made by the class: their numbers are judged there."""
+    return experiment.update(_two_masses, {"k": 8e3}, modes=modes).identification.values
+
+
 CASES = {
+    "identification.best_excitation": case(
+        lambda z: call(
+            _torque, {"a": 1.5}, ((-0.5,), (0.75,)), 2.5, 8.5, 2.0, 1, deviations=0.25, steps=3, progress=False
+        ),
+        positive="speed acceleration period deviations",
+    ),
+    "identification.FourierMotion": case(
+        lambda z: call(np.array([0.5]), np.array([[0.25, 0.5]]), np.array([[0.75, 0.1]]), 2.0),
+        through=lambda kind: answered(kind, _sampled),
+        positive="period",
+    ),
+    "identification.log_cholesky": case(
+        lambda z: call(2.5, np.array([0.1, 0.2, 0.3]), np.array([0.5, 0.6, 0.7])), positive="mass"
+    ),
+    "identification.from_log_cholesky": case(lambda z: call(np.linspace(0.1, 0.6, 10))),
+    "identification.multiple_shooting": case(
+        lambda z: call(_segment, np.array([1.5, 2.5]), np.linspace(0.0, 1.0, 5))
+    ),
+    "experiment.MeasuredModes": case(
+        lambda z: call([12.5, 29.5], np.array([[0.75, 0.7], [1.0, -1.0]]), ("a z", "b z"), [0.02, 0.03]),
+        positive="frequencies",
+    ),
+    "experiment.update": case(
+        lambda z: call(_two_masses, {"k": 8e3}, {"k": (1e3, 5e4)}, modes=experiment.MeasuredModes([12.18, 29.41])),
+        "bounds inf: no bound",
+        "bounds name: refused as another structure",
+    ),
     "identification.identify": case(
         lambda z: call(
             _line, np.array([0.6, 1.1, 2.4]), {"a": 1.5}, {"a": (0.5, 4.0)}, 0.25, prior={"a": (1.5, 0.5)}, robust=1.5

@@ -20,7 +20,7 @@ TABLES = (mechanisms, parts, matrices, components, structures, load_questions)
 CASES = {name: case for table in TABLES for name, case in table.CASES.items()}
 EXEMPT = {
     "answers, made by the library": """
-        identification.Direction identification.Identification
+        identification.Direction identification.Excitation identification.Identification experiment.ModelUpdate
         analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion kinematics.Instant
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History

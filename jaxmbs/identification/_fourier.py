@@ -1,0 +1,37 @@
+"""Periodic motions of several coordinates, by the coefficients of a Fourier series."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..typing import ArrayLike
+
+
+class FourierMotion(eqx.Module):
+    """Periodic motion of n coordinates by H harmonics: `offset + sum_k (a_k sin(k w t) - b_k cos(k w t)) / (k w)`.
+
+    Attributes:
+        offset: (n,), in the coordinates' units; sines, cosines: (n, H), a and b, in units of the velocity.
+        period: [s] (static).
+
+    Source: Swevers et al., Optimal robot excitation and identification (1997).
+    """
+
+    offset: Float[Array, " n"]
+    sines: Float[Array, "n harmonics"]
+    cosines: Float[Array, "n harmonics"]
+    period: float = eqx.field(static=True)
+
+    def at(self, t: ArrayLike) -> tuple[Array, Array, Array]:
+        """Coordinates, velocities and accelerations, each (..., n), at times (...) [s]."""
+        w = 2 * jnp.pi / self.period * jnp.arange(1.0, self.sines.shape[1] + 1)
+        angle = jnp.tensordot(jnp.asarray(t, float), w, axes=0)
+        s, c, w = jnp.sin(angle), jnp.cos(angle), w[:, None]
+        a, b = self.sines.T, self.cosines.T
+        x = s @ (a / w) - c @ (b / w)
+        return x + jnp.broadcast_to(self.offset, x.shape), c @ a + s @ b, c @ (w * b) - s @ (w * a)
+
+    def times(self, count: int) -> np.ndarray:
+        """Times (count,) over one period, evenly [s]."""
+        return np.arange(count) * (self.period / count)
