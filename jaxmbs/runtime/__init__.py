@@ -24,7 +24,7 @@ from ._precision import follow_precision, is_double
 from ._registry import TrickState, trick_states
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
-from ._small_call import sets_marks, small_call
+from ._small_call import kernel_options, one_kernel, sets_marks, small_call
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
@@ -61,11 +61,13 @@ __all__ = [
     "is_on",
     "jaxpr_function",
     "jit",
+    "kernel_options",
     "lapack",
     "lazy_where",
     "load_program",
     "map_chunked",
     "not_tracing",
+    "one_kernel",
     "remat",
     "report_compiles",
     "reverse_only",

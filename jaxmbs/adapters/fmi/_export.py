@@ -26,7 +26,7 @@ from ...model._entry_points import check_single_state, check_system
 from ...model._signals import law_of
 from ...model._system import System
 from ...motion._accounts import CLOSED
-from ...runtime import garbage_collection_paused
+from ...runtime import garbage_collection_paused, jaxpr_function, kernel_options, one_kernel, without_unused
 from ...status import Status
 from ._description import Variable, build_description, model_description
 from ._library import SOURCE, compile_library, compiler, platform_name, sizes_header
@@ -206,18 +206,44 @@ def _per_second(unit):
 
 
 def _programs(flat, start, kind):
-    """Serialised programs by name, with the sizes of their arguments."""
+    """Serialised programs by name, with the sizes of their arguments; those with "_kernel" are marked for this release
+    of JAX."""
     z, known, unknown = len(start), flat.num_known, flat.num_states + len(flat.output_names)
-    arguments = {"instant": [z], "directional": [z, known], "adjoint": [z, unknown]}
-    if kind == "CS":
-        arguments["step"] = [z, 1]
+    instant = _traced(flat.instant, z)
+    at = lambda x: instant(x)[:unknown]  # noqa: E731
+    along = lambda seed: jnp.concatenate([seed, jnp.zeros(z - known)])  # noqa: E731 - hidden coordinates follow
+    functions = {
+        "instant": (instant, [z]),
+        "directional": (lambda x, seed: jax.jvp(at, (x,), (along(seed),))[1], [z, known]),
+        "adjoint": (lambda x, seed: jax.vjp(at, x)[1](seed)[0][:known], [z, unknown]),
+    }
     found = {}
-    for name, sizes in arguments.items():
-        shapes = [jax.ShapeDtypeStruct((size,), np.float64) for size in sizes]
-        with garbage_collection_paused(), jax.default_matmul_precision("highest"):
-            exported = jax.export.export(jax.jit(getattr(flat, name)), platforms=["cpu"])(*shapes)
-        found[name] = bytes(exported.serialize()), sizes
+    for name, (function, sizes) in functions.items():
+        size, whole = sum(sizes), function if name == "instant" else _traced(_of_one_array(function, sizes), sum(sizes))
+        found[name] = _serialised(one_kernel(whole, marks=False), size)
+        if kernel_options() is not None:
+            found[f"{name}_kernel"] = _serialised(one_kernel(whole, marks=True), size)
+    if kind == "CS":
+        found["step"] = _serialised(_of_one_array(flat.step, [z, 1]), z + 1)
     return found
+
+
+def _traced(function, size):
+    """A function of one array that is traced once, for all that is made of it."""
+    with garbage_collection_paused(), jax.default_matmul_precision("highest"):
+        call = jaxpr_function(without_unused(jax.make_jaxpr(function)(jnp.zeros(size))))
+    return lambda x: call(x)[0]
+
+
+def _of_one_array(function, sizes):
+    return lambda x: function(*jnp.split(x, np.cumsum(sizes)[:-1]))
+
+
+def _serialised(function, size):
+    """The bytes of a program of one array, and its size."""
+    with garbage_collection_paused(), jax.default_matmul_precision("highest"):
+        exported = jax.export.export(jax.jit(function), platforms=["cpu"])(jax.ShapeDtypeStruct((size,), np.float64))
+    return bytes(exported.serialize()), size
 
 
 def _write(path, kind, flat, start, variables, programs):
@@ -239,9 +265,10 @@ def _write(path, kind, flat, start, variables, programs):
         "closed": CLOSED,
         "knowns": [by_place[k] for k in range(known)],
         "unknowns": [by_place[len(start) + k] for k in range(unknown)],
-        "arguments": {name: sizes for name, (_, sizes) in programs.items()},
+        "arguments": {name: size for name, (_, size) in programs.items()},
         "sha256": digests,
         "jax": jax.__version__,
+        "kernel_options": kernel_options(),
         "results": {str(int(status)): str(status) for status in Status},
     }
     text = json.dumps(about, indent=1)

@@ -32,6 +32,14 @@ from ...ode._loop import stop_gradients
 from ._parameters import Parameters
 
 
+#: Residual [m, rad] up to which Newton's steps close the loops without a search.
+_NEAR = 1e-2
+#: Residual of a step that needs no other: its own leaves the square.
+_ROUNDING = 1e-9
+#: Largest number of Newton's steps.
+_PASSES = 8
+
+
 def state_coordinates(system: System) -> np.ndarray:
     """Places of the coordinates that are states.  Raises: ModelError for a ball that is independent in part."""
     top, chosen = system.topology, set(independent_positions(system).tolist())
@@ -122,14 +130,22 @@ class FlatMechanism:
         return system, P, at, velocities, internal
 
     def _closed(self, system, P, psi, t):
-        """Coordinates with closed loops: searched, then one Newton step to rounding, as integrators of high order see
-        the 1e-10 at which the search ends; the derivative is that of the closed loops."""
+        """Coordinates with closed loops, to rounding; the derivative is that of the closed loops.
+
+        Newton's steps from the last accepted pose; from afar a search first.
+        """
         if not system.has_constraints:
             return psi
         free = jnp.asarray(self.free, psi.dtype)
-        fixed = stop_gradients((system, P, psi, t))
-        found = assemble_coordinates(*fixed, free)
-        found = newton_step(*fixed[:2], found, fixed[3], free)[0]
+        system_, P_, psi_, t_ = stop_gradients((system, P, psi, t))
+        first = gap(system_, configuration(system_, P_, psi_, t_, inertias=False))
+        near = jax.lax.cond(
+            first <= _NEAR,
+            lambda psi: psi,
+            lambda psi: assemble_coordinates(system_, P_, psi, t_, free),
+            psi_,
+        )
+        found = _newton(lambda psi: newton_step(system_, P_, psi, t_, free), near)
         psi = psi.at[self.hidden].set(jax.lax.stop_gradient(found)[self.hidden])
         return assemble_coordinates(system, P, psi, t, free, search=False)
 
@@ -149,11 +165,8 @@ class FlatMechanism:
             )
         return {str(name): jnp.asarray(x, at.psi.dtype) for name, x in found.items()}
 
-    def unknowns(self, z: Array) -> Array:
-        """Rates of the states and outputs (nx + ny,) at z."""
-        return self._unknowns(self._assembled(z))
-
     def _unknowns(self, parts):
+        """Rates of the states and outputs (nx + ny,)."""
         system, P, at, velocities, internal = parts
         second = velocities if internal is None else jnp.concatenate([velocities, internal.values])
         equations = Velocity(replace_field(system, "forces", system.forces), P, jnp.ones_like(second))
@@ -163,20 +176,12 @@ class FlatMechanism:
         return jnp.concatenate([psi_rate[self.coordinates], a[self.columns], s_rate, *outputs])
 
     def instant(self, z: Array) -> Array:
-        """Unknowns, hidden coordinates and the gap of the loops; a gap that is NaN says that something is."""
+        """Rates of the states, outputs, hidden coordinates and the gap of the loops at z (nz,), from 1 to the number of
+        known numbers differentiable; a gap that is NaN says that something is."""
         parts = self._assembled(z)
         found, at = self._unknowns(parts), parts[2]
         opening = jnp.where(jnp.all(jnp.isfinite(found)) & jnp.all(jnp.isfinite(z)), gap(parts[0], at), jnp.nan)
         return jnp.concatenate([found, at.psi[self.hidden], opening[None]])
-
-    def directional(self, z: Array, seed: Array) -> Array:
-        """Derivative of the unknowns along a seed (known,)."""
-        along = jnp.concatenate([seed, jnp.zeros(len(self.hidden), z.dtype)])
-        return jax.jvp(self.unknowns, (z,), (along,))[1]
-
-    def adjoint(self, z: Array, seed: Array) -> Array:
-        """Derivative (known,) of the sum of the unknowns weighted by a seed (nx + ny,)."""
-        return jax.vjp(self.unknowns, z)[1](seed)[0][: self.num_known]
 
     def step(self, z: Array, length: Array) -> Array:
         """z after a step of the length (1,), its inputs held, and the status of the motion."""
@@ -189,6 +194,22 @@ class FlatMechanism:
         parts = [end[None], psi[self.coordinates], u[self.columns], *s, inner, psi[self.hidden]]
         result = jnp.where(gap(system, at) <= 1e-6, motion.result, 6).astype(z.dtype)  # 6: NOT_ASSEMBLED
         return jnp.concatenate([*parts, result[None]])
+
+
+def _newton(step, psi):
+    """psi after Newton's steps, until one gains less than half: the residual before each is what `step` returns."""
+
+    def is_open(carried):
+        k, _, residual, before = carried
+        return (k < _PASSES) & (residual > _ROUNDING) & (residual < 0.5 * before)
+
+    def again(carried):
+        k, psi, residual, _ = carried
+        following, here = step(psi)
+        return k + 1, following, here, jnp.where(k > 0, residual, jnp.inf)
+
+    unknown = jnp.asarray(1.0, psi.dtype)
+    return jax.lax.while_loop(is_open, again, (jnp.int32(0), psi, unknown, jnp.inf * unknown))[1]
 
 
 def _entries(name, shape):

@@ -52,7 +52,10 @@ class FmuInstance:
             self.program("step")
 
     def program(self, name):
-        """A compiled program, shared by all instances of the process."""
+        """A compiled program of one array, shared by all instances of the process."""
+        options = None
+        if f"{name}_kernel" in self.about["sha256"] and self.about["jax"] == jax.__version__:
+            name, options = f"{name}_kernel", self.about["kernel_options"]
         digest = self.about["sha256"][name]
         with _lock:
             shared = sys.modules.setdefault(_SHARED, ModuleType(_SHARED)).__dict__
@@ -62,15 +65,14 @@ class FmuInstance:
                     raise ValueError(f"{name}.bin is damaged")
                 call = jax.jit(jax.export.deserialize(bytearray(content)).call)
                 with jax.enable_x64(True), jax.default_device(self.cpu):
-                    sizes = self.about["arguments"][name]
-                    arguments = [jax.ShapeDtypeStruct((size,), np.float64) for size in sizes]
-                    shared[digest] = call.lower(*arguments).compile()
+                    argument = jax.ShapeDtypeStruct((self.about["arguments"][name],), np.float64)
+                    shared[digest] = call.lower(argument).compile(compiler_options=options)
             return shared[digest]
 
-    def run(self, program, *arguments):
+    def run(self, program, argument):
         """The result of a program, as an array of NumPy."""
         with jax.enable_x64(True):
-            return np.asarray(program(*arguments))
+            return np.asarray(program(argument))
 
     def evaluate(self):
         """Results of z.  Where the loops do not close from the last accepted step, the last pose found serves."""
@@ -97,7 +99,7 @@ class FmuInstance:
 
     def differentiate(self, name, num_seeds, number):
         try:
-            found = self.run(self.program(name), self.z, self.seed[:num_seeds])
+            found = self.run(self.program(name), np.concatenate([self.z, self.seed[:num_seeds]]))
             if not np.all(np.isfinite(found)):
                 return self.say(f"derivatives at t = {self.z[0]:g} are not finite", DISCARD)
             self.sensitivity[:number] = found
@@ -108,7 +110,7 @@ class FmuInstance:
     def step(self):
         """z after a step of the length seed[0]; where it fails z stays."""
         try:
-            found = self.run(self.program("step"), self.z, self.seed[:1])
+            found = self.run(self.program("step"), np.append(self.z, self.seed[0]))
             if found[-1] != 0:
                 words = self.about["results"].get(str(int(found[-1])), "the motion failed")
                 return self.say(f"the step of {self.seed[0]:g} s from t = {self.z[0]:g} failed: {words}", DISCARD)
