@@ -1,6 +1,7 @@
 """jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
 from . import (
+    adapters,
     analysis,
     batching,
     blocks,
@@ -34,6 +35,7 @@ from . import (
     vibration,
     viz,
 )
+from .adapters.fmi import Fmu, export_fmu
 from .analysis import linearise, stiffness
 from .batching import batch
 from .builder import SystemBuilder
@@ -79,6 +81,7 @@ __all__ = [
     "CoulombFriction",
     "Coupler",
     "Cylindrical",
+    "Fmu",
     "Force",
     "Free",
     "Harmonic",
@@ -108,6 +111,7 @@ __all__ = [
     "Universal",
     "UnknownNameError",
     "Weld",
+    "adapters",
     "analysis",
     "batch",
     "batching",
@@ -123,6 +127,7 @@ __all__ = [
     "elements",
     "equilibrium",
     "experiment",
+    "export_fmu",
     "fatigue",
     "fem",
     "flexible",

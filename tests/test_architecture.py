@@ -42,13 +42,13 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "qualification",
         "verbs",
     ],
-    ["io", "viz", "demo", "doctor", "cli", "__main__"],
+    ["io", "viz", "adapters", "demo", "doctor", "cli", "__main__"],
 ]
 DOORS = set(FLOORS[-1])
 HEIGHT = {room: (floor, place) for floor, rooms in enumerate(FLOORS) for place, room in enumerate(rooms)}
 EXTRAS = {
     *("matplotlib", "networkx", "mujoco", "pinocchio", "xarray", "zarr", "filelock", "dask", "distributed"),
-    *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize"),
+    *("pyyeti", "pyuff", "meshio", "skfem", "nlopt", "viser", "scipy.optimize", "fmpy"),
 }
 LAZY = {
     **{room: {"xarray"} for room in ("motion", "reaction", "linear", "vibration", "batching", "qualification")},

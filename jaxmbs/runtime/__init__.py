@@ -16,6 +16,7 @@ from ._content import KnownFunction, as_argument, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
+from ._host_call import host_call
 from ._jaxpr import jaxpr_function, without_unused
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._library_calls import with_library_calls
@@ -56,6 +57,7 @@ __all__ = [
     "fusion_barrier",
     "garbage_collection_paused",
     "gather_static",
+    "host_call",
     "is_double",
     "is_motion",
     "is_on",
