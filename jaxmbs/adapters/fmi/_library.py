@@ -76,5 +76,5 @@ def compile_library(header: str) -> bytes:
         options = ["-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-o", "fmu.so", "fmu.c"]
         done = subprocess.run([*command, *options, "-ldl", "-lpthread"], cwd=folder, capture_output=True, text=True)
         if done.returncode:
-            raise ModelError([f"{command[0]} cannot compile the shared library: {done.stderr[-2000:]}"], "export_fmu")
+            raise ModelError([f"{command[0]} cannot compile the shared library: {done.stderr[:2000]}"], "export_fmu")
         return (Path(folder) / "fmu.so").read_bytes()
