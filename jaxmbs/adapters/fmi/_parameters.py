@@ -34,8 +34,7 @@ class Parameters:
                 ["a system that is a function needs `parameters`, the dict of numbers that it takes"], "export_fmu"
             )
         variables = read_variables(dict(parameters), None)
-        names = tuple(name.strip("[]'\"").replace("']['", ".") for name in variables.names)
-        return cls(names, np.asarray(variables.start, float), lambda p: system(variables.unravel(p)))
+        return cls(tuple(variables.names), np.asarray(variables.start, float), lambda p: system(variables.unravel(p)))
 
     @classmethod
     def _of_names(cls, system, names):
