@@ -24,6 +24,7 @@ NAMES = (
     "cold_start",
     "compiler_tricks",
     "saved_times",
+    "fmu_calls",
     "diffrax_loops",
     "imported_models",
     "wishbone_limits",

@@ -64,17 +64,20 @@ FACES = {
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
     """,
     "jaxmbs": """
-        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Force Free
+        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force Free
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
-        Torque Universal UnknownNameError Weld analysis batch batching blocks blocksparse bondgraph cache check
-        contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
+        Torque Universal UnknownNameError Weld adapters analysis batch batching blocks blocksparse bondgraph cache check
+        contact coupling design dynamics elements equilibrium experiment export_fmu fatigue fem flexible forces
         forward_dynamics
         frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
         linear linearise load_model
         mass_matrix minimise model modes motion ode position qualification random_response
         reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
         simulate statics stiffness studies sweep vector_field velocity vibration viz
+    """,
+    "jaxmbs.adapters.fmi": """
+        Fmu export_fmu
     """,
     "jaxmbs.analysis": """
         CampbellDiagram Equilibrium ImpendingMotion Linearisation StateSpace Stiffness campbell equilibrium

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.adapters.fmi import export_fmu
+from jaxmbs import blocks
+from jaxmbs.adapters.fmi import _export, export_fmu
 from jaxmbs.adapters.fmi._parameters import Parameters
 from jaxmbs.adapters.fmi._program import FlatMechanism
 
@@ -27,6 +28,53 @@ def simulated(path, **options):
 def expected(system, state, joint):
     motion = mbs.simulate(system, state, ts=TIMES, rtol=1e-11, atol=1e-11)
     return np.asarray(system.coordinates(motion.states)[joint]).reshape(-1)
+
+
+@pytest.fixture(scope="module")
+def swing():
+    needs_compiler()
+    return pendulum()
+
+
+@pytest.mark.parametrize(
+    "words, options",
+    [
+        (r"kind must be 'ME' \(model exchange\) or 'CS'", {"kind": "both"}),
+        ("'dtt' is no option of a step", {"kind": "CS", "dtt": 0.1}),
+        ("rtol: options of a step are those of kind='CS'", {"rtol": 1e-3}),
+        (r"outputs are names in a list: \['height'\]", {"outputs": "height"}),
+        (r"inputs are names in a list: \['motor'\]", {"inputs": "motor"}),
+        ("no joint or signal 'heigh': did you mean 'height'", {"outputs": ["heigh"]}),
+        ("no input 'moto.function': did you mean 'motor.function'", {"inputs": ["moto.function"]}),
+        ("units: there is no input, output or parameter 'x'", {"units": {"x": "m"}}),
+        ("the name 'height' is given twice", {"outputs": ["height", "height"]}),
+        ("path must be the name of a file, not 3", {"path": 3}),
+    ],
+)
+def test_wrong_options_are_told_before_any_program_is_made(swing, words, options, tmp_path, monkeypatch):
+    monkeypatch.setattr(_export, "_programs", lambda *args: pytest.fail("a program was made"))
+    valid = {"inputs": ["motor"], "outputs": ["height"], "path": tmp_path / "one.fmu"}
+    system, state = swing
+    with pytest.raises((mbs.ModelError, mbs.UnknownNameError), match=words):
+        export_fmu(system, **valid | {"state": state} | options)
+    assert not (tmp_path / "one.fmu").exists()
+
+
+def test_single_precision_and_samples_are_refused(swing, tmp_path, monkeypatch):
+    b = mbs.SystemBuilder()
+    b.body("bob", mass=1.0, com=(0.5, 0.0, 0.0), inertia=0.01)
+    b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+    b.force("motor", mbs.Actuator(0.0), joint="pin")
+    b.measure("angle", joint="pin")
+    b.block("loop", blocks.PI(1.0, 0.0, target=0.0), reads="angle", drives="motor", every=0.1)
+    with pytest.raises(mbs.ModelError, match="loop"):
+        export_fmu(b.build(), [], ["angle"], tmp_path / "one.fmu")
+    with jax.enable_x64(False), pytest.raises(mbs.ModelError, match="jax_enable_x64"):
+        export_fmu(swing[0], [], ["height"], tmp_path / "one.fmu", state=swing[1])
+
+
+def test_names_of_c():
+    assert [_export._identifier(stem) for stem in ("arm 2", "2nd-arm", "ä")] == ["arm_2", "_2nd_arm", "_"]
 
 
 @pytest.mark.long
