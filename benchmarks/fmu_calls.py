@@ -141,10 +141,17 @@ def _rows_in(name, folder, rounds, count):
     floor = least_wall(lambda: np.asarray(trivial(one)), rounds, count)
     walls = {what: least_wall(call, rounds, count) for what, call in calls.items()}
     goal = {"rates at a new state": "100 us"}
-    rows = [common.row(name, w, x, "us", "the program by JAX", direct, goal=goal.get(w, "")) for w, x in walls.items()]
+    rows = [
+        common.row(name, w, x, "us", "the program by JAX", direct, goal=goal.get(w, "")) for w, x in walls.items()
+    ]
     rows.append(common.row(name, "a program that doubles four numbers", floor, "us", "the program by JAX", direct))
-    rows += [common.row(name, "export", exported, "CPU s"), common.row(name, "first instance, compiled", begun, "CPU s")]
-    rows += [common.row(name, f"first {w}", once[w], "CPU s") for w in ("directional derivative", "adjoint derivative")]
+    rows += [
+        common.row(name, "export", exported, "CPU s"),
+        common.row(name, "first instance, compiled", begun, "CPU s"),
+    ]
+    rows += [
+        common.row(name, f"first {w}", once[w], "CPU s") for w in ("directional derivative", "adjoint derivative")
+    ]
     fmu.freeInstance()
     return rows
 

@@ -36,7 +36,15 @@ PACKAGES = {
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start", "compiler_tricks", "energy_drift")
-LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "fmu_calls", "substructures", "diffrax_loops")
+LONG += (
+    "wishbone_limits",
+    "imported_models",
+    "published_decks",
+    "saved_times",
+    "fmu_calls",
+    "substructures",
+    "diffrax_loops",
+)
 LONG += ("component_chain", "rows_of_loops", "accelerator", "iftomm", "solvers")
 
 

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ...atomic_write import atomic_path
-from ...checks import is_concrete, place_of
+from ...checks import place_of
 from ...errors import ModelError
 from ...kinematics._internal_states import internal_scale
 from ...kinematics._mobility import with_mobility_at
@@ -28,6 +28,7 @@ from ...model._system import System
 from ...motion._accounts import CLOSED
 from ...runtime import garbage_collection_paused, jaxpr_function, kernel_options, one_kernel, without_unused
 from ...status import Status
+from ...typing import WordedError
 from ._description import Variable, build_description, model_description
 from ._library import SOURCE, compile_library, compiler, platform_name, sizes_header
 from ._parameters import Parameters
@@ -37,10 +38,10 @@ _MOTION = ("dt", "rtol", "atol", "solver", "controller", "formulation", "max_ste
 
 
 def export_fmu(
-    system: System | Callable,
-    inputs: Sequence[str],
-    outputs: Sequence[str] | Callable,
-    path: str | PathLike,
+    system: WordedError[System | Callable],
+    inputs: WordedError[Sequence[str]],
+    outputs: WordedError[Sequence[str] | Callable],
+    path: WordedError[str | PathLike],
     kind: str = "ME",
     *,
     state: State | None = None,
@@ -96,7 +97,9 @@ def _check_options(kind, motion, path):
     faults = []
     if kind not in ("ME", "CS"):
         faults.append(f"kind must be 'ME' (model exchange) or 'CS' (co-simulation), not {kind!r}")
-    faults += [f"{name!r} is no option of a step; there are {', '.join(_MOTION)}" for name in motion if name not in _MOTION]
+    faults += [
+        f"{name!r} is no option of a step; there are {', '.join(_MOTION)}" for name in motion if name not in _MOTION
+    ]
     if motion and kind == "ME":
         faults.append(f"{', '.join(motion)}: options of a step are those of kind='CS'; in 'ME' the host integrates")
     if not isinstance(path, str | PathLike):
@@ -187,12 +190,19 @@ def _state_names(flat):
         label = joint.labels[place] if joint.labels else str(place)
         is_ball = label in ("w", "x", "y", "z") and joint.num_coordinates != joint.num_velocities
         node = [n for n, c in enumerate(top.node_coordinate) if c == k and top.node_kind[n] != "ball"]
-        unit = "" if is_ball and not node else ("m" if top.node_kind[node[0]] == "prismatic" else "rad") if node else ""
+        unit = (
+            "" if is_ball and not node else ("m" if top.node_kind[node[0]] == "prismatic" else "rad") if node else ""
+        )
         found.append((joint.name if joint.num_coordinates == 1 else f"{joint.name} {label}", unit))
     for k in flat.columns:
         joint = next(j for j in top.joints if j.velocities.start <= k < j.velocities.stop)
         unit = "m/s" if top.node_kind[k] == "prismatic" else "rad/s"
-        found.append((f"rate of {joint.name}" + ("" if joint.num_velocities == 1 else f" {k - joint.velocities.start + 1}"), unit))
+        found.append(
+            (
+                f"rate of {joint.name}" + ("" if joint.num_velocities == 1 else f" {k - joint.velocities.start + 1}"),
+                unit,
+            )
+        )
     for record in top.internal:
         unit = "" if " or " in record.unit else record.unit
         found += [(entry, unit) for entry in record.entries]
@@ -219,7 +229,10 @@ def _programs(flat, start, kind):
     }
     found = {}
     for name, (function, sizes) in functions.items():
-        size, whole = sum(sizes), function if name == "instant" else _traced(_of_one_array(function, sizes), sum(sizes))
+        size, whole = (
+            sum(sizes),
+            function if name == "instant" else _traced(_of_one_array(function, sizes), sum(sizes)),
+        )
         found[name] = _serialised(one_kernel(whole, marks=False), size)
         if kernel_options() is not None:
             found[f"{name}_kernel"] = _serialised(one_kernel(whole, marks=True), size)

@@ -75,7 +75,9 @@ class Fmu(AbstractScalarStateLaw):
         return self._values(x, v, s, t)[-1]
 
     def _values(self, x, v, s, t):
-        parts = jnp.stack([jnp.asarray(part, float) for part in (t, x, v, *(s[name] for name in self.interface.states))])
+        parts = jnp.stack(
+            [jnp.asarray(part, float) for part in (t, x, v, *(s[name] for name in self.interface.states))]
+        )
         return _call(self.interface)(parts)
 
 

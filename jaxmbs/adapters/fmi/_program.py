@@ -31,7 +31,6 @@ from ...motion._simulate import simulate
 from ...ode._loop import stop_gradients
 from ._parameters import Parameters
 
-
 #: Residual [m, rad] up to which Newton's steps close the loops without a search.
 _NEAR = 1e-2
 #: Residual of a step that needs no other: its own leaves the square.
@@ -88,7 +87,9 @@ class FlatMechanism:
         free[independent_positions(base)] = 0.0
         self.free = free
         self.ends = np.cumsum([1, self.num_states, len(inputs), len(parameters.names)])
-        shape = jax.eval_shape(lambda z: self._outputs_of(*self._assembled(z)), self.start(state, np.zeros(len(inputs))))
+        shape = jax.eval_shape(
+            lambda z: self._outputs_of(*self._assembled(z)), self.start(state, np.zeros(len(inputs)))
+        )
         self.output_names = tuple(
             part for name, x in shape.items() for part in ([name] if x.shape == () else _entries(name, x.shape))
         )
@@ -187,7 +188,9 @@ class FlatMechanism:
         """z after a step of the length (1,), its inputs held, and the status of the motion."""
         system, _, at, velocities, internal = self._assembled(z)
         end = at.t + length[0]
-        motion = simulate(system, self._state(at, velocities, internal), ts=jnp.stack([at.t, end]), throw=False, **self.motion)
+        motion = simulate(
+            system, self._state(at, velocities, internal), ts=jnp.stack([at.t, end]), throw=False, **self.motion
+        )
         psi, u = motion.states.coordinates[-1], motion.states.velocities[-1]
         s = [] if internal is None else [motion.states.internal.values[-1]]
         inner = z[self.ends[1] : self.ends[3]]

@@ -51,10 +51,15 @@ def cart(force=0.0):
     return system, mbs.State.at(system, pin=0.2)
 
 
-def needs_compiler():
-    """Skip, by name, without what the shared library of an FMU and its host need."""
+def compiler_or_skip():
+    """Skip, by name, without a C compiler."""
     if not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
         pytest.skip("no C compiler")
+
+
+def needs_compiler():
+    """The package fmpy; skip, by name, without it or a C compiler."""
+    compiler_or_skip()
     return pytest.importorskip("fmpy")
 
 

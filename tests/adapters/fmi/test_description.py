@@ -23,7 +23,9 @@ def test_the_description_satisfies_the_schema(kind, tmp_path):
     assert (found.modelExchange is None) == (kind == "CS") == (found.coSimulation is not None)
     by_name = {variable.name: variable for variable in found.modelVariables}
     assert by_name["bob.mass"].variability == "tunable" and float(by_name["pin"].start) == 0.25
-    assert [u.variable.name for u in found.derivatives] == ["der(pin)"] and by_name["der(pin)"].derivative is by_name["pin"]
+    assert [u.variable.name for u in found.derivatives] == ["der(pin)"] and by_name["der(pin)"].derivative is by_name[
+        "pin"
+    ]
     text = path.read_text(encoding="utf-8")
     assert 'providesDirectionalDerivatives="true"' in text and 'providesAdjointDerivatives="true"' in text
 
