@@ -2,7 +2,8 @@
 
 Of a pendulum and a slider-crank: rates at a new state, the derivative along a seed and back, the tick of an instance
 that has its answer already, as fmpy's Python calls them; and the first call, which compiles.  Wall time in
-microseconds, the least of several rounds; CPU seconds for what happens once.  Prints a table; `--json FILE` writes it.
+microseconds, the least of several rounds; CPU seconds for what happens once.  Prints a table;
+`--json FILE` writes it.
 """
 
 import json

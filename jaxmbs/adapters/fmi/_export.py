@@ -10,29 +10,27 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.export
 import jax.numpy as jnp
 import numpy as np
 
 from ...atomic_write import atomic_path
-from ...checks import place_of
 from ...errors import ModelError
 from ...kinematics._internal_states import internal_scale
 from ...kinematics._mobility import with_mobility_at
 from ...kinematics._sampling import refuse_sampled
-from ...kinematics._signal_names import check_input_fields, input_fields, signal_names
 from ...kinematics._state import State
 from ...model._entry_points import check_single_state, check_system
-from ...model._signals import law_of
 from ...model._system import System
 from ...motion._accounts import CLOSED
-from ...runtime import garbage_collection_paused, jaxpr_function, kernel_options, one_kernel, without_unused
+from ...runtime import kernel_options
 from ...status import Status
 from ...typing import WordedError
-from ._description import Variable, build_description, model_description
+from ._description import build_description, model_description
 from ._library import SOURCE, compile_library, compiler, platform_name, sizes_header
 from ._parameters import Parameters
 from ._program import FlatMechanism
+from ._stored import serialised_programs
+from ._variables import input_names, input_values, output_names, variables_of
 
 _MOTION = ("dt", "rtol", "atol", "solver", "controller", "formulation", "max_steps")
 
@@ -83,12 +81,12 @@ def export_fmu(
     state = State.at(base) if state is None else state
     check_single_state(base, state)
     base = with_mobility_at(base, state)
-    inputs = _input_names(base, inputs)
-    outputs = outputs if callable(outputs) else _output_names(base, outputs)
+    inputs = input_names(base, inputs)
+    outputs = outputs if callable(outputs) else output_names(base, outputs)
     flat = FlatMechanism(base, state, numbers, inputs, outputs, motion)
-    start = flat.start(state, _input_values(base, inputs, state.t))
-    variables = _variables(flat, start, dict(units or {}))
-    programs = _programs(flat, start, kind)
+    start = flat.start(state, input_values(base, inputs, state.t))
+    variables = variables_of(flat, start, dict(units or {}))
+    programs = serialised_programs(flat, start, kind)
     _write(Path(path), kind, flat, start, variables, programs)
     return Path(path)
 
@@ -106,157 +104,12 @@ def _check_options(kind, motion, path):
         faults.append(f"path must be the name of a file, not {path!r}")
     if not jax.config.read("jax_enable_x64"):
         faults.append(
-            "numbers of FMI are in double precision: jax.config.update('jax_enable_x64', True) before the system is built"
+            "numbers of FMI are in double precision: jax.config.update('jax_enable_x64', True) before the build"
         )
     if faults:
         raise ModelError(faults, "export_fmu")
     compiler()
     platform_name()
-
-
-def _input_names(system, names):
-    """Fields; the name of an element with one field stands for it."""
-    if isinstance(names, str):
-        raise ModelError([f"inputs are names in a list: [{names!r}]"], "export_fmu")
-    fields, found = input_fields(system), []
-    for name in names:
-        own = [field for field in fields if field.rpartition(".")[0] == name]
-        found.append(own[0] if len(own) == 1 else name)
-    check_input_fields(system, found)
-    return tuple(found)
-
-
-def _output_names(system, names):
-    if isinstance(names, str):
-        raise ModelError([f"outputs are names in a list: [{names!r}]"], "export_fmu")
-    for name in names:
-        place_of("joint or signal", name, [*system.topology.joint_names, *signal_names(system)])
-    return tuple(names)
-
-
-def _input_values(system, names, t):
-    """Values of fields at the start, those that are functions of time; 0 of others."""
-    found = []
-    for name in names:
-        element, _, field = name.rpartition(".")
-        laws = [
-            jax.tree.map(lambda x, g=g: x[g.names.index(element)], law_of(g.law))
-            for g in system.forces
-            if element in g.names
-        ]
-        (part,) = laws + [block.block for block in system.blocks if block.name == element]
-        try:
-            found.append(float(getattr(part, field)(t)))
-        except TypeError:  # a function of (x, v, t)
-            found.append(0.0)
-    return np.array(found)
-
-
-def _variables(flat, start, units):
-    """All variables.  Raises: ModelError for names given twice, and for units of what is not there."""
-    top, base = flat.base.topology, flat.base
-    states, rates = _state_names(flat), []
-    found = [Variable("time", "time", 0, "s")]
-    for k, (name, unit) in enumerate(states, start=1):
-        found.append(Variable(name, "state", k, unit, start[k]))
-        rates.append(Variable(f"der({name})", "rate", len(start) + k - 1, _per_second(unit), None, k))
-    own = [*((name, "input") for name in flat.inputs), *((name, "parameter") for name in flat.parameters.names)]
-    for k, (name, role) in enumerate(own, start=1 + len(states)):
-        found.append(Variable(name, role, k, units.get(name, ""), start[k]))
-    first = len(start) + len(states)
-    taken = {variable.name for variable in found}
-    for k, name in enumerate(flat.output_names, start=first):
-        unit = units.get(name, units.get(name.partition("[")[0], dict(states).get(name, "")))
-        shown = f"output {name}" if name in taken else name
-        found.append(Variable(shown, "output", k, unit))
-    found += rates
-    names = [variable.name for variable in found]
-    faults = [f"the name {name!r} is given twice" for name in dict.fromkeys(names) if names.count(name) > 1]
-    known = {*flat.inputs, *flat.parameters.names, *flat.output_names}
-    known |= {name.partition("[")[0] for name in known}
-    faults += [f"units: there is no input, output or parameter {name!r}" for name in units if name not in known]
-    if faults:
-        raise ModelError(faults, "export_fmu")
-    assert top.num_velocities == base.topology.num_velocities
-    return found
-
-
-def _state_names(flat):
-    """(name, unit) of every state."""
-    top, found = flat.base.topology, []
-    for k in flat.coordinates:
-        joint = next(j for j in top.joints if j.coordinates.start <= k < j.coordinates.stop)
-        place = k - joint.coordinates.start
-        label = joint.labels[place] if joint.labels else str(place)
-        is_ball = label in ("w", "x", "y", "z") and joint.num_coordinates != joint.num_velocities
-        node = [n for n, c in enumerate(top.node_coordinate) if c == k and top.node_kind[n] != "ball"]
-        unit = (
-            "" if is_ball and not node else ("m" if top.node_kind[node[0]] == "prismatic" else "rad") if node else ""
-        )
-        found.append((joint.name if joint.num_coordinates == 1 else f"{joint.name} {label}", unit))
-    for k in flat.columns:
-        joint = next(j for j in top.joints if j.velocities.start <= k < j.velocities.stop)
-        unit = "m/s" if top.node_kind[k] == "prismatic" else "rad/s"
-        found.append(
-            (
-                f"rate of {joint.name}" + ("" if joint.num_velocities == 1 else f" {k - joint.velocities.start + 1}"),
-                unit,
-            )
-        )
-    for record in top.internal:
-        unit = "" if " or " in record.unit else record.unit
-        found += [(entry, unit) for entry in record.entries]
-    return found
-
-
-def _per_second(unit):
-    if not unit:
-        return ""
-    return f"{unit}2" if unit.endswith("/s") else f"{unit}/s"
-
-
-def _programs(flat, start, kind):
-    """Serialised programs by name, with the sizes of their arguments; those with "_kernel" are marked for this release
-    of JAX."""
-    z, known, unknown = len(start), flat.num_known, flat.num_states + len(flat.output_names)
-    instant = _traced(flat.instant, z)
-    at = lambda x: instant(x)[:unknown]  # noqa: E731
-    along = lambda seed: jnp.concatenate([seed, jnp.zeros(z - known)])  # noqa: E731 - hidden coordinates follow
-    functions = {
-        "instant": (instant, [z]),
-        "directional": (lambda x, seed: jax.jvp(at, (x,), (along(seed),))[1], [z, known]),
-        "adjoint": (lambda x, seed: jax.vjp(at, x)[1](seed)[0][:known], [z, unknown]),
-    }
-    found = {}
-    for name, (function, sizes) in functions.items():
-        size, whole = (
-            sum(sizes),
-            function if name == "instant" else _traced(_of_one_array(function, sizes), sum(sizes)),
-        )
-        found[name] = _serialised(one_kernel(whole, marks=False), size)
-        if kernel_options() is not None:
-            found[f"{name}_kernel"] = _serialised(one_kernel(whole, marks=True), size)
-    if kind == "CS":
-        found["step"] = _serialised(_of_one_array(flat.step, [z, 1]), z + 1)
-    return found
-
-
-def _traced(function, size):
-    """A function of one array that is traced once, for all that is made of it."""
-    with garbage_collection_paused(), jax.default_matmul_precision("highest"):
-        call = jaxpr_function(without_unused(jax.make_jaxpr(function)(jnp.zeros(size))))
-    return lambda x: call(x)[0]
-
-
-def _of_one_array(function, sizes):
-    return lambda x: function(*jnp.split(x, np.cumsum(sizes)[:-1]))
-
-
-def _serialised(function, size):
-    """The bytes of a program of one array, and its size."""
-    with garbage_collection_paused(), jax.default_matmul_precision("highest"):
-        exported = jax.export.export(jax.jit(function), platforms=["cpu"])(jax.ShapeDtypeStruct((size,), np.float64))
-    return bytes(exported.serialize()), size
 
 
 def _write(path, kind, flat, start, variables, programs):

@@ -1,4 +1,4 @@
-"""An FMU of model exchange, read by fmpy: its description without running it, and its one instance in this process."""
+"""An FMU of model exchange, read by fmpy: its description, which runs nothing, and its one instance in a process."""
 
 import functools
 import hashlib

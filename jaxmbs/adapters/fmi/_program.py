@@ -43,9 +43,8 @@ def state_coordinates(system: System) -> np.ndarray:
     """Places of the coordinates that are states.  Raises: ModelError for a ball that is independent in part."""
     top, chosen = system.topology, set(independent_positions(system).tolist())
     found, faults = [], []
-    columns = np.arange(top.num_velocities)
     balls = {int(first + k): int(first) for first in top.balls for k in range(3)}
-    for k in columns:
+    for k in range(top.num_velocities):
         if k not in balls:
             found += [top.node_coordinate[k]] if k in chosen else []
         elif balls[k] == k:
@@ -54,8 +53,8 @@ def state_coordinates(system: System) -> np.ndarray:
                 found += [top.node_coordinate[k] + i for i in range(4)]
             elif own:
                 faults.append(
-                    f"joint {top.column_joint_name[k]!r}: only {len(own)} of its 3 rotations are independent, so that "
-                    "its quaternion is no state; name other joints by build(independent=[...])"
+                    f"joint {top.column_joint_name[k]!r}: only {len(own)} of its 3 rotations are independent, so "
+                    "that its quaternion is no state; name other joints by build(independent=[...])"
                 )
     if faults:
         raise ModelError(faults, "export_fmu")
@@ -177,8 +176,10 @@ class FlatMechanism:
         return jnp.concatenate([psi_rate[self.coordinates], a[self.columns], s_rate, *outputs])
 
     def instant(self, z: Array) -> Array:
-        """Rates of the states, outputs, hidden coordinates and the gap of the loops at z (nz,), from 1 to the number of
-        known numbers differentiable; a gap that is NaN says that something is."""
+        """Rates of the states, outputs, hidden coordinates and the gap of the loops at z (nz,).
+
+        A gap that is NaN says that something is.  Hidden coordinates of z have no derivative.
+        """
         parts = self._assembled(z)
         found, at = self._unknowns(parts), parts[2]
         opening = jnp.where(jnp.all(jnp.isfinite(found)) & jnp.all(jnp.isfinite(z)), gap(parts[0], at), jnp.nan)
@@ -192,7 +193,7 @@ class FlatMechanism:
             system, self._state(at, velocities, internal), ts=jnp.stack([at.t, end]), throw=False, **self.motion
         )
         psi, u = motion.states.coordinates[-1], motion.states.velocities[-1]
-        s = [] if internal is None else [motion.states.internal.values[-1]]
+        s = [] if internal is None else [motion.states.internal.values[-1]]  # type: ignore[union-attr]
         inner = z[self.ends[1] : self.ends[3]]
         parts = [end[None], psi[self.coordinates], u[self.columns], *s, inner, psi[self.hidden]]
         result = jnp.where(gap(system, at) <= 1e-6, motion.result, 6).astype(z.dtype)  # 6: NOT_ASSEMBLED

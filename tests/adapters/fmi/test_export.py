@@ -51,7 +51,7 @@ def swing():
     ],
 )
 def test_wrong_options_are_told_before_any_program_is_made(swing, words, options, tmp_path, monkeypatch):
-    monkeypatch.setattr(_export, "_programs", lambda *args: pytest.fail("a program was made"))
+    monkeypatch.setattr(_export, "serialised_programs", lambda *args: pytest.fail("a program was made"))
     valid = {"inputs": ["motor"], "outputs": ["height"], "path": tmp_path / "one.fmu"}
     system, state = swing
     with pytest.raises((mbs.ModelError, mbs.UnknownNameError), match=words):
