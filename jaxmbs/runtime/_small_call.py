@@ -45,11 +45,15 @@ def should_mark(backend: str, options: dict) -> bool:
 
     Not with XLA's newer emitters of fused loops and its library of kernels, which cannot be part of a kernel.
     """
+    return can_mark(backend, options) and not is_given(SMALL_LOOPS)
+
+
+def can_mark(backend: str, options: dict) -> bool:
+    """True if programs with these options of the compiler may have marked loops."""
     newer = [
         options.get(name, True) for name in ("xla_cpu_use_fusion_emitters", "xla_cpu_experimental_ynn_fusion_type")
     ]
-    can = backend == "cpu" and sets_marks(jax.__version__) and not is_given(SMALL_LOOPS)
-    return can and not any(newer) and is_on("small_call")
+    return backend == "cpu" and sets_marks(jax.__version__) and not any(newer) and is_on("small_call")
 
 
 def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
@@ -99,7 +103,7 @@ def one_kernel(function: Callable[[jax.Array], jax.Array], marks: bool) -> Calla
 def kernel_options() -> dict | None:
     """Options of the compiler for programs of `one_kernel` with marks; None where this release of JAX takes none."""
     options = compiler_options("full", "cpu")
-    return options if should_mark("cpu", options) else None
+    return options if can_mark("cpu", options) else None
 
 
 def is_marked(equation: JaxprEqn) -> bool:
