@@ -25,6 +25,7 @@ NAMES = (
     "cold_start",
     "compiler_tricks",
     "saved_times",
+    "fmu_calls",
     "diffrax_loops",
     "imported_models",
     "wishbone_limits",

@@ -35,6 +35,7 @@ from . import (
     vibration,
     viz,
 )
+from .adapters.fmi import Fmu, export_fmu
 from .analysis import linearise, stiffness
 from .batching import batch
 from .builder import SystemBuilder
@@ -80,6 +81,7 @@ __all__ = [
     "CoulombFriction",
     "Coupler",
     "Cylindrical",
+    "Fmu",
     "Force",
     "Free",
     "Harmonic",
@@ -125,6 +127,7 @@ __all__ = [
     "elements",
     "equilibrium",
     "experiment",
+    "export_fmu",
     "fatigue",
     "fem",
     "flexible",

@@ -29,6 +29,7 @@ PACKAGES = {
     "cold_start": (),
     "compiler_tricks": (),
     "saved_times": (),
+    "fmu_calls": ("fmpy",),
     "diffrax_loops": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
@@ -37,7 +38,7 @@ PACKAGES = {
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("cold_start", "compiler_tricks", "energy_drift")
-LONG += ("openmdao_component",)
+LONG += ("openmdao_component", "fmu_calls")
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers")
 

@@ -20,6 +20,7 @@ PAGES = sorted(DOCS.rglob("*.md"))
 QUICK = ("start/first-mechanism",)
 LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "tasks/wishbone", "tasks/linkages", "guide/elastic")
 LONG += ("guide/qualification", "guide/blocks", "guide/components")
+LONG += ("guide/qualification", "guide/fmi")
 LONG += (
     "guide/pictures",
     "guide/control",

@@ -33,8 +33,8 @@ FACES = {
         FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TrickState any_in_batch as_argument as_array as_dtype
         as_host_array bytes_for_chunk bytes_of_arrays cache chunked_vmap compile_batch compile_kind constant_product
         content_of export fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
-        gather_static is_double is_motion is_on jaxpr_function jit lapack lazy_where load_program map_chunked
-        not_tracing remat report_compiles reverse_only save_factor
+        gather_static host_call is_double is_motion is_on jaxpr_function jit kernel_options lapack lazy_where
+        load_program map_chunked not_tracing one_kernel remat report_compiles reverse_only save_factor
         segment_sum_static set_quick_flags sets_marks small_call trick_states tuning user_jit
         with_library_calls without_tricks without_unused working_bytes
     """,
@@ -64,12 +64,11 @@ FACES = {
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
     """,
     "jaxmbs": """
-        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Force Free
+        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force Free
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
         Torque Universal UnknownNameError Weld adapters analysis batch batching blocks blocksparse bondgraph cache
-        check
-        contact coupling design dynamics elements equilibrium experiment fatigue fem flexible forces
+        check contact coupling design dynamics elements equilibrium experiment export_fmu fatigue fem flexible forces
         forward_dynamics
         frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
         linear linearise load_model
@@ -78,7 +77,10 @@ FACES = {
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.adapters": """
-        openmdao tesseract
+        fmi openmdao tesseract
+    """,
+    "jaxmbs.adapters.fmi": """
+        Fmu export_fmu
     """,
     "jaxmbs.analysis": """
         CampbellDiagram Equilibrium ImpendingMotion Linearisation StateSpace Stiffness campbell equilibrium

@@ -10,7 +10,7 @@ from sphinx.util.docutils import SphinxDirective
 ROOMS = """
     runtime ode blocksparse joints forces contact blocks hydraulics elements model fatigue linear vibration kinematics
     builder fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph
-    batching design identification studies qualification io viz adapters demo
+    batching design identification studies qualification io viz adapters adapters.fmi demo
 """.split()
 
 

@@ -1,8 +1,9 @@
-"""Adapters: models of this library as components of other programs, one module for each program."""
+"""Adapters: mechanisms as components of other programs, and the reverse, one module for each program."""
 
-from . import openmdao, tesseract
+from . import fmi, openmdao, tesseract
 
 __all__ = [
+    "fmi",
     "openmdao",
     "tesseract",
 ]

@@ -115,7 +115,7 @@ def output_names(system, outputs, count):
     count -= len(loads)
     if not isinstance(outputs, NamedOutputs):
         return (*(f"output {k}" for k in range(count)), *loads)
-    names = {joint.coordinates.start: joint.name for joint in system.topology.joints}
+    names = {j.coordinates.start: j.name for j in system.topology.joints if j.num_coordinates}  # no cut joints
     sizes = [1 if isinstance(part, str) else part[1] - part[0] for part in outputs.parts]
     found = [part if isinstance(part, str) else names[part[0]] for part in outputs.parts]
     if sum(sizes) != count:  # signals of several values

@@ -150,7 +150,7 @@ class Input(AbstractSignal):
 
     function: Any
     value: Float[Array, "..."]
-    replaces: Bool[Array, ""]
+    replaces: Bool[Array, "..."]
 
     def __call__(self, *args: Any) -> Float[Array, "..."]:
         """The function and the value."""

@@ -16,6 +16,7 @@ from ._content import KnownFunction, as_argument, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
+from ._host_call import host_call
 from ._jaxpr import jaxpr_function, without_unused
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._library_calls import with_library_calls
@@ -24,7 +25,7 @@ from ._precision import follow_precision, is_double
 from ._registry import TrickState, trick_states
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
-from ._small_call import sets_marks, small_call
+from ._small_call import kernel_options, one_kernel, sets_marks, small_call
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
@@ -56,16 +57,19 @@ __all__ = [
     "fusion_barrier",
     "garbage_collection_paused",
     "gather_static",
+    "host_call",
     "is_double",
     "is_motion",
     "is_on",
     "jaxpr_function",
     "jit",
+    "kernel_options",
     "lapack",
     "lazy_where",
     "load_program",
     "map_chunked",
     "not_tracing",
+    "one_kernel",
     "remat",
     "report_compiles",
     "reverse_only",

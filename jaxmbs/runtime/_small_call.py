@@ -17,7 +17,7 @@ from jax.extend.core import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
 from jaxtyping import PyTree
 
 from . import _tuning as tuning
-from ._compiler_options import SMALL_LOOPS, is_given
+from ._compiler_options import SMALL_LOOPS, compiler_options, is_given
 from ._jaxpr import equations
 from ._packing import Packing
 from ._tricks import is_on
@@ -45,11 +45,15 @@ def should_mark(backend: str, options: dict) -> bool:
 
     Not with XLA's newer emitters of fused loops and its library of kernels, which cannot be part of a kernel.
     """
+    return can_mark(backend, options) and not is_given(SMALL_LOOPS)
+
+
+def can_mark(backend: str, options: dict) -> bool:
+    """True if programs with these options of the compiler may have marked loops."""
     newer = [
         options.get(name, True) for name in ("xla_cpu_use_fusion_emitters", "xla_cpu_experimental_ynn_fusion_type")
     ]
-    can = backend == "cpu" and sets_marks(jax.__version__) and not is_given(SMALL_LOOPS)
-    return can and not any(newer) and is_on("small_call")
+    return backend == "cpu" and sets_marks(jax.__version__) and not any(newer) and is_on("small_call")
 
 
 def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
@@ -70,6 +74,36 @@ def small_call(loop: Callable[[PyTree], PyTree]) -> Callable[[PyTree], PyTree]:
         return jax.tree.unflatten(jax.tree.structure(shape), found)
 
     return asked
+
+
+def one_kernel(function: Callable[[jax.Array], jax.Array], marks: bool) -> Callable[[jax.Array], jax.Array]:
+    """A function of one array (n,) as the body of a loop of one pass, which XLA makes one kernel of: without a call
+    for every operation a small program runs two to three times as fast.
+
+    Args: marks: ask for it by the mark; such a program compiles with `kernel_options` on this release of JAX alone.
+    """
+
+    def whole(z):
+        shape = jax.eval_shape(function, z)
+        end = jnp.where(z[0] > np.finfo(z.dtype).max, 2, 1).astype(jnp.int32)  # 1, but XLA does not know that
+
+        def once(carried):
+            k, z, _ = carried
+            return k + jnp.int32(1), z, function(z)
+
+        start = jnp.int32(0), z, jnp.zeros(shape.shape, shape.dtype)
+        return jax.lax.while_loop(lambda carried: carried[0] < end, once, start)[2]
+
+    def small_call(z):
+        return whole(z)
+
+    return (lambda z: set_xla_metadata(jax.jit(small_call)(z), **_MARK)) if marks else whole
+
+
+def kernel_options() -> dict | None:
+    """Options of the compiler for programs of `one_kernel` with marks; None where this release of JAX takes none."""
+    options = compiler_options("full", "cpu")
+    return options if can_mark("cpu", options) else None
 
 
 def is_marked(equation: JaxprEqn) -> bool:

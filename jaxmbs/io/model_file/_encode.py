@@ -83,6 +83,11 @@ def _encode_tables(declared, where, faults):
 
 def _encode_record(value, fields, where, faults):
     name = name_of(type(value))
+    if getattr(value, "runs_foreign_code", False):
+        faults.append(
+            f"{where}: {type(value).__name__} runs foreign code, which no file brings: add it after loading"
+        )
+        return {}
     if name is None:
         kind = type(value).__name__
         faults.append(

@@ -58,12 +58,15 @@ def register(name: str, item: WordedError[Callable]) -> None:
 
     A function's own numbers are not in the file: make them fields of an `equinox.Module` class, register the class.
 
-    Raises: ValueError for a name that the library uses; TypeError for what is neither function nor class.
+    Raises: ValueError for a name that the library uses; TypeError for what is neither function nor class, and for a
+    class that runs foreign code.
     """
     if name in classes():
         raise ValueError(f"the name {name!r} is that of a class of the library")
     if not callable(item) or not (isinstance(item, type) or hasattr(item, "__qualname__")):
         raise TypeError(f"only functions and classes have names in model files, not {type(item).__name__}")
+    if getattr(item, "runs_foreign_code", False):
+        raise TypeError(f"{item.__qualname__} runs foreign code, which no model file brings")
     _registered[name] = item
 
 

@@ -1,0 +1,6 @@
+"""FMI 3.0: a mechanism as a Functional Mock-up Unit, and a unit of others as a force law."""
+
+from ._export import export_fmu
+from ._law import Fmu
+
+__all__ = ["Fmu", "export_fmu"]

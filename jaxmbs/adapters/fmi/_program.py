@@ -1,0 +1,221 @@
+"""A mechanism as functions of flat arrays: rates and outputs at an instant, and a step of a motion.
+
+States are the independent coordinates, their velocities and the internal states; the other coordinates are hidden:
+they follow by closing the loops from where they were at the last accepted step.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ...analysis._linearise import independent_positions
+from ...analysis._named_outputs import NamedOutputs, output_names
+from ...errors import ModelError
+from ...kinematics import _closures as closures
+from ...kinematics import _constraints as constraints
+from ...kinematics._assembly import assemble_coordinates, newton_step
+from ...kinematics._configuration import configuration, with_velocities
+from ...kinematics._kic import independent_columns, motion_map
+from ...kinematics._poses import node_parameters, normalise
+from ...kinematics._signals import with_inputs
+from ...kinematics._state import State
+from ...model._internal_states import InternalStates, replace_field, with_internal
+from ...model._system import System
+from ...motion._accounts import gap
+from ...motion._formulations import Velocity
+from ...motion._simulate import simulate
+from ...ode._loop import stop_gradients
+from ._parameters import Parameters
+
+#: Residual [m, rad] up to which Newton's steps close the loops without a search.
+_NEAR = 1e-2
+#: Residual of a step that needs no other: its own leaves the square.
+_ROUNDING = 1e-9
+#: Largest number of Newton's steps.
+_PASSES = 8
+
+
+def state_coordinates(system: System) -> np.ndarray:
+    """Places of the coordinates that are states.  Raises: ModelError for a ball that is independent in part."""
+    top, chosen = system.topology, set(independent_positions(system).tolist())
+    found, faults = [], []
+    balls = {int(first + k): int(first) for first in top.balls for k in range(3)}
+    for k in range(top.num_velocities):
+        if k not in balls:
+            found += [top.node_coordinate[k]] if k in chosen else []
+        elif balls[k] == k:
+            own = {k, k + 1, k + 2} & chosen
+            if len(own) == 3:
+                found += [top.node_coordinate[k] + i for i in range(4)]
+            elif own:
+                faults.append(
+                    f"joint {top.column_joint_name[k]!r}: only {len(own)} of its 3 rotations are independent, so "
+                    "that its quaternion is no state; name other joints by build(independent=[...])"
+                )
+    if faults:
+        raise ModelError(faults, "export_fmu")
+    return np.asarray(found, int)
+
+
+class FlatMechanism:
+    """The functions of flat arrays of one mechanism, and the sizes of their parts.
+
+    Args: base: the system at the start values, counted at the state; inputs: fields; outputs: names, or a function of
+        (system, state, time) to a dict of arrays.
+    """
+
+    def __init__(
+        self,
+        base: System,
+        state: State,
+        parameters: Parameters,
+        inputs: tuple[str, ...],
+        outputs: tuple[str, ...] | Callable,
+        motion: Mapping[str, Any],
+    ) -> None:
+        self.base, self.parameters, self.inputs, self.motion = base, parameters, inputs, dict(motion)
+        self.outputs = outputs if callable(outputs) else NamedOutputs.of(base, outputs)
+        self.coordinates = state_coordinates(base)
+        self.columns = independent_columns(base)
+        self.hidden = np.setdiff1d(np.arange(base.topology.num_coordinates), self.coordinates)
+        free = np.ones(base.topology.num_velocities)
+        free[independent_positions(base)] = 0.0
+        self.free = free
+        self.ends = np.cumsum([1, self.num_states, len(inputs), len(parameters.names)])
+        shape = jax.eval_shape(
+            lambda z: self._outputs_of(*self._assembled(z)), self.start(state, np.zeros(len(inputs)))
+        )
+        self.output_names = tuple(
+            part for name, x in shape.items() for part in ([name] if x.shape == () else _entries(name, x.shape))
+        )
+        if not callable(outputs):
+            count = sum(int(np.prod(x.shape)) for x in shape.values())
+            self.output_names = tuple(output_names(base, self.outputs, count))
+
+    @property
+    def num_states(self) -> int:
+        return len(self.coordinates) + len(self.columns) + self.base.topology.num_internal
+
+    @property
+    def num_known(self) -> int:
+        """Number of time, states, inputs and parameters together."""
+        return int(self.ends[-1])
+
+    def start(self, state: State, inputs: np.ndarray) -> np.ndarray:
+        """z (nz,) of a state."""
+        internal = [] if state.internal is None else np.asarray(state.internal.values)
+        psi, u = np.asarray(state.coordinates), np.asarray(state.velocities)
+        parts = np.asarray(state.t)[None], psi[self.coordinates], u[self.columns], internal, inputs
+        return np.concatenate([*parts, self.parameters.start, psi[self.hidden]]).astype(float)
+
+    def _assembled(self, z):
+        """System at z, configuration with closed loops, velocities and internal states there."""
+        t, x, u, p, hidden = jnp.split(z, self.ends)
+        t, top = t[0], self.base.topology
+        phi, w, s = jnp.split(x, np.cumsum([len(self.coordinates), len(self.columns)]))
+        system = self.parameters.system_at(p)
+        system = replace_field(system, "topology", top)
+        system = with_inputs(system, dict(zip(self.inputs, u, strict=True)), replace=True)
+        internal = InternalStates(s, top.internal) if top.num_internal else None
+        system, P = with_internal(system, internal), node_parameters(system)
+        psi = jnp.zeros(top.num_coordinates, z.dtype)
+        psi = psi.at[self.coordinates].set(phi).at[self.hidden].set(jax.lax.stop_gradient(hidden))
+        psi = self._closed(system, P, normalise(top, psi), t)
+        at = closures.with_directions(system, configuration(system, P, psi, t))
+        velocities = motion_map(system, at)(w, -constraints.time_rate(system, at))
+        return system, P, at, velocities, internal
+
+    def _closed(self, system, P, psi, t):
+        """Coordinates with closed loops, to rounding; the derivative is that of the closed loops.
+
+        Newton's steps from the last accepted pose; from afar a search first.
+        """
+        if not system.has_constraints:
+            return psi
+        free = jnp.asarray(self.free, psi.dtype)
+        system_, P_, psi_, t_ = stop_gradients((system, P, psi, t))
+        first = gap(system_, configuration(system_, P_, psi_, t_, inertias=False))
+        near = jax.lax.cond(
+            first <= _NEAR,
+            lambda psi: psi,
+            lambda psi: assemble_coordinates(system_, P_, psi, t_, free),
+            psi_,
+        )
+        found = _newton(lambda psi: newton_step(system_, P_, psi, t_, free), near)
+        psi = psi.at[self.hidden].set(jax.lax.stop_gradient(found)[self.hidden])
+        return assemble_coordinates(system, P, psi, t, free, search=False)
+
+    def _state(self, at, velocities, internal):
+        return State(at.t, at.psi, velocities, structure=self.base.topology.structure, internal=internal)
+
+    def _outputs_of(self, system, P, at, velocities, internal):
+        """Outputs by name."""
+        state = self._state(at, velocities, internal)
+        if isinstance(self.outputs, NamedOutputs):
+            return {"": self.outputs.at(system, with_velocities(system, at, velocities), state)}
+        found = self.outputs(system, state, at.t)
+        if not isinstance(found, Mapping):
+            raise ModelError(
+                [f"the function of the outputs returns a dict of numbers and arrays, not {type(found).__name__}"],
+                "export_fmu",
+            )
+        return {str(name): jnp.asarray(x, at.psi.dtype) for name, x in found.items()}
+
+    def _unknowns(self, parts):
+        """Rates of the states and outputs (nx + ny,)."""
+        system, P, at, velocities, internal = parts
+        second = velocities if internal is None else jnp.concatenate([velocities, internal.values])
+        equations = Velocity(replace_field(system, "forces", system.forces), P, jnp.ones_like(second))
+        psi_rate, rate, _ = equations.rate(at.t, (at.psi, second, jnp.zeros(0)))
+        a, s_rate = jnp.split(rate, [len(velocities)])
+        outputs = [jnp.ravel(x) for x in self._outputs_of(*parts).values()]
+        return jnp.concatenate([psi_rate[self.coordinates], a[self.columns], s_rate, *outputs])
+
+    def instant(self, z: Array) -> Array:
+        """Rates of the states, outputs, hidden coordinates and the gap of the loops at z (nz,).
+
+        A gap that is NaN says that something is.  Hidden coordinates of z have no derivative.
+        """
+        parts = self._assembled(z)
+        found, at = self._unknowns(parts), parts[2]
+        opening = jnp.where(jnp.all(jnp.isfinite(found)) & jnp.all(jnp.isfinite(z)), gap(parts[0], at), jnp.nan)
+        return jnp.concatenate([found, at.psi[self.hidden], opening[None]])
+
+    def step(self, z: Array, length: Array) -> Array:
+        """z after a step of the length (1,), its inputs held, and the status of the motion."""
+        system, _, at, velocities, internal = self._assembled(z)
+        end = at.t + length[0]
+        motion = simulate(
+            system, self._state(at, velocities, internal), ts=jnp.stack([at.t, end]), throw=False, **self.motion
+        )
+        psi, u = motion.states.coordinates[-1], motion.states.velocities[-1]
+        s = [] if internal is None else [motion.states.internal.values[-1]]  # type: ignore[union-attr]
+        inner = z[self.ends[1] : self.ends[3]]
+        parts = [end[None], psi[self.coordinates], u[self.columns], *s, inner, psi[self.hidden]]
+        result = jnp.where(gap(system, at) <= 1e-6, motion.result, 6).astype(z.dtype)  # 6: NOT_ASSEMBLED
+        return jnp.concatenate([*parts, result[None]])
+
+
+def _newton(step, psi):
+    """psi after Newton's steps, until one gains less than half: the residual before each is what `step` returns."""
+
+    def is_open(carried):
+        k, _, residual, before = carried
+        return (k < _PASSES) & (residual > _ROUNDING) & (residual < 0.5 * before)
+
+    def again(carried):
+        k, psi, residual, _ = carried
+        following, here = step(psi)
+        return k + 1, following, here, jnp.where(k > 0, residual, jnp.inf)
+
+    unknown = jnp.asarray(1.0, psi.dtype)
+    return jax.lax.while_loop(is_open, again, (jnp.int32(0), psi, unknown, jnp.inf * unknown))[1]
+
+
+def _entries(name, shape):
+    """Names of the entries of an array, from 1."""
+    return [f"{name}[{','.join(str(i + 1) for i in index)}]" for index in np.ndindex(*shape)]
