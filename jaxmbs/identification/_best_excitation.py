@@ -1,5 +1,6 @@
 """`best_excitation`: the periodic motion that tells most about unknowns, under limits."""
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -148,10 +149,10 @@ def best_excitation(
     bounds = [_magnitude(x, len(lower), name) for x, name in ((speed, "speed"), (acceleration, "acceleration"))]
     motion = _random_motion(lower, upper, bounds, float(period), harmonics, ts) if first is None else first
     centre, half = 0.5 * (lower + upper), 0.5 * SHARE * (upper - lower)
-    holds = [Limit("stroke", lambda m: m.at(ts)[0], centre - half, centre + half)]
+    holds = [Limit("stroke", functools.partial(_sampled, ts, 0), centre - half, centre + half)]
     for k, (name, bound) in enumerate(zip(("speed", "acceleration"), bounds, strict=True), start=1):
         if bound is not None:
-            holds.append(Limit(name, lambda m, k=k: m.at(ts)[k], -SHARE * bound, SHARE * bound))
+            holds.append(Limit(name, functools.partial(_sampled, ts, k), -SHARE * bound, SHARE * bound))
     own = (limits,) if isinstance(limits, Limit) else tuple(limits)
     best = minimise(
         lambda m: -question.information(m, largest),
@@ -163,6 +164,10 @@ def best_excitation(
         compile=compile,
     )
     return _excitation(question, best, variables, sizes, largest)
+
+
+def _sampled(ts, order, motion):
+    return motion.at(ts)[order]
 
 
 def _excitation(question, best, variables, sizes, largest):

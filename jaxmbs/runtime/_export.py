@@ -47,9 +47,12 @@ class Program:
     @property
     def shapes(self) -> tuple[list[jax.ShapeDtypeStruct], list[jax.ShapeDtypeStruct]]:
         """Shapes and types of the arguments' leaves and of the results'."""
-        exported = self._inner.__self__
-        kinds = [exported.in_avals, exported.out_avals]
-        return tuple([jax.ShapeDtypeStruct(x.shape, x.dtype) for x in avals] for avals in kinds)
+        exported: Any = getattr(self._inner, "__self__")  # noqa: B009
+        taken, given = (
+            [jax.ShapeDtypeStruct(x.shape, x.dtype) for x in avals]
+            for avals in (exported.in_avals, exported.out_avals)
+        )
+        return taken, given
 
     def __call__(self, *arguments: Any) -> Any:
         """The answer.  Raises: ValueError if the arguments are not of the structure that was stored."""
