@@ -37,6 +37,7 @@ NAMES = (
     "joint_friction",
     "cables",
     "qualification",
+    "identify_arm",
 )
 
 

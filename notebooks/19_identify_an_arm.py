@@ -14,7 +14,7 @@
 # # An arm is identified, and says what it hides
 #
 # Drawings of an arm of two links give lengths. Masses, centres, inertias and the friction of its joints are to be
-# found from the torques of its motors: first along a motion that somebody chose, then along the motion that tells most.
+# found from the torques of its motors: first along a chosen motion, then along the one that tells most.
 
 # %%
 import os
