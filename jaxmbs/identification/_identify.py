@@ -87,7 +87,7 @@ def _failed(problem, points):
         return ""
     found = problem.differences.predictions.at(points[0].start).reshape(measured.experiments, -1)
     bad = np.flatnonzero(~np.all(np.isfinite(found), axis=1))
-    return f": experiments {', '.join(map(str, bad[:10]))}{' and more' if len(bad) > 10 else ''} fail"
+    return f": experiments {', '.join(map(str, bad))} fail"
 
 
 def _layout(unknowns, starts):
