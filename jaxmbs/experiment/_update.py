@@ -59,6 +59,7 @@ class MeasuredModes(eqx.Module):
             faults.append("frequencies (m,) must be positive: leave rigid modes out")
         if self.shapes is not None and self.shapes.shape != (len(self.channels), *count):
             faults.append(f"shapes have shape {self.shapes.shape}; {len(self.channels)} channels and {count} modes")
+        faults += [f"channel {name!r} is no name" for name in self.channels if not isinstance(name, str)]
         if self.damping is not None and self.damping.shape != count:
             faults.append(f"damping has shape {self.damping.shape}, not {count}")
         if faults:

@@ -23,6 +23,8 @@ from ._verdict import Direction, spectrum, unseen_directions
 
 #: Times at which stroke, speed and acceleration are held, for each period of the highest harmonic.
 SAMPLES = 16
+#: Largest number of harmonics.
+MOST = 200
 #: Largest value at these times of a series whose magnitude is nowhere above one (Ehlich and Zeller 1964).
 SHARE = np.cos(np.pi / SAMPLES)
 
@@ -142,7 +144,7 @@ def best_excitation(
         variables.unravel,
         jnp.asarray(variables.start),
         jnp.asarray(sizes),
-        _known(known, variables),
+        _known_rows(known, variables),
         deviations,
     )
     ts = np.arange(SAMPLES * harmonics) * (period / (SAMPLES * harmonics))
@@ -178,7 +180,7 @@ def _excitation(question, best, variables, sizes, largest):
     return Excitation(best.design, variables.names, errors, -float(best.value), unseen, J, best)
 
 
-def _known(known: Identification | None, variables) -> Any:
+def _known_rows(known: Identification | None, variables) -> Any:
     if known is None:
         return jnp.zeros((0, len(variables.start)))
     if known.names != variables.names:
@@ -189,8 +191,8 @@ def _known(known: Identification | None, variables) -> Any:
 
 def _read_stroke(stroke, period, harmonics, largest):
     faults = number_faults("period", period, positive=True) + number_faults("largest", largest, positive=True)
-    if isinstance(harmonics, bool) or not isinstance(harmonics, int | np.integer) or harmonics < 1:
-        faults.append(f"harmonics must be a positive whole number, not {harmonics!r}")
+    if isinstance(harmonics, bool) or not isinstance(harmonics, int | np.integer) or not 1 <= harmonics <= MOST:
+        faults.append(f"harmonics must be a whole number of 1 to {MOST}, not {harmonics!r}")
     try:
         lower, upper = (np.atleast_1d(np.asarray(side, float)) for side in stroke)
         if lower.shape != upper.shape or lower.ndim != 1 or not np.all(np.isfinite(upper - lower) & (upper > lower)):

@@ -5,6 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import number_faults
+from ..errors import ModelError
 from ..typing import ArrayLike
 
 
@@ -15,6 +17,7 @@ class FourierMotion(eqx.Module):
         offset: (n,), in the coordinates' units; sines, cosines: (n, H), a and b, in units of the velocity.
         period: [s] (static).
 
+    Raises: ModelError for a period that is not positive, and coefficients of other shapes.
     Source: Swevers et al., Optimal robot excitation and identification (1997).
     """
 
@@ -22,6 +25,17 @@ class FourierMotion(eqx.Module):
     sines: Float[Array, "n harmonics"]
     cosines: Float[Array, "n harmonics"]
     period: float = eqx.field(static=True)
+
+    def __check_init__(self):
+        shapes = [np.shape(x) for x in (self.offset, self.sines, self.cosines)]
+        faults = number_faults("period", self.period, positive=True)
+        # stacked motions have a leading axis of all three
+        if shapes[1] != shapes[2] or shapes[1][:-1] != shapes[0]:
+            faults.append(
+                f"offset {shapes[0]}, sines {shapes[1]} and cosines {shapes[2]} are not (n,), (n, H), (n, H)"
+            )
+        if faults:
+            raise ModelError(faults, "FourierMotion")
 
     def at(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations, each (..., n), at times (...) [s]."""

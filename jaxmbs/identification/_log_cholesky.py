@@ -27,8 +27,10 @@ def log_cholesky(mass: ArrayLike, com: ArrayLike, inertia: ArrayLike) -> np.ndar
         raise ModelError(
             ["give a mass, a centre of mass (3,) and a symmetric inertia (3, 3) or (3,)"], "log_cholesky"
         )
+    if not (np.isfinite(m) and np.all(np.isfinite(c)) and np.all(np.isfinite(inertia))):
+        raise ModelError(["mass, centre of mass and inertia must be finite"], "log_cholesky")
     spread = 0.5 * np.trace(inertia) * np.eye(3) - inertia  # second moments of the mass, about its centre
-    if not (m > 0 and np.all(np.isfinite(c)) and np.linalg.eigvalsh(spread)[0] > 0):
+    if not (m > 0 and np.linalg.eigvalsh(spread)[0] > 0):
         text = "the mass must be positive, and each principal moment less than the sum of the others"
         raise ModelError([f"no body with volume has this inertia: {text}"], "log_cholesky")
     upper = np.linalg.cholesky(spread[::-1, ::-1] / m)[::-1, ::-1]  # spread = m upper upper^T

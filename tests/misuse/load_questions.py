@@ -89,6 +89,7 @@ CASES = {
     ),
     "experiment.MeasuredModes": case(
         lambda z: call([12.5, 29.5], np.array([[0.75, 0.7], [1.0, -1.0]]), ("a z", "b z"), [0.02, 0.03]),
+        "channels name: names are free",
         positive="frequencies",
     ),
     "experiment.update": case(

@@ -89,7 +89,7 @@ class FmuInstance:
             self.results[:] = found
             return OK
         except Exception:  # noqa: BLE001
-            return self.broken()
+            return self.report_error()
 
     def directional(self):
         """Sensitivity (unknowns,) to the seed (knowns,)."""
@@ -107,7 +107,7 @@ class FmuInstance:
             self.sensitivity[:number] = found
             return OK
         except Exception:  # noqa: BLE001
-            return self.broken()
+            return self.report_error()
 
     def step(self):
         """z after a step of the length seed[0]; where it fails z stays."""
@@ -119,7 +119,7 @@ class FmuInstance:
             self.z[:] = found[:-1]
             return OK
         except Exception:  # noqa: BLE001
-            return self.broken()
+            return self.report_error()
 
     def refuse(self, found):
         """The message of results that are not finite, or of loops that do not close."""
@@ -133,7 +133,7 @@ class FmuInstance:
             text = f"not finite at t = {self.z[0]:g}: {', '.join(bad) or 'the closing of the loops'}"
         return self.say(text, DISCARD)
 
-    def broken(self):
+    def report_error(self):
         return self.say(traceback.format_exc(limit=-3), ERROR)
 
     def say(self, text, status):
