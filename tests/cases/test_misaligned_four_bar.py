@@ -1,7 +1,7 @@
 """B7: a planar four-bar, the axis at C tilted by 5 degrees about BC, turned at A; it moves by bending and twist.
 
 Bauchau, Betsch, Cardona and others, Multibody Syst. Dyn. 37 (2016) 29-48.  That axis is (0, -sin 5, cos 5):
-statics of the same bars by SciPy put C at (0.111824, -0.076585, -0.002661) m at 2 s, the tilt about y at -0.0037 m.
+statics of the same bars by SciPy put C at (0.111824, -0.076585, -0.002661) m at 2 s, the tilt about y at -0.0039 m.
 """
 
 import json
