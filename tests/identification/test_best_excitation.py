@@ -94,7 +94,7 @@ def test_an_arm_within_stroke_speed_and_acceleration(gradient):
     def information(motion):
         sizes = jnp.array([values[name] for name in found.names])
         tree = lambda w: torques(dict(zip(found.names, w, strict=True)), motion).ravel() / 0.05  # noqa: E731
-        J = jax.jacfwd(tree)(sizes) * sizes
+        J = jax.jacfwd(tree)(sizes) * sizes[None, :]
         return 0.5 * jnp.linalg.slogdet(jnp.eye(6) + J.T @ J)[1]
 
     np.testing.assert_allclose(information(found.motion), found.information, rtol=1e-9)

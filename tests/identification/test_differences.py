@@ -75,7 +75,7 @@ def test_pendulums_with_filter_delay_and_pose_of_the_sensor():
         motion = mbs.simulate(build(u, like), state, ts=fine, rtol=1e-8, atol=1e-8, gradient="forward")
         speed = u["radius"] * motion.states.velocities[:, 0]
         share = jnp.exp(-0.01 / u["lag"])  # a filter of first order, step by step
-        kernel = (1 - share) * share ** jnp.arange(401)
+        kernel = (1 - share) * share ** jnp.arange(401.0)
         filtered = jnp.convolve(speed, kernel)[:401]
         return jnp.interp(ts - u["delay"], fine, filtered) + u["offset"]
 

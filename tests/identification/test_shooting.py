@@ -95,7 +95,10 @@ def test_a_double_pendulum():
 
     zeros = np.zeros((7, 4))
     noise = {"angles": 0.005, "gaps": 1e-5}
-    found = identify(predict, {"angles": data, "gaps": zeros}, first | {"starts": starts}, deviations=noise)
+    found = identify(
+        predict, {"angles": data, "gaps": zeros}, first | {"starts": starts}, deviations=noise, largest=1e3
+    )
+    # a rate that is nearly zero is never known to its own size
     assert found.ok and 0.8 < found.chi_squared / found.freedom < 1.2
     for name, value in truth.items():
         assert abs(found.unknowns[name] - value) < 4 * found.standard_error(name) < 0.01 * value
