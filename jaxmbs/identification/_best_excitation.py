@@ -81,8 +81,11 @@ class _Question(eqx.Module):
         def weighted(x):
             found = self.predict(self.unravel(x), motion)
             noise = self.deviations
-            if jax.tree.structure(noise) != jax.tree.structure(found):
+            if jax.tree_util.treedef_is_leaf(jax.tree.structure(noise)):
                 noise = jax.tree.map(lambda _: noise, found)
+            elif jax.tree.structure(noise) != jax.tree.structure(found):
+                text = "deviations must be one number, or have the parts of the prediction"
+                raise ModelError([text], "best_excitation")
             parts = jax.tree.map(lambda y, s: y / s, found, noise)
             flat, _ = ravel_pytree(parts)
             return jnp.concatenate([flat.real, flat.imag]) if jnp.iscomplexobj(flat) else flat
@@ -136,6 +139,8 @@ def best_excitation(
     Raises: ModelError, ValueError for limits and noise that do not fit; as `minimise`.
     Source: Swevers et al. (1997).
     """
+    if not all(_is_positive(x) for x in jax.tree.leaves(deviations)):
+        raise ModelError(["deviations must be positive and finite"], "best_excitation")
     lower, upper = _read_stroke(stroke, period, harmonics, largest)
     variables = read_variables(unknowns, None)
     sizes = _sizes(variables.start, variables.lower, variables.upper)
@@ -202,6 +207,14 @@ def _read_stroke(stroke, period, harmonics, largest):
     if faults:
         raise ModelError(faults, "best_excitation")
     return lower, upper
+
+
+def _is_positive(x):
+    try:
+        number = np.asarray(x, float)
+    except (TypeError, ValueError):
+        return False
+    return bool(np.all(np.isfinite(number) & (number > 0)))
 
 
 def _magnitude(x, n, name):

@@ -110,8 +110,8 @@ def export(function: Callable, example: WordedError[tuple], path: str | PathLike
     }
     with atomic_path(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as file:
         file.writestr(_ABOUT, json.dumps(about))
-        for name, part in contents.items():
-            file.writestr(name, part)
+        for name, stored in contents.items():
+            file.writestr(name, stored)
     return Path(path)
 
 

@@ -1,5 +1,6 @@
 """Models and values that were taken without a word: each is refused, or noticed, by name."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -99,3 +100,36 @@ def test_improper_compliances(value):
     system = bar().build()
     with pytest.raises(ValueError, match="compliance of 'pin'"):
         mbs.reactions(system, mbs.State.at(system), compliance={"pin": jnp.asarray(value)})
+
+
+TRACED = {
+    "principal values": lambda x: {"inertia": (0.1, x, x)},
+    "rows": lambda x: {"inertia": ((x, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.2))},
+    "centre": lambda x: {"com": (x, 0.0, 0.0), "inertia": 0.1},
+}
+
+
+@pytest.mark.parametrize("name", list(TRACED))
+def test_tuples_of_traced_numbers_are_arrays(name):
+    """Mass numbers of a body as tuples, some of them traced: as of arrays."""
+
+    def numbers(x):
+        b = mbs.SystemBuilder()
+        b.body("bob", mass=1.0, **TRACED[name](x))
+        b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+        system = b.build()
+        return system.inertia[0], system.com[0]
+
+    for traced, given in zip(jax.jit(numbers)(0.15), numbers(0.15), strict=True):
+        np.testing.assert_array_equal(traced, given)
+
+
+def test_traced_tuples_of_a_wrong_length_are_faults():
+    def build(x):
+        b = mbs.SystemBuilder()
+        b.body("bob", mass=1.0, com=(x, 0.0), inertia=(x, x))
+        b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+        return b.build().com
+
+    with pytest.raises(mbs.ModelError, match="(?s)com must be three.*inertia must be 0"):
+        jax.jit(build)(0.1)

@@ -108,9 +108,28 @@ def test_an_arm_within_stroke_speed_and_acceleration(gradient):
     assert found.information > best + 0.5
 
 
+def test_a_search_with_more_limits_than_it_differentiates():
+    """Of 384 limits some dozens are differentiated: the search takes in those that it would leave, and converges."""
+
+    def friction(u, m):
+        q, v, a = (x[:, 0] for x in m.at(m.times(40)))
+        return u["I"] * a + u["d"] * v + u["f"] * jnp.tanh(v / 0.1) + u["g"] * jnp.sin(q) + u["k"] * q**3
+
+    values = {"I": 2.0, "d": 0.5, "f": 1.0, "g": 3.0, "k": 1.0}
+    options = {"period": 6.0, "harmonics": 8, "deviations": 0.1, "progress": False}
+    found = best_excitation(friction, values, ((-1.0,), (1.0,)), 3.0, 12.0, **options)
+    assert found.optimum.reason == "converged" and found.information > 21.3
+    assert all(limit.ok for limit in found.optimum.limits)
+
+
 FAULTS = {
     "stroke": (lambda: best_excitation(torque, UNKNOWNS, ((1.0,), (0.0,))), "the first below the second"),
     "speed": (lambda: best_excitation(torque, UNKNOWNS, ((0.0,), (1.0,)), speed=-1.0), "speed must be positive"),
+    "noise": (lambda: best_excitation(torque, UNKNOWNS, ((0.0,), (1.0,)), deviations=-0.1), "deviations must be pos"),
+    "parts": (
+        lambda: best_excitation(torque, UNKNOWNS, ((0.0,), (1.0,)), deviations={"a": 1.0}),
+        "parts of the pred",
+    ),
     "harmonics": (lambda: best_excitation(torque, UNKNOWNS, ((0.0,), (1.0,)), harmonics=0), "harmonics"),
     "period": (lambda: best_excitation(torque, UNKNOWNS, ((0.0,), (1.0,)), period=0.0), "period"),
     "known": (
