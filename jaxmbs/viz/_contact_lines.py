@@ -41,19 +41,29 @@ class ContactLines(NamedTuple):
 
 def contact_lines(system, film) -> list[ContactLines]:
     """All contacts of a system along a trajectory."""
+    return [
+        _contact(name, pair, (film.R[:, a], film.x[:, a]), (film.R[:, b], film.x[:, b]), film.extent)
+        for name, pair, a, b in contact_pairs(system)
+    ]
+
+
+def contact_pairs(system) -> list[tuple]:
+    """Name, pair of surfaces, and two frames of every contact."""
     found = []
     for group in contact_groups(system):
         law = contact_of(group.law)
         for k, (name, a, b) in enumerate(zip(group.names, group.first, group.second, strict=True)):
-            pair = jax.tree.map(lambda x, k=k: x[k], law.pair)
-            found.append(
-                _contact(name, pair, (film.R[:, a], film.x[:, a]), (film.R[:, b], film.x[:, b]), film.extent)
-            )
+            found.append((name, jax.tree.map(lambda x, k=k: x[k], law.pair), a, b))
     return found
 
 
 def contact_forces(system, states) -> dict[str, np.ndarray]:
     """Force (T, k, 3) [N] at the points of every contact by name, on the round part, in world axes."""
+    return {name: force for name, (_, force) in contact_arrows(system, states).items()}
+
+
+def contact_arrows(system, states) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Points (T, k, 3) [m] and forces (T, k, 3) [N] of every contact by name, on the round part, in world axes."""
     states = states_of(system, states)
     if states.coordinates.ndim == 1:
         states = jax.tree.map(lambda x: x[None], states)
@@ -61,9 +71,11 @@ def contact_forces(system, states) -> dict[str, np.ndarray]:
     for group in contact_groups(system):
         for name in group.names:
             load = contact_load(system, states, name)
-            found[name] = np.asarray(load.normal_force[..., None] * load.normal + load.friction)
+            force = load.normal_force[..., None] * load.normal + load.friction
+            found[name] = np.asarray(load.point), np.asarray(force)
     there = np.all(np.isfinite(np.asarray(states.coordinates)), axis=1)
-    return {name: force[there] if np.any(there) else force for name, force in found.items()}
+    there = there if np.any(there) else np.ones_like(there)
+    return {name: (point[there], force[there]) for name, (point, force) in found.items()}
 
 
 @jit(compile="quick")
@@ -77,10 +89,10 @@ def _contact(name, pair, first, second, extent):
     inside = np.einsum("tji,tj->ti", A, b - a)  # the round part in the axes of the surface
     depth, points = (np.asarray(part) for part in _touches(pair, np.einsum("tji,tjk->tik", A, B), inside))
     points = np.where((depth > 0.0)[..., None], points, np.nan)
-    radius = float(getattr(pair, "radius", 0.0))
+    radius = round_radius(pair)
     balls = [(b, radius)] if isinstance(pair, _BALLS) and radius > 0 else []
     balls += [(a, float(pair.other_radius))] if isinstance(pair, SphereOnSphere) else []
-    lines = [_in_world(A, a, line) for line in _surface(pair, inside, radius, extent)]
+    lines = [_in_world(A, a, line) for line in _surface(pair, inside, reach_in_surface(pair, inside, extent))]
     if isinstance(pair, CylinderOnPlane | JournalInBush):
         lines.append(_in_world(B, b, _tube(radius, -pair.length / 2, pair.length / 2)))
     if isinstance(pair, RollerOnCurve):
@@ -93,10 +105,27 @@ def _in_world(R, x, points):
     return x[:, None] + np.einsum("tij,...kj->tki" if points.ndim == 2 else "tij,tkj->tki", R, points)
 
 
-def _surface(pair, inside, radius, extent):
+def round_radius(pair) -> float:
+    """Radius of the round part [m], zero of a point."""
+    return float(getattr(pair, "radius", 0.0))
+
+
+def reach_in_surface(pair, inside, extent: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (3,) of the box in which the round part (T, 3) passes, in the axes of the surface, and a margin."""
+    margin = round_radius(pair) + 0.1 * extent
+    return inside.min(axis=0) - margin, inside.max(axis=0) + margin
+
+
+def curve_points(pair: RollerOnCurve) -> np.ndarray:
+    """Points (k, 3) of the outline of a cam, the first again at the end."""
+    n = len(pair.curve.points)
+    place = np.asarray(jax.vmap(lambda s: pair.curve.at(s)[0])(np.linspace(0.0, n, _PER_POINT * n + 1)))
+    return np.column_stack([place, np.zeros(len(place))])
+
+
+def _surface(pair, inside, reach):
     """Lines (k, 3) or (T, k, 3) of the surface on the first frame, near where the round part (T, 3) passes."""
-    margin = radius + 0.1 * extent
-    low, high = inside.min(axis=0) - margin, inside.max(axis=0) + margin
+    (low, high), radius = reach, round_radius(pair)
     if isinstance(pair, SphereOnPlane | CylinderOnPlane):
         corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]), (low[0], low[1])]
         return [np.array([(*corner, 0.0) for corner in corners])]
@@ -105,9 +134,7 @@ def _surface(pair, inside, radius, extent):
     if isinstance(pair, JournalInBush):
         return [_tube(radius + float(pair.clearance), -pair.length / 2, pair.length / 2)]
     if isinstance(pair, RollerOnCurve):
-        n = len(pair.curve.points)
-        place = np.asarray(jax.vmap(lambda s: pair.curve.at(s)[0])(np.linspace(0.0, n, _PER_POINT * n + 1)))
-        return [np.column_stack([place, np.zeros(len(place))])]
+        return [curve_points(pair)]
     if isinstance(pair, WheelOnRoad):
         x = np.linspace(float(pair.road.x[0]), float(pair.road.x[-1]), _ALONG)
         heights = jax.vmap(jax.vmap(pair.road, (0, None)), (None, 0))(x, inside[:, 1])

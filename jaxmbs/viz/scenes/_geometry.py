@@ -15,11 +15,13 @@ from ...typing import ScalarLike
 from .._body_shapes import default_shapes, inertia_box
 from .._cable_lines import cable_lines
 from .._drawable import body_frames, cables, distinct_points, slides, spans, torsions
+from ._contact_solids import ContactSolid
 from ._solids import Solid, icosphere, rotation_to_axis, rounded_hull, sweep_tube, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
 from ._trajectory import FrameTrajectory
 
 STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
+_CLEAR = 0.45  # opacity of surfaces of contacts
 _MANY_BODIES = 40  # more are drawn with fewer corners, to keep the file below a megabyte
 
 
@@ -300,6 +302,18 @@ class MechanismGeometry:
             for frame, (solid, color) in zip(torsion.joint.frames, made, strict=True):
                 body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
                 self._add_solid(torsion.name, body, solid.placed(place, self.trajectory.R[0, body].T), color)
+
+    def add_contacts(self, found: list[ContactSolid]):
+        """Add the round parts of contacts, then the surfaces, through which one sees what was drawn before."""
+        for name, frame, solid, is_surface in sorted(found, key=lambda one: one.is_surface):
+            if name in self.shapes:
+                continue
+            body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
+            rotation = self.trajectory.R[0, body].T @ self.trajectory.R[0, frame]
+            color = rgba(COLORS[(body - 1) % len(COLORS)] if body else PALE, _CLEAR if is_surface else 1.0)
+            self.items.append(
+                {"name": name, "solid": self.solids(solid.placed(place, rotation)), "body": body, "color": color}
+            )
 
     def add_trace(self, name, points, color):
         """Add the path of points (T, 3) in the world."""

@@ -13,11 +13,14 @@ from ...model._system import System
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import inertia_box
+from .._contact_lines import contact_arrows
 from .._mesh import DisplayMesh, display_mesh, moving_meshes
 from .._projection import load_axes
+from ._contact_solids import contact_corners, contact_solids
 from ._geometry import MechanismGeometry, SolidLibrary, encode_array, pose_tracks
 from ._trajectory import frame_trajectory
 
+_THICKNESS = 0.02  # of planes and cams, relative to the extent of the trajectory
 _RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones vanish in the player's float32
 
 
@@ -59,7 +62,7 @@ class MechanismObject(SceneObject):
     """A mechanism: bodies and joints, elastic bodies as meshes if their structures are given."""
 
     def __init__(self, system, motion, structures, scale, stresses):
-        self.system, self.scale = system, scale
+        self.system, self.motion, self.scale = system, motion, scale
         self.frequency = getattr(motion, "frequency", None)
         self.trajectory = frame_trajectory(system, motion)
         self.ts, top = self.trajectory.ts, system.topology
@@ -69,7 +72,9 @@ class MechanismObject(SceneObject):
         com = self.trajectory.x[:, 1 : top.bodies.size + 1] + np.einsum(
             "tbij,bj->tbi", self.trajectory.R[:, 1 : top.bodies.size + 1], np.asarray(system.com, float)
         )
-        self.points = np.concatenate([self.trajectory.x[:, seen].reshape(-1, 3), *self._boxes(com)])
+        self.contacts = contact_solids(system, self.trajectory, _THICKNESS * self.trajectory.extent)
+        ends = contact_corners(self.contacts, self.trajectory)
+        self.points = np.concatenate([self.trajectory.x[:, seen].reshape(-1, 3), *self._boxes(com), *ends])
         self.traceable = top.frame_names
         self.elastic = {}
         given = dict(structures or {})
@@ -115,6 +120,7 @@ class MechanismObject(SceneObject):
         bodies = ["ground", *top.body_names, *(name for name, _ in done.points)]
         meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
         numbers = pose_tracks(self.trajectory, top.bodies.size)
+        done.add_contacts(self.contacts)
         if done.points:
             still = np.zeros((len(numbers), len(done.points), 7))
             still[..., :3], still[..., 6] = np.stack([x for _, x in done.points], axis=1), 1.0
@@ -139,27 +145,43 @@ class MechanismObject(SceneObject):
         return made
 
     def arrows(self, loads, limits):
-        if loads is None:
+        if loads is None or loads is False:
             return None
-        top = self.system.topology
-        ends = {joint.name: joint.frames for joint in top.joints}
-        for group in self.system.closures:
-            ends |= {name: pair for name, *pair in zip(group.names, group.first, group.second, strict=True)}
-        names = [name for name in loads if name in ends]
+        joints = {} if loads is True else self._joint_arrows(loads)
+        touching = {name: pair for name, pair in self._contact_arrows().items() if name not in joints}
+        each = [(name, *pair) for name, pair in joints.items()]
+        each += [
+            (n, place[:, k], force[:, k]) for n, (place, force) in touching.items() for k in range(place.shape[1])
+        ]
+        names = [name for name, *_ in each]
         wrong = [no_such("joint", name, names) for name in limits if name not in names]
         if wrong:
             raise UnknownNameError("; ".join(wrong))
-        force = np.stack([np.asarray(loads[name].force).reshape(-1, 3) for name in names], axis=1)
-        if len(force) < len(self.ts):
-            raise ModelError("the loads belong to another motion: they have fewer instants")
-        parents, children = ([ends[name][side] for name in names] for side in (0, 1))
-        force, (frame, side) = np.nan_to_num(force[: len(self.ts)]), load_axes(loads)
-        if frame == "joint":
-            axes = self.trajectory.R[:, children if side == "child" else parents]
-            force = np.einsum("tjab,tjb->tja", axes, force)
-        force = force if side == "child" else -force
+        none = np.zeros((len(self.ts), 0, 3))
+        place, force = (np.stack([one[k] for one in each], axis=1) if each else none for k in (1, 2))
         bounds = [_load_limit(limits.get(name)) for name in names]
-        return {"names": names, "place": self.trajectory.x[:, children], "force": force, "limits": bounds}
+        return {"names": names, "place": place, "force": np.nan_to_num(force), "limits": bounds}
+
+    def _joint_arrows(self, loads):
+        """Places and forces (T, 3) of joints by name, on the children."""
+        ends = {joint.name: joint.frames for joint in self.system.topology.joints}
+        for group in self.system.closures:
+            ends |= {name: pair for name, *pair in zip(group.names, group.first, group.second, strict=True)}
+        (frame, side), found = load_axes(loads), {}
+        for name in (name for name in loads if name in ends):
+            force, (parent, child) = np.asarray(loads[name].force).reshape(-1, 3), ends[name]
+            if len(force) < len(self.ts):
+                raise ModelError("the loads belong to another motion: they have fewer instants")
+            force = force[: len(self.ts)]
+            if frame == "joint":
+                force = np.einsum("tab,tb->ta", self.trajectory.R[:, child if side == "child" else parent], force)
+            found[name] = self.trajectory.x[:, child], force if side == "child" else -force
+        return found
+
+    def _contact_arrows(self):
+        """Places and forces (T, k, 3) of contacts by name, on the round parts; none of a mode."""
+        found = {} if self.frequency is not None else contact_arrows(self.system, self.motion)
+        return {name: (place[: len(self.ts)], force[: len(self.ts)]) for name, (place, force) in found.items()}
 
 
 def _load_limit(limit):

@@ -79,12 +79,12 @@ def scene(
             for several systems one for each.
         path: the file to write, "motion.html".
         loads: `reactions` of the motion (of each), in any frame and on any side: arrows show forces of joints on
-            their children.
-        limits: allowed force [N] of joints by name, or objects of `Limit` with an upper bound; arrows are then
-            coloured by utilisation, those of joints without a limit grey.
+            their children, and forces of contacts on their round parts; True shows those of contacts alone.
+        limits: allowed force [N] of joints and contacts by name, or objects of `Limit` with an upper bound; arrows
+            are then coloured by utilisation, those without a limit grey.
         traces: names of frames or bodies whose paths are drawn.
         shapes: lists of `Solid` by body (or "ground"), in place of the default shapes:
-            `{"ram": [Solid.stl("a.stl")]}`.
+            `{"ram": [Solid.stl("a.stl")]}`; a contact or spring of that name is not drawn.
         structures: the mesh of a linear system; of a network structures by component; of a mechanism `(structure,
             floating frame)` by elastic body.
         stresses: values (T, nodes) [Pa] by elastic body, `flexible.stresses(...).at_nodes()` of the motion, that
@@ -213,7 +213,7 @@ def _floor_and_camera(view, extent, points, count):
     half = np.hypot(view.half, 0.5 * _SPACING * view.width * (count - 1))
     wide = _FLOOR * half
     step = 10.0 ** np.floor(np.log10(extent / 3))
-    step *= next(k for k in (1, 2, 5, 10) if wide / (k * step) <= 20)
+    step *= next(k * tens for tens in 10.0 ** np.arange(20) for k in (1, 2, 5) if wide / (k * tens * step) <= 20)
     angle = 0.5  # field of view [rad], about that of a 75 mm lens: little perspective distortion
     camera = {"azimuth": view.azimuth * (1.0 if count == 1 else 0.3), "elevation": view.elevation}
     camera["distance"] = camera_distance(view, points, angle, 5 * _BAR_RADIUS * extent, **camera)

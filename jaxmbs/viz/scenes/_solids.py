@@ -82,6 +82,11 @@ class Solid(NamedTuple):
         return self._replace(vertices=self.vertices * size, normals=normals)
 
 
+def join_solids(solids: list[Solid]) -> Solid:
+    """Several solids as one, of the first one's colour."""
+    return solids[0]._replace(**dict(zip(("vertices", "normals", "faces"), _merge_parts(solids), strict=True)))
+
+
 def _merge_parts(parts):
     """Merge vertices, normals and faces of several parts."""
     starts = np.cumsum([0, *(len(v) for v, *_ in parts)])

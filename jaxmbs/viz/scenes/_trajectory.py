@@ -28,6 +28,10 @@ class FrameTrajectory(NamedTuple):
         body = topology.frame_body[frame] + 1
         return self.R[0, body].T @ (self.x[0, frame] - self.x[0, body])
 
+    def position_in_frame(self, first: int, second: int) -> np.ndarray:
+        """Positions (T, 3) of a frame in the axes of another one."""
+        return np.einsum("tji,tj->ti", self.R[:, first], self.x[:, second] - self.x[:, first])
+
     @property
     def extent(self) -> float:
         """The largest edge of the box of all frames at all times [m]; one if it is empty."""
