@@ -112,7 +112,8 @@ def round_radius(pair) -> float:
 
 def reach_in_surface(pair, inside, extent: float) -> tuple[np.ndarray, np.ndarray]:
     """Corners (3,) of the box in which the round part (T, 3) passes, in the axes of the surface, and a margin."""
-    margin = round_radius(pair) + 0.1 * extent
+    half = float(pair.length) / 2 if isinstance(pair, CylinderOnPlane) else 0.0
+    margin = round_radius(pair) + half + 0.1 * extent
     return inside.min(axis=0) - margin, inside.max(axis=0) + margin
 
 
