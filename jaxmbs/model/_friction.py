@@ -77,7 +77,10 @@ def bristle_groups(friction) -> tuple[BristleGroup, ...]:
 def refuse_friction(system, what: str, instead: str) -> None:
     """Raises: ModelError for a system whose joints rub."""
     if system.friction is not None:
-        names = ", ".join(map(repr, system.friction.names))
+        names = ", ".join(
+            f"{system.topology.joints[j].name!r} by {name!r}"
+            for j, name in zip(system.friction.joints, system.friction.names, strict=True)
+        )
         raise ModelError([f"{what}: no answer with friction in joints ({names}); {instead}"], what="the question")
 
 

@@ -11,7 +11,7 @@ import optimistix
 from jax import lax
 
 from ..checks import is_concrete
-from ..errors import SimulationError
+from ..errors import ModelError, SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
 from ..kinematics._mobility import with_mobility_at
@@ -113,6 +113,8 @@ def simulate(
     events = as_events(event, system, state, max_events)
     solver = diffrax.Dopri8() if solver is None else solver
     chosen = choose_formulation(formulation, solver, dt)
+    if chosen is Prescribed:
+        _check_prescribed(system, state)
     check_options(solver, controller, dt, rtol, atol, gradient, loop)
     if system.has_constraints:
         check_memory(solver, "the projection onto the constraints")
@@ -152,6 +154,18 @@ def _is_prescribed(system, state):
     freedoms = system.topology.mobility
     gained = int(state.rank_change) if state.rank_change.ndim == 0 and is_concrete(state.rank_change) else 0
     return freedoms - max(gained, 0) <= 0
+
+
+def _check_prescribed(system, state):
+    """Raises: ModelError for a system with freedoms, whose rows leave its velocities open."""
+    if is_concrete(state.rank_change) and state.rank_change.ndim == 0 and not _is_prescribed(system, state):
+        raise ModelError(
+            [
+                f'formulation="prescribed": the rows leave {system.topology.mobility} freedoms open; it is for '
+                'systems without any, take "canonical" or leave it out'
+            ],
+            what="the motion",
+        )
 
 
 @jit

@@ -83,3 +83,9 @@ def test_motions_and_gradients_are_the_canonical_ones(mechanism):
     for independent, canonical in (values, slopes):
         np.testing.assert_allclose(independent, canonical, rtol=1e-9, atol=1e-9)
         assert np.max(np.abs(canonical)) > 1e-3
+
+
+def test_prescribed_motion_of_a_system_with_freedoms_is_refused():
+    system, state = driven_cart(5.0)
+    with pytest.raises(mbs.ModelError, match='formulation="prescribed": the rows leave 1 freedoms open'):
+        mbs.simulate(system, state, ts=TS, formulation="prescribed")
