@@ -9,8 +9,10 @@ from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import is_concrete, no_such
+from ..contact import BristleContact
 from ..dynamics._bodies import total_mass
 from ..errors import ModelError, SimulationError
+from ..forces import LuGre
 from ..kinematics._kic import independent_columns
 from ..kinematics._mobility import is_determined, with_mobility_at
 from ..kinematics._sampling import refuse_sampled
@@ -92,12 +94,32 @@ def equilibrium(
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
-        hold = ", give held= the internal states that may have any value at rest" if system.topology.internal else ""
         raise SimulationError(
-            f"no equilibrium was found near the state: the residual is {worst:.3g} of the model's scale; start from "
-            f"a state that is closer{hold}, or add damping and simulate until the motion has died out"
+            f"no equilibrium was found near the state: the residual is {worst:.3g} of the model's scale; "
+            + _advice(system, held)
         )
     return result
+
+
+def _advice(system, held):
+    """Words for a search that failed: bristles are named, as they hold at any pose of a band."""
+    open_bends = [bend for bend in _bends(system) if bend not in held]
+    if open_bends:
+        names = ", ".join(repr(bend.removesuffix(".bristle")) for bend in open_bends)
+        return (
+            f"the bristles of {names} hold at any pose of a band; give held={open_bends} for the balance at the "
+            "bends of the state, or simulate until the motion has died out"
+        )
+    hold = ", give held= the internal states that may have any value at rest" if system.topology.internal else ""
+    return f"start from a state that is closer{hold}, or add damping and simulate until the motion has died out"
+
+
+def _bends(system):
+    """Names of the bends of bristles of contacts and of friction laws."""
+    laws = [(group, getattr(group.law, "law", group.law)) for group in system.forces]
+    return [
+        f"{name}.bristle" for group, law in laws if isinstance(law, LuGre | BristleContact) for name in group.names
+    ]
 
 
 def _equilibrium_on_sets(system, state, moving, held):
