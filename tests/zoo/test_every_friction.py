@@ -119,6 +119,7 @@ REFUSED = {  # by family, question and state ("" for both); all else is answered
     ("joint", "linearise", "rests"): CREEPS,
     ("joint bristles", "equilibrium", ""): RUBS,
     ("contact bristles", "equilibrium", ""): "the bristles of 'slope' hold .* give held=.'slope.bristle'",
+    ("contact bristles", "steady motion", "slides"): "the bristles of 'slope' hold",
     ("law bristles", "equilibrium", ""): "the bristles of 'rub' hold .* give held=.'rub.bristle'",
 }
 for _family in ("joint", "joint bristles"):
