@@ -74,8 +74,8 @@ def read_uff_modes(path: str | PathLike) -> MeasuredModes:
 
 def _modes(content, faults):
     """Modes with translations in metres, and how often the file has what else."""
-    found: list[_Mode] = []
-    others: collections.Counter = collections.Counter()
+    found = []
+    others = collections.Counter()
     units = FileUnits()
     for data in data_sets(content, faults):
         try:
@@ -132,7 +132,7 @@ def _mode_of(data: DataSet, length: float) -> _Mode:
 def _values(data, is_complex, per_node):
     """Six values by nodes, from lines of a number and lines of values."""
     lines = iter(line for line in data.lines[_HEADER:] if line.strip())
-    found: dict[int, np.ndarray] = {}
+    found = {}
     size = per_node * (1 + is_complex)
     for line in lines:
         if not line.strip().isdigit():
