@@ -146,14 +146,11 @@ class FlatMechanism:
             return psi
         free = jnp.asarray(self.free, psi.dtype)
         system_, P_, psi_, t_ = stop_gradients((system, P, psi, t))
-        first = gap(system_, configuration(system_, P_, psi_, t_, inertias=False))
-        near = jax.lax.cond(
-            first <= _NEAR,
-            lambda psi: psi,
+        found = _newton(
+            lambda psi: newton_step(system_, P_, psi, t_, free),
             lambda psi: assemble_coordinates(system_, P_, psi, t_, free),
             psi_,
         )
-        found = _newton(lambda psi: newton_step(system_, P_, psi, t_, free), near)
         psi = psi.at[self.hidden].set(jax.lax.stop_gradient(found)[self.hidden])
         return assemble_coordinates(system, P, psi, t, free, search=False)
 
@@ -226,8 +223,11 @@ class FlatMechanism:
         return jnp.concatenate([*parts, result[None]])
 
 
-def _newton(step, psi):
-    """psi after Newton's steps, until one gains less than half: the residual before each is what `step` returns."""
+def _newton(step, search, psi):
+    """psi after Newton's steps, until one gains less than half: the residual before each is what `step` returns.
+
+    A start that is far goes through the search first; that it is far is known from the first step.
+    """
 
     def is_open(carried):
         k, _, residual, before = carried
@@ -236,7 +236,9 @@ def _newton(step, psi):
     def again(carried):
         k, psi, residual, _ = carried
         following, here = step(psi)
-        return k + 1, following, here, jnp.where(k > 0, residual, jnp.inf)
+        is_far = (k == 0) & ~(here <= _NEAR)
+        following = jax.lax.cond(is_far, search, lambda psi: following, psi)
+        return k + 1, following, jnp.where(is_far, unknown, here), jnp.where(k > 0, residual, jnp.inf)
 
     unknown = jnp.asarray(1.0, psi.dtype)
     return jax.lax.while_loop(is_open, again, (jnp.int32(0), psi, unknown, jnp.inf * unknown))[1]
