@@ -5,6 +5,8 @@ total derivative, as a driver of OpenMDAO asks for it, beside the same Jacobian 
 variables, 51 results), and of the end of a chain's motion by its masses, lengths and springs.
 """
 
+import functools
+
 from common import cpu_seconds, parser, report, row  # first: sets what JAX reads at import
 
 import jax  # isort: skip
@@ -28,13 +30,20 @@ def problem(part, driver=None):
     return whole
 
 
-def wishbone(steps, tolerance):
-    """The problem of the double wishbone, ready to run."""
+@functools.cache
+def wishbone_component():
+    """The double wishbone, compiled once for all problems."""
     first = wishbone_limits.first_design()
     reach = wishbone_limits.REACH
     bounds = dict.fromkeys(first, (-reach, reach)) | {"load": (0.25 * first["load"], 1.25 * first["load"])}
+    return component(wishbone_limits.study, first, bounds), first
+
+
+def wishbone(steps, tolerance):
+    """The problem of the double wishbone, ready to run."""
+    part, first = wishbone_component()
     driver = om.ScipyOptimizeDriver(optimizer="SLSQP", maxiter=steps, tol=tolerance, disp=False)
-    whole = problem(component(wishbone_limits.study, first, bounds), driver)
+    whole = problem(part, driver)
     whole.model.add_objective("objective", ref=first["load"])
     for limit in wishbone_limits.LIMITS:
         size = limit.scale or max(abs(limit.lower), abs(limit.upper))
