@@ -25,8 +25,8 @@ class SystemBlock(eqx.Module):
 
     States x are the independent coordinates, their velocities and the internal states of force elements and blocks.
     Coordinates that loops make depend on them follow at the end: the loops are closed from these, so that a crank
-    turns round, and results do not depend on their small errors.  Numbers of the system are leaves: the block works under
-    `jit`, `vmap` and all derivatives, by its system too.
+    turns round, and results do not depend on their small errors.  Numbers of the system are leaves: the block works
+    under `equinox.filter_jit`, `vmap` and all derivatives, by its system too; a call compiles at the first time.
 
     Attributes:
         system: the mechanism.

@@ -34,7 +34,7 @@ def test_a_crank_turns_round():
     system, state = slider_crank()
     block = mbs.as_block(system, ["motor"], ["slide"], state)
     assert block.state_names[:2] == ("A", "rate of A") and set(block.state_names[2:]) >= {"B", "slide"}
-    call = jax.jit(block)
+    call = eqx.filter_jit(block)
     found = solve_ivp(
         lambda t, x: np.asarray(call(t, x, 6.0)[0]), (0.0, 2.0), block.initial_state, "DOP853", rtol=1e-9, atol=1e-9
     )

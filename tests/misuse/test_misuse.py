@@ -20,7 +20,8 @@ TABLES = (mechanisms, parts, matrices, components, structures, load_questions)
 CASES = {name: case for table in TABLES for name, case in table.CASES.items()}
 EXEMPT = {
     "answers, made by the library": """
-        adapters.SystemBlock identification.Direction identification.Excitation identification.Identification experiment.ModelUpdate
+        adapters.SystemBlock
+        identification.Direction identification.Excitation identification.Identification experiment.ModelUpdate
         analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion kinematics.Instant
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
@@ -78,7 +79,8 @@ EXEMPT = {
 }
 # whose calls compile for more than a second
 LONG = """
-    adapters.as_block motion.load_peaks motion.peak vibration.modal_motion coupling.Components reductions.averaged_motion
+    adapters.as_block
+    motion.load_peaks motion.peak vibration.modal_motion coupling.Components reductions.averaged_motion
     vibration.direct_response coupling.base_motion vibration.transmissibility vibration.lowest_modes
     coupling.coupled_response statics.bond_reactions vibration.viscous_receptance vibration.receptance
     vibration.simulate flexible.interface_loads flexible.stresses flexible.section_forces vibration.oscillations
