@@ -35,6 +35,7 @@ from . import (
     vibration,
     viz,
 )
+from .adapters import as_block
 from .adapters.fmi import Fmu, export_fmu
 from .analysis import linearise, stiffness
 from .batching import batch
@@ -113,6 +114,7 @@ __all__ = [
     "Weld",
     "adapters",
     "analysis",
+    "as_block",
     "batch",
     "batching",
     "blocks",

@@ -67,9 +67,9 @@ FACES = {
         Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force Free
         Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
         Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
-        Torque Universal UnknownNameError Weld adapters analysis batch batching blocks blocksparse bondgraph cache
-        check contact coupling design dynamics elements equilibrium experiment export_fmu fatigue fem flexible forces
-        forward_dynamics
+        Torque Universal UnknownNameError Weld adapters analysis as_block batch batching blocks blocksparse
+        bondgraph cache check contact coupling design dynamics elements equilibrium experiment export_fmu
+        fatigue fem flexible forces forward_dynamics
         frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
         linear linearise load_model
         mass_matrix minimise model modes motion ode position qualification random_response
@@ -77,7 +77,7 @@ FACES = {
         simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.adapters": """
-        fmi openmdao tesseract
+        SystemBlock as_block fmi openmdao tesseract
     """,
     "jaxmbs.adapters.fmi": """
         Fmu export_fmu
@@ -156,8 +156,8 @@ FACES = {
     """,
     "jaxmbs.io": """
         Curves Deck Imported JointLimits Mesh load_model model_schema read_curves read_dmig read_matrix_market
-        read_mesh read_mjcf read_nastran read_op4 read_psd read_sid read_uff read_urdf register save_model
-        write_curves write_psd write_sid write_uff
+        read_mesh read_mjcf read_nastran read_op4 read_psd read_sid read_uff read_uff_modes read_urdf register
+        save_model write_curves write_psd write_sid write_uff
     """,
     "jaxmbs.linear": """
         Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes equilibrium

@@ -1,8 +1,11 @@
 """Adapters: mechanisms as components of other programs, and the reverse, one module for each program."""
 
 from . import fmi, openmdao, tesseract
+from ._system_block import SystemBlock, as_block
 
 __all__ = [
+    "SystemBlock",
+    "as_block",
     "fmi",
     "openmdao",
     "tesseract",

@@ -7,7 +7,7 @@ from .model_file import load_model, model_schema, register, save_model
 from .nastran import Deck, read_nastran
 from .robots import Imported, JointLimits, read_mjcf, read_urdf
 from .sid import read_sid, write_sid
-from .universal import read_uff, write_uff
+from .universal import read_uff, read_uff_modes, write_uff
 
 __all__ = [
     "Curves",
@@ -27,6 +27,7 @@ __all__ = [
     "read_psd",
     "read_sid",
     "read_uff",
+    "read_uff_modes",
     "read_urdf",
     "register",
     "save_model",

@@ -210,3 +210,23 @@ def test_wishbone_is_optimised_as_by_minimise(monkeypatch):
     load, excess, *_ = benchmark.optimum(quick=False)
     assert abs(load.value / load.peer_value - 1.0) < 1e-6
     assert excess.value < 1e-6
+
+
+@pytest.mark.long
+def test_check_partials_of_the_wishbone_to_1e_8(monkeypatch):
+    """Of the benchmark's 51 results by 21 variables, by OpenMDAO's central differences; both modes to rounding."""
+    monkeypatch.syspath_prepend("benchmarks")
+    import wishbone_limits
+
+    whole = problem(component(wishbone_limits.study, wishbone_limits.first_design(), compile="quick"))
+    whole.run_model()
+    found = whole.check_partials(out_stream=None, method="fd", form="central", step=2e-6)["part"]
+    sizes = {}
+    for (of, _), entry in found.items():
+        sizes[of] = max(sizes.get(of, 0.0), float(np.max(np.abs(entry["J_fwd"]))))
+    assert sum(entry["J_fwd"].size for entry in found.values()) == 51 * 21
+    for (of, wrt), entry in found.items():
+        np.testing.assert_allclose(
+            entry["J_fwd"], entry["J_fd"], atol=1e-8 * sizes[of], rtol=0, err_msg=f"{of} {wrt}"
+        )
+        np.testing.assert_allclose(entry["J_fwd"], entry["J_rev"], atol=1e-13 * sizes[of], rtol=0)

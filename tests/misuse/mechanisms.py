@@ -117,6 +117,9 @@ CASES = {
         positive="dt",
     ),
     "motion.vector_field": case(lambda z: call(z.bars), "system nan inside: judged where it is integrated"),
+    "adapters.as_block": case(
+        lambda z: call(z.bars, (), ("D",), z.state), "system nan inside: judged where it is integrated"
+    ),
     "motion.load_peaks": case(lambda z: call(z.bars, z.motion)),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(

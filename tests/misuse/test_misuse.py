@@ -20,6 +20,7 @@ TABLES = (mechanisms, parts, matrices, components, structures, load_questions)
 CASES = {name: case for table in TABLES for name, case in table.CASES.items()}
 EXEMPT = {
     "answers, made by the library": """
+        adapters.SystemBlock
         identification.Direction identification.Excitation identification.Identification experiment.ModelUpdate
         analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion kinematics.Instant
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
@@ -64,8 +65,8 @@ EXEMPT = {
         jaxmbs.UnknownNameError jaxmbs.ModelFileError
     """,
     "files, programs and pictures, whose tests are their own": """
-        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.write_uff io.read_urdf io.read_mjcf
-        io.Curves io.read_curves io.read_psd io.write_curves io.write_psd io.read_sid io.write_sid
+        io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.read_uff_modes io.write_uff io.read_urdf
+        io.read_mjcf io.Curves io.read_curves io.read_psd io.write_curves io.write_psd io.read_sid io.write_sid
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_element_power
@@ -78,6 +79,7 @@ EXEMPT = {
 }
 # whose calls compile for more than a second
 LONG = """
+    adapters.as_block
     motion.load_peaks motion.peak vibration.modal_motion coupling.Components reductions.averaged_motion
     vibration.direct_response coupling.base_motion vibration.transmissibility vibration.lowest_modes
     coupling.coupled_response statics.bond_reactions vibration.viscous_receptance vibration.receptance

@@ -83,7 +83,7 @@ def export_fmu(
     base = with_mobility_at(base, state)
     inputs = input_names(base, inputs)
     outputs = outputs if callable(outputs) else output_names(base, outputs)
-    flat = FlatMechanism(base, state, numbers, inputs, outputs, motion)
+    flat = FlatMechanism(base, numbers, inputs, outputs, motion)
     start = flat.start(state, input_values(base, inputs, state.t))
     variables = variables_of(flat, start, dict(units or {}))
     programs = serialised_programs(flat, start, kind)

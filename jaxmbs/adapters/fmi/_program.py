@@ -4,6 +4,7 @@ States are the independent coordinates, their velocities and the internal states
 they follow by closing the loops from where they were at the last accepted step.
 """
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -25,7 +26,7 @@ from ...kinematics._signals import with_inputs
 from ...kinematics._state import State
 from ...model._internal_states import InternalStates, replace_field, with_internal
 from ...model._system import System
-from ...motion._accounts import gap
+from ...motion._accounts import CLOSED, gap
 from ...motion._formulations import Velocity
 from ...motion._simulate import simulate
 from ...ode._loop import stop_gradients
@@ -39,7 +40,7 @@ _ROUNDING = 1e-9
 _PASSES = 8
 
 
-def state_coordinates(system: System) -> np.ndarray:
+def state_coordinates(system: System, asker: str) -> np.ndarray:
     """Places of the coordinates that are states.  Raises: ModelError for a ball that is independent in part."""
     top, chosen = system.topology, set(independent_positions(system).tolist())
     found, faults = [], []
@@ -57,44 +58,47 @@ def state_coordinates(system: System) -> np.ndarray:
                     "that its quaternion is no state; name other joints by build(independent=[...])"
                 )
     if faults:
-        raise ModelError(faults, "export_fmu")
+        raise ModelError(faults, asker)
     return np.asarray(found, int)
 
 
 class FlatMechanism:
     """The functions of flat arrays of one mechanism, and the sizes of their parts.
 
-    Args: base: the system at the start values, counted at the state; inputs: fields; outputs: names, or a function of
-        (system, state, time) to a dict of arrays.
+    Args: base: the system at the start values, counted at its state; inputs: fields; outputs: names, or a function of
+        (system, state, time) to a dict of arrays; asker: function that faults name.
     """
 
     def __init__(
         self,
         base: System,
-        state: State,
         parameters: Parameters,
         inputs: tuple[str, ...],
         outputs: tuple[str, ...] | Callable,
         motion: Mapping[str, Any],
+        asker: str = "export_fmu",
     ) -> None:
+        self.asker = asker
         self.base, self.parameters, self.inputs, self.motion = base, parameters, inputs, dict(motion)
         self.outputs = outputs if callable(outputs) else NamedOutputs.of(base, outputs)
-        self.coordinates = state_coordinates(base)
+        self.coordinates = state_coordinates(base, asker)
         self.columns = independent_columns(base)
         self.hidden = np.setdiff1d(np.arange(base.topology.num_coordinates), self.coordinates)
         free = np.ones(base.topology.num_velocities)
         free[independent_positions(base)] = 0.0
         self.free = free
         self.ends = np.cumsum([1, self.num_states, len(inputs), len(parameters.names)])
-        shape = jax.eval_shape(
-            lambda z: self._outputs_of(*self._assembled(z)), self.start(state, np.zeros(len(inputs)))
-        )
-        self.output_names = tuple(
+
+    @functools.cached_property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of all outputs, arrays by their entries."""
+        z = jax.ShapeDtypeStruct((self.num_known + len(self.hidden),), self.base.gravity.dtype)
+        shape = jax.eval_shape(lambda z: self._outputs_of(*self._assembled(z)), z)
+        if isinstance(self.outputs, NamedOutputs):
+            return tuple(output_names(self.base, self.outputs, sum(int(np.prod(x.shape)) for x in shape.values())))
+        return tuple(
             part for name, x in shape.items() for part in ([name] if x.shape == () else _entries(name, x.shape))
         )
-        if not callable(outputs):
-            count = sum(int(np.prod(x.shape)) for x in shape.values())
-            self.output_names = tuple(output_names(base, self.outputs, count))
 
     @property
     def num_states(self) -> int:
@@ -107,10 +111,14 @@ class FlatMechanism:
 
     def start(self, state: State, inputs: np.ndarray) -> np.ndarray:
         """z (nz,) of a state."""
-        internal = [] if state.internal is None else np.asarray(state.internal.values)
-        psi, u = np.asarray(state.coordinates), np.asarray(state.velocities)
-        parts = np.asarray(state.t)[None], psi[self.coordinates], u[self.columns], internal, inputs
-        return np.concatenate([*parts, self.parameters.start, psi[self.hidden]]).astype(float)
+        t, x, hidden = self.split_state(state)
+        return np.concatenate([t[None], x, inputs, self.parameters.start, hidden]).astype(float)
+
+    def split_state(self, state: State) -> tuple[Any, Any, Any]:
+        """Time, states and hidden coordinates of a state."""
+        internal = () if state.internal is None else (state.internal.values,)
+        psi, u = state.coordinates, state.velocities
+        return state.t, jnp.concatenate([psi[self.coordinates], u[self.columns], *internal]), psi[self.hidden]
 
     def _assembled(self, z):
         """System at z, configuration with closed loops, velocities and internal states there."""
@@ -138,14 +146,11 @@ class FlatMechanism:
             return psi
         free = jnp.asarray(self.free, psi.dtype)
         system_, P_, psi_, t_ = stop_gradients((system, P, psi, t))
-        first = gap(system_, configuration(system_, P_, psi_, t_, inertias=False))
-        near = jax.lax.cond(
-            first <= _NEAR,
-            lambda psi: psi,
+        found = _newton(
+            lambda psi: newton_step(system_, P_, psi, t_, free),
             lambda psi: assemble_coordinates(system_, P_, psi, t_, free),
             psi_,
         )
-        found = _newton(lambda psi: newton_step(system_, P_, psi, t_, free), near)
         psi = psi.at[self.hidden].set(jax.lax.stop_gradient(found)[self.hidden])
         return assemble_coordinates(system, P, psi, t, free, search=False)
 
@@ -161,19 +166,37 @@ class FlatMechanism:
         if not isinstance(found, Mapping):
             raise ModelError(
                 [f"the function of the outputs returns a dict of numbers and arrays, not {type(found).__name__}"],
-                "export_fmu",
+                self.asker,
             )
         return {str(name): jnp.asarray(x, at.psi.dtype) for name, x in found.items()}
 
     def _unknowns(self, parts):
         """Rates of the states and outputs (nx + ny,)."""
+        psi_rate, x_rate = self._rates(parts)
+        return jnp.concatenate([psi_rate[self.coordinates], x_rate, self._flat_outputs(parts)])
+
+    def _rates(self, parts):
+        """Rates of all coordinates, and those of the independent velocities and of the internal states."""
         system, P, at, velocities, internal = parts
         second = velocities if internal is None else jnp.concatenate([velocities, internal.values])
         equations = Velocity(replace_field(system, "forces", system.forces), P, jnp.ones_like(second))
         psi_rate, rate, _ = equations.rate(at.t, (at.psi, second, jnp.zeros(0)))
         a, s_rate = jnp.split(rate, [len(velocities)])
+        return psi_rate, jnp.concatenate([a[self.columns], s_rate])
+
+    def _flat_outputs(self, parts):
         outputs = [jnp.ravel(x) for x in self._outputs_of(*parts).values()]
-        return jnp.concatenate([psi_rate[self.coordinates], a[self.columns], s_rate, *outputs])
+        return jnp.concatenate([jnp.zeros(0), *outputs])
+
+    def block(self, t: Array, x: Array, u: Array) -> tuple[Array, Array]:
+        """Rates and outputs at the states (nx + hidden,), those of the hidden coordinates behind; NaN where the loops
+        do not close from these."""
+        x, hidden = jnp.split(x, [self.num_states])
+        parts = self._assembled(jnp.concatenate([t[None], x, u, jnp.asarray(self.parameters.start, x.dtype), hidden]))
+        psi_rate, x_rate = self._rates(parts)
+        dx = jnp.concatenate([psi_rate[self.coordinates], x_rate, psi_rate[self.hidden]])
+        closed = gap(parts[0], parts[2]) <= jnp.maximum(CLOSED, 1e3 * jnp.finfo(x.dtype).eps)
+        return jnp.where(closed, dx, jnp.nan), self._flat_outputs(parts)
 
     def instant(self, z: Array) -> Array:
         """Rates of the states, outputs, hidden coordinates and the gap of the loops at z (nz,).
@@ -200,8 +223,11 @@ class FlatMechanism:
         return jnp.concatenate([*parts, result[None]])
 
 
-def _newton(step, psi):
-    """psi after Newton's steps, until one gains less than half: the residual before each is what `step` returns."""
+def _newton(step, search, psi):
+    """psi after Newton's steps, until one gains less than half: the residual before each is what `step` returns.
+
+    A start that is far goes through the search first; that it is far is known from the first step.
+    """
 
     def is_open(carried):
         k, _, residual, before = carried
@@ -210,7 +236,9 @@ def _newton(step, psi):
     def again(carried):
         k, psi, residual, _ = carried
         following, here = step(psi)
-        return k + 1, following, here, jnp.where(k > 0, residual, jnp.inf)
+        is_far = (k == 0) & ~(here <= _NEAR)
+        following = jax.lax.cond(is_far, search, lambda psi: following, psi)
+        return k + 1, following, jnp.where(is_far, unknown, here), jnp.where(k > 0, residual, jnp.inf)
 
     unknown = jnp.asarray(1.0, psi.dtype)
     return jax.lax.while_loop(is_open, again, (jnp.int32(0), psi, unknown, jnp.inf * unknown))[1]

@@ -15,10 +15,10 @@ from ._description import Variable
 from ._program import FlatMechanism
 
 
-def input_names(system: System, names: Iterable[str]) -> tuple[str, ...]:
+def input_names(system: System, names: Iterable[str], asker: str = "export_fmu") -> tuple[str, ...]:
     """Fields; the name of an element with one field stands for it.  Raises: ModelError, UnknownNameError."""
     if isinstance(names, str):
-        raise ModelError([f"inputs are names in a list: [{names!r}]"], "export_fmu")
+        raise ModelError([f"inputs are names in a list: [{names!r}]"], asker)
     fields, found = input_fields(system), []
     for name in names:
         own = [field for field in fields if field.rpartition(".")[0] == name]
@@ -27,10 +27,10 @@ def input_names(system: System, names: Iterable[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def output_names(system: System, names: Iterable[str]) -> tuple[str, ...]:
+def output_names(system: System, names: Iterable[str], asker: str = "export_fmu") -> tuple[str, ...]:
     """Names of joints and signals that are there.  Raises: ModelError, UnknownNameError."""
     if isinstance(names, str):
-        raise ModelError([f"outputs are names in a list: [{names!r}]"], "export_fmu")
+        raise ModelError([f"outputs are names in a list: [{names!r}]"], asker)
     for name in names:
         place_of("joint or signal", name, [*system.topology.joint_names, *signal_names(system)])
     return tuple(names)
@@ -58,7 +58,7 @@ def _law_in(group, element):
 
 def variables_of(flat: FlatMechanism, start: np.ndarray, units: Mapping[str, str]) -> list[Variable]:
     """All variables.  Raises: ModelError for names given twice, and for units of what is not there."""
-    states, rates = _state_names(flat), []
+    states, rates = state_names(flat), []
     found = [Variable("time", "time", 0, "s")]
     for k, (name, unit) in enumerate(states, start=1):
         found.append(Variable(name, "state", k, unit, start[k]))
@@ -83,16 +83,10 @@ def variables_of(flat: FlatMechanism, start: np.ndarray, units: Mapping[str, str
     return found
 
 
-def _state_names(flat):
+def state_names(flat: FlatMechanism) -> list[tuple[str, str]]:
     """(name, unit) of every state."""
-    top, found = flat.base.topology, []
-    for k in flat.coordinates:
-        joint = next(j for j in top.joints if j.coordinates.start <= k < j.coordinates.stop)
-        label = joint.labels[k - joint.coordinates.start] if joint.labels else str(k - joint.coordinates.start)
-        kinds = [kind for kind, c in zip(top.node_kind, top.node_coordinate, strict=True) if c == k]
-        is_number = not kinds or "ball" in kinds  # of a quaternion
-        unit = "" if is_number else "m" if kinds[0] == "prismatic" else "rad"
-        found.append((joint.name if joint.num_coordinates == 1 else f"{joint.name} {label}", unit))
+    top = flat.base.topology
+    found = [_coordinate_name(top, k) for k in flat.coordinates]
     for k in flat.columns:
         joint = next(j for j in top.joints if j.velocities.start <= k < j.velocities.stop)
         label = "" if joint.num_velocities == 1 else f" {k - joint.velocities.start + 1}"
@@ -101,6 +95,20 @@ def _state_names(flat):
         unit = "" if " or " in record.unit else record.unit
         found += [(entry, unit) for entry in record.entries]
     return found
+
+
+def hidden_names(flat: FlatMechanism) -> list[tuple[str, str]]:
+    """(name, unit) of every coordinate that follows from the states by closing the loops."""
+    return [_coordinate_name(flat.base.topology, k) for k in flat.hidden]
+
+
+def _coordinate_name(top, k):
+    joint = next(j for j in top.joints if j.coordinates.start <= k < j.coordinates.stop)
+    label = joint.labels[k - joint.coordinates.start] if joint.labels else str(k - joint.coordinates.start)
+    kinds = [kind for kind, c in zip(top.node_kind, top.node_coordinate, strict=True) if c == k]
+    is_number = not kinds or "ball" in kinds  # of a quaternion
+    unit = "" if is_number else "m" if kinds[0] == "prismatic" else "rad"
+    return (joint.name if joint.num_coordinates == 1 else f"{joint.name} {label}", unit)
 
 
 def _per_second(unit):

@@ -110,7 +110,7 @@ def test_derivatives_are_those_of_jax(tmp_path):
     system, state = slider_crank()
     names = ["rod.mass", "spring.stiffness"]
     path = export_fmu(system, ["motor"], ["slide"], tmp_path / "crank.fmu", state=state, parameters=names)
-    flat = FlatMechanism(system, state, Parameters.of(system, names), ("motor.function",), ("slide",), {})
+    flat = FlatMechanism(system, Parameters.of(system, names), ("motor.function",), ("slide",), {})
     z = flat.start(state, np.array([1.0]))
     x = np.array([0.7, 1.5])
     z[1:3] = x
