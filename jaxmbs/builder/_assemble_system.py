@@ -160,6 +160,7 @@ def _joint_records(joints, joint_frames, nodes, cuts, index):
                 num_velocities=len(mine),
                 labels=joint.kind.labels if mine else (),
                 is_hidden=joint.is_hidden,
+                is_elastic=joint.is_elastic,
             )
         )
     return tuple(records)

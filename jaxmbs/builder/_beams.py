@@ -39,7 +39,7 @@ def beam_parts(name, section, points, elements, reference) -> tuple[list[Body], 
     joints, forces = [], []
     for k, (before, after) in enumerate(zip(names[:-1], names[1:], strict=True)):
         place = Pose(places[k], turns[k])
-        joints.append(Joint(after, Free(), before, after, place, None, None))
+        joints.append(Joint(after, Free(), before, after, place, None, None, is_elastic=True))
         law = BeamElement(stiffness[k], screws[k], sections[k].damping)
         forces.append(Force(after, law, (before, after), None, None))
     return bodies, joints, forces

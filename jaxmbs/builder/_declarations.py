@@ -64,6 +64,7 @@ class Joint:
     at: Annotated[Any, str | ArrayLike | None]
     drive: Annotated[Any, Callable | ArrayLike | None] = None
     is_hidden: bool = False
+    is_elastic: bool = False
     guess: Annotated[Any, ArrayLike | None] = None
 
 

@@ -35,11 +35,12 @@ class ElasticDeclaration:
         bodies, joints = [_massless_body(first, pose)], []
         for name, short, place in zip(others, self.body.interfaces[1:], self.body.places, strict=True):
             bodies.append(_massless_body(name))
-            joints.append(Joint(name, self.motions.get(short, Free()), first, name, place, None, None))
+            kind = self.motions.get(short, Free())
+            joints.append(Joint(name, kind, first, name, place, None, None, is_elastic=True))
         if self.body.num_modes:
             name = f"{self.name}.{MODES}"
             bodies.append(_massless_body(name))
-            joints.append(Joint(name, Modal(self.body.num_modes), first, name, None, None, None))
+            joints.append(Joint(name, Modal(self.body.num_modes), first, name, None, None, None, is_elastic=True))
         return bodies, joints
 
 

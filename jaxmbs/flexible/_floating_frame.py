@@ -1,5 +1,6 @@
 """Elastic bodies from substructures: deformation shapes relative to the first interface, and one inertia matrix."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import equinox as eqx
@@ -16,6 +17,7 @@ from ..math import _square as square
 from ..model._elastic import ElasticBody
 from ..reductions._base import AbstractReduction, Reduced, Unreduced, check_num_modes
 from ..reductions._craig_bampton import CraigBampton
+from ..runtime import jit
 from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
 from ._rigid_motions import interface_rows, rigid_basis, rotated_shapes
@@ -99,11 +101,21 @@ def floating_frame(
     if len(outer) == s.num_rows:
         method = Unreduced()
     reduced = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer))
-    motions, modes = reduced.basis[:, 6 : len(outer)], reduced.basis[:, len(outer) :]
-    shapes = jnp.concatenate([motions, _normalise_signs(modes)], axis=1)
-    K = shapes.T @ s.stiffness @ shapes
     if damping_ratio is not None and negative(damping_ratio):
         raise ValueError(f"damping_ratio = {damping_ratio} must not be negative")
+    frame = _frame_of_basis(s, reduced.basis, rigid, damping_ratio, tuple(interfaces), outer)
+    if not isinstance(stiffening, Structure):
+        return frame
+    bent = second_order(frame.system, stiffening, frame.shapes, rigid, outer)
+    return dataclasses.replace(frame, body=dataclasses.replace(frame.body, stiffening=bent))
+
+
+@jit(compile="quick")
+def _frame_of_basis(s, basis, rigid, damping_ratio, interfaces, outer) -> FloatingFrame:
+    """The elastic body on the shapes of a reduced basis (n, m), interface by interface, then modes."""
+    motions, modes = basis[:, 6 : len(outer)], basis[:, len(outer) :]
+    shapes = jnp.concatenate([motions, _normalise_signs(modes)], axis=1)
+    K = shapes.T @ s.stiffness @ shapes
     if damping_ratio is not None:
         s = _with_modal_damping(s, shapes, K, damping_ratio)
     C = jnp.zeros_like(K) if s.damping is None else shapes.T @ s.damping @ shapes
@@ -114,8 +126,8 @@ def floating_frame(
         stiffness=_symmetric_part(K),
         damping=_symmetric_part(C),
         places=at[1:] - at[:1],
-        interfaces=tuple(interfaces),
-        stiffening=second_order(s, stiffening, shapes, rigid, outer) if isinstance(stiffening, Structure) else None,
+        interfaces=interfaces,
+        stiffening=None,
     )
     return FloatingFrame(body, shapes, rigid, s)
 

@@ -2,14 +2,15 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import lax
 
 from ..model._system import System
 from ..runtime import jit
 from . import _closures as closures
 from . import _constraints as constraints
 from ._configuration import configuration
-from ._levenberg_marquardt import minimise_in_trace
-from ._linear_rows import linear_rows, rows_of_numbers
+from ._levenberg_marquardt import CLOSED_RESIDUAL, minimise_in_trace
+from ._linear_rows import joints_first, linear_rows, rows_of_numbers
 from ._poses import coordinate_rate, node_parameters, normalise, step_coordinates
 from ._saddle_operator import stop_gradients
 
@@ -46,16 +47,28 @@ def _closed_coordinates(system, P, psi, t, free, search):
         return psi
     places = system.topology.position_rows
 
-    def linearise(psi):
-        f, rows = linearise_rows(system, P, psi, t, free)
-        return f, rows.numbers
+    def search(psi, free):
+        return minimise_in_trace(
+            lambda psi: _residual_and_numbers(system, P, psi, t, free),
+            lambda numbers, f, damping: rows_of_numbers(system, numbers, free, places).damped_step(f, damping),
+            lambda psi, delta: step_coordinates(system.topology, psi, delta),
+            psi,
+        )
 
-    return minimise_in_trace(
-        linearise,
-        lambda numbers, f, damping: rows_of_numbers(system, numbers, free, places).damped_step(f, damping),
-        lambda psi, delta: step_coordinates(system.topology, psi, delta),
-        psi,
-    )
+    if not len(system.topology.deformations):
+        return search(psi, free)[0]
+
+    def search_again(carry, stage):
+        psi, is_open = carry
+        found, square = search(psi, jnp.where(is_open, stage, 0.0))
+        return (found, square > CLOSED_RESIDUAL[psi.dtype.itemsize] ** 2), None
+
+    return lax.scan(search_again, (psi, jnp.asarray(True)), jnp.stack(joints_first(system, free)))[0][0]
+
+
+def _residual_and_numbers(system, P, psi, t, free):
+    f, rows = linearise_rows(system, P, psi, t, free)
+    return f, rows.numbers
 
 
 @_closed_coordinates.def_jvp
@@ -72,7 +85,7 @@ def _closed_coordinates_jvp(primals, tangents):
     psi_dot = jnp.zeros_like(found) if tangents[2] is None else tangents[2]
     if f_dot is None:  # nothing that moves the rows is differentiated
         return found, psi_dot
-    step = linearise_rows(*at, free)[1].least_step(-f_dot)
+    step = _least_step(lambda free: linearise_rows(*at, free)[1], system, free, -f_dot)
     return found, psi_dot + coordinate_rate(system.topology, found, step)
 
 
@@ -93,7 +106,23 @@ def _nearest_velocities(system, at, u, free):
     """u with the least change that makes `A u = -f_t`."""
     f_t = constraints.time_rate(system, at)
     every = linear_rows(system, at, jnp.ones_like(free))
-    return u + linear_rows(system, at, free).least_step(-f_t - every.rates(u))
+    return u + _least_step(lambda free: linear_rows(system, at, free), system, free, -f_t - every.rates(u))
+
+
+def _least_step(rows_in, system, free, gap):
+    """The step (nv,) of least size that closes a gap (rows,), by the motions of joints where they can.
+
+    Args: rows_in: the linear rows in free columns (nv,).
+    """
+    first, *more = joints_first(system, free)
+    if not more:
+        return rows_in(first).least_step(gap)
+    every = rows_in(jnp.ones_like(free))
+
+    def take(step, stage):
+        return step + rows_in(stage).least_step(gap - every.rates(step)), None
+
+    return lax.scan(take, jnp.zeros_like(free), jnp.stack([first, *more]))[0]
 
 
 @jit(compile="quick")

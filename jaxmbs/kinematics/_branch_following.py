@@ -102,6 +102,8 @@ def follow_branch(system: System, P, place: BranchPoint, psi, t, held: tuple[int
     free = np.ones(top.num_velocities, psi.dtype)
     free[list(held)] = 0.0
     motion = (1.0 - free) * _coordinate_difference(top, place.psi, psi)
+    held = _with_deformations(top, held)
+    free[list(held)] = 0.0
     size = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(psi.dtype)
     unit = row_scale(system).unit[top.position_rows].astype(psi.dtype)
     way = _Path(system, P, place, motion, t - place.t, jnp.asarray(free, psi.dtype), unit, size, held)
@@ -114,6 +116,12 @@ def follow_branch(system: System, P, place: BranchPoint, psi, t, held: tuple[int
     step = lax.while_loop(goes_on, lambda step: _correct_step(way, step), _first_step(way))
     arrived = jnp.where(step.share >= 1.0, 1.0, jnp.nan).astype(psi.dtype)
     return BranchPoint(step.psi * arrived, t, step.slope, jnp.append(motion, way.duration)), step.share
+
+
+def _with_deformations(top, held):
+    """The held columns and independent deformations, which stay, where the other motions can close the loops."""
+    both = tuple(dict.fromkeys((*held, *top.independent_deformations)))
+    return both if top.analysis is None or len(both) <= top.num_velocities - top.analysis.rank else held
 
 
 def _first_step(way):

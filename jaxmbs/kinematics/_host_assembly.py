@@ -6,6 +6,7 @@ import scipy.sparse
 from ..model._system import System
 from ._host_rows import RowEvaluation, evaluate_rows, step_on_host
 from ._levenberg_marquardt import CLOSED_RESIDUAL, minimise_on_host
+from ._linear_rows import joints_first
 from ._sparse_rank import least_norm_solution
 
 _NEWTON_STEPS = 3  # of least size, which bring residuals of 1e-10 to rounding; one is nearly always enough
@@ -20,19 +21,23 @@ def assemble_on_host(system: System, psi, u, t, free_position, free_velocity, re
         smooth = rows.is_finite
         f, g = (np.where(at, x, np.inf) for at, x in ((smooth[top.position_rows], rows.f), (smooth, rows.f_t)))
         return psi, u, f, g, rows.A
-    u = u + _least_norm_step(system, rows.A, free_velocity, -rows.f_t - rows.A @ u)
+    for free in joints_first(system, free_velocity):
+        u = u + _least_norm_step(system, rows.A, free, -rows.f_t - rows.A @ u)
     return _unit_quaternions(top, psi), u, rows.f, rows.A @ u + rows.f_t, rows.A
 
 
 def search_on_host(system: System, psi, t, free, random: np.random.Generator, restarts: int):
     """`close_on_host` from psi (nq,), and where loops stay open from random coordinates around it."""
-    start, (psi, rows) = psi, close_on_host(system, psi, t, free)
-    for _ in range(restarts):
+    for stage in joints_first(system, free):
+        found, rows = close_on_host(system, psi, t, stage)
+        for _ in range(restarts):
+            if is_closed(rows):
+                break
+            move = stage * random.normal(size=len(free)) / metric_root(system)
+            found, rows = close_on_host(system, step_on_host(system.topology, psi, move), t, stage)
         if is_closed(rows):
             break
-        move = free * random.normal(size=len(free)) / metric_root(system)
-        psi, rows = close_on_host(system, step_on_host(system.topology, start, move), t, free)
-    return psi, rows
+    return found, rows
 
 
 def close_on_host(system: System, psi, t, free) -> tuple[np.ndarray, RowEvaluation]:

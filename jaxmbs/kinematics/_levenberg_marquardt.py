@@ -74,8 +74,8 @@ def _damped_solution(A, damping, right):
     return np.linalg.solve(A.T @ A + np.diag(damping), right)
 
 
-def minimise_in_trace(linearise: Callable, damped_step: Callable, step: Callable, psi: Array) -> Array:
-    """Coordinates near psi (nq,) with the least residual, within a trace; no derivative passes.
+def minimise_in_trace(linearise: Callable, damped_step: Callable, step: Callable, psi: Array) -> tuple[Array, Array]:
+    """Coordinates near psi (nq,) with the least residual, and f . f there, within a trace; no derivative passes.
 
     Each pass evaluates a trial, keeps it if it is better and makes the next one, so that the rows are traced once.
 
@@ -102,11 +102,7 @@ def minimise_in_trace(linearise: Callable, damped_step: Callable, step: Callable
     number = lambda x: jnp.full((), x, psi.dtype)  # noqa: E731
     blank = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(linearise, psi))
     nothing = (psi, *blank, number(jnp.inf))
-    start = (
-        0,
-        psi,
-        number(FIRST_DAMPING / DECREASE),
-        jnp.asarray(True),
-        nothing,
-    )  # the start itself is the first trial
-    return lax.while_loop(continues, evaluate_trial, start)[4][0]
+    # the start itself is the first trial
+    start = (0, psi, number(FIRST_DAMPING / DECREASE), jnp.asarray(True), nothing)
+    found, _, _, square = lax.while_loop(continues, evaluate_trial, start)[4]
+    return found, square

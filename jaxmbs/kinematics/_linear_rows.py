@@ -26,6 +26,20 @@ def metric(system: System):
     return spins + (1.0 - spins) / lax.stop_gradient(system.length) ** 2
 
 
+def joints_first(system: System, free) -> tuple:
+    """Free columns (nv,) of steps that close the loops, one after the other: those of joints, then all.
+
+    Elastic bodies keep their deformations where joints alone can close the loops: a gap of a millimetre that they
+    would close by a stretch would carry tons.
+    """
+    deformations = system.topology.deformations
+    if not len(deformations):
+        return (free,)
+    joints = np.ones(len(free), free.dtype)
+    joints[deformations] = 0
+    return joints * free, free
+
+
 def metric_matrix(system: System):
     """`metric` as a matrix (nv, nv)."""
     return metric(system)[:, None] * np.eye(system.topology.num_velocities)

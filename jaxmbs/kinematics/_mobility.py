@@ -129,7 +129,7 @@ def mobility_of(system: System, rows: RowEvaluation, spaces, wanted: Iterable[st
     top, (rank, Z, Y) = system.topology, spaces
     old = top.analysis or Mobility(0, 0, 0, ())
     chosen = (
-        _nearest_independent_set(Z, old.independent)
+        _nearest_independent_set(Z, old.independent or tuple(int(k) for k in top.deformations))
         if wanted is None
         else _requested_independent_set(top, Z, tuple(wanted))
     )

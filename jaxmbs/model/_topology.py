@@ -13,7 +13,8 @@ from ._tree import Tree
 class JointRecord:
     """One declared joint.  `parent` and `child` are body indices as in the tree (-1 ground); slices into the
     coordinates and velocities are empty for a cut joint.  `frames` are its (parent, child) frame indices.
-    `is_hidden`: a weld inside a body that the builder split; no bearing, so it has no compliance of its own."""
+    `is_hidden`: a weld inside a body that the builder split; no bearing, so it has no compliance of its own.
+    `is_elastic`: its motion is a deformation of an elastic body or of a beam."""
 
     name: str
     kind: str
@@ -27,6 +28,7 @@ class JointRecord:
     num_velocities: int = 0
     labels: tuple[str, ...] = ()
     is_hidden: bool = False
+    is_elastic: bool = False
 
     @property
     def coordinates(self) -> slice:
@@ -170,6 +172,17 @@ class Topology:
     def spins(self) -> np.ndarray:
         """Array (nodes,): 1 where the column is a rotation (revolute, screw, ball), 0 for a slide; S2 (11) alpha."""
         return np.array([kind != "prismatic" for kind in self.node_kind], float)
+
+    @cached_property
+    def deformations(self) -> np.ndarray:
+        """Velocity columns of the deformations of elastic bodies and beams."""
+        return np.array([k for k, j in enumerate(self.node_joint) if self.joints[j].is_elastic], int)
+
+    @cached_property
+    def independent_deformations(self) -> tuple[int, ...]:
+        """The deformations that other motions need not take up where loops close."""
+        independent = () if self.analysis is None else self.analysis.independent_positions
+        return tuple(int(k) for k in self.deformations if k in independent)
 
     @cached_property
     def turns(self) -> np.ndarray:
