@@ -1,8 +1,9 @@
 """Finite-element structures: assembly, loads, recovery of forces and stresses."""
 
-from ._assembly import assemble, assemble_blocks, assemble_dense, element_matrices, node_pattern
+from ._assembly import assemble_blocks, assemble_dense, element_matrices, node_pattern
 from ._groups import Group
 from ._history import recover_history
+from ._linear_system import assemble
 from ._loads import body_load, line_load, nodal_load, pressure_load
 from ._prestress import Buckling, buckling, geometric_stiffness
 from ._recovery import element_forces, element_stresses

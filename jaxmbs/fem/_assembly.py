@@ -1,8 +1,7 @@
 """Assembly of the matrices of a structure, dense or in blocks of nodes: one mapped call and one scatter per group."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,8 +10,6 @@ from jaxtyping import Array, Float
 from ..blocksparse import BlockMatrix, Pattern
 from ..blocksparse import assemble as summed
 from ..blocksparse._matrix import constrain
-from ..elements import DIRECTIONS
-from ..linear._system import LinearSystem
 from ..runtime import jit
 from ._structure import Structure
 
@@ -28,36 +25,6 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
     if kind not in KINDS:
         raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
     return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
-
-
-def assemble(structure: Structure, interface: Iterable = (), blocks: bool = False) -> LinearSystem:
-    """Assemble a structure to a `LinearSystem` over named coordinates [kg, N s/m, N/m; N m and rad for rotations].
-
-    Args:
-        interface: nodes by name or number, as in the groups of the structure, or labels.
-        blocks: True for block matrices on the graph of nodes, for large structures, in which held and absent
-            coordinates keep uncoupled rows; by default dense arrays over the coordinates that are not held.
-
-    The system has the positions of the nodes, and damping if an element has any.
-
-    Raises: ModelError for an unknown interface.  Source: S1 (3).
-    """
-    damped = any(group.element.has_damping for group in structure.groups.values())
-    kinds = KINDS if damped else KINDS[:2]
-    made = (assemble_blocks if blocks else assemble_dense)(structure, kinds)
-    matrices: dict[str, Any] = dict(zip(kinds, made, strict=True))
-    labels = structure.labels
-    if blocks:
-        labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
-    places = (structure.names, structure.positions)
-    interface = [_node_name(structure, item) for item in interface]
-    return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places)
-
-
-def _node_name(structure, item):
-    """Name of a node given by its number; other items unchanged, to be refused later if they are unknown."""
-    known = isinstance(item, int) and 0 <= item < len(structure.names)
-    return structure.names[item] if known else str(item) if isinstance(item, int) else item
 
 
 @jit

@@ -3,9 +3,12 @@
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import is_concrete
 from ..elements._base import as_real
+from ..errors import ModelError
 from ..math._eigen import eigh
 from ..math._spd import spd_solve
 from ..runtime import jit
@@ -70,13 +73,34 @@ def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
     Raises: ValueError for a load of another shape, or more factors than rows.
     Source: Timoshenko and Gere, Theory of elastic stability (1961).
     """
-    (K,) = assemble_dense(structure, ("stiffness",))
-    load = as_real(load).astype(K.dtype)
-    if load.shape != (len(K),) or not 0 < num <= len(K):
-        raise ValueError(f"the structure has {len(K)} rows, got a load of shape {load.shape} and num = {num}")
-    x = spd_solve(K, load)
+    rows = structure.index.num_rows
+    if not 0 < num <= rows:
+        raise ValueError(f"the structure has {rows} rows, got num = {num}")
+    K, x = _under_load(structure, load)
     softening, shapes = eigh(geometric_stiffness(structure, x), K)
     # K_g x = -(1 / factor) K x: the most negative value is the lowest factor
     buckles = softening[:num] < -ROUNDING[softening.dtype.itemsize] * jnp.max(jnp.abs(softening))
     factors = jnp.where(buckles, -1.0 / jnp.where(buckles, softening[:num], -1.0), jnp.inf)
     return Buckling(factors, shapes[:, :num], x)
+
+
+def stiffness_under_load(structure: Structure, load: AnyArray) -> Float[Array, "rows rows"]:
+    """Stiffness (rows, rows) about a held structure under a load (rows,) [N, N m].
+
+    Raises: ValueError for a load of another shape; ModelError for a concrete load beyond buckling.
+    """
+    K, x = _under_load(structure, load)
+    total = K + geometric_stiffness(structure, x)
+    if is_concrete(total) and np.linalg.eigvalsh(np.asarray(total))[0] <= 0.0:
+        factor = float(buckling(structure, load).factors[0])
+        raise ModelError([f"preload: the structure buckles under {factor:.4g} times this load: give less"])
+    return total
+
+
+def _under_load(structure, load):
+    """Stiffness (rows, rows) without load, and displacements (rows,) under it."""
+    (K,) = assemble_dense(structure, ("stiffness",))
+    load = as_real(load).astype(K.dtype)
+    if load.shape != (len(K),):
+        raise ValueError(f"the structure has {len(K)} rows, got a load of shape {load.shape}")
+    return K, spd_solve(K, load)

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import jaxmbs as mbs
 from jaxmbs import elements, fem
 from jaxmbs.vibration import natural_modes
 
@@ -189,3 +190,25 @@ ELEMENTS = {
 def test_bad_input():
     with pytest.raises(ValueError, match="rows, got a load of shape"):
         fem.buckling(column({0: "all"}, n=2), np.zeros(3))
+
+
+@pytest.mark.long
+def test_modes_of_a_structure_under_a_preload():
+    """A pinned column under P: `w^2 = w_0^2 (1 - P / P_cr)`, its slope by P, and a load beyond buckling."""
+    structure = column({**PLANE, 0: "x y z rx ry", N: "y z rx ry"})
+    end = jnp.zeros((structure.num_nodes, 6)).at[N, 0].set(-1.0)
+
+    def squared(P):
+        system = fem.assemble(structure, preload=fem.gather_rows(structure, P * end))
+        return mbs.modes(system, num=1).values[0]
+
+    free, critical = np.pi**4, np.pi**2
+    for P in (-5.0, 0.0, 5.0, 9.0):
+        np.testing.assert_allclose(squared(P), free * (1.0 - P / critical), rtol=1e-3)
+    np.testing.assert_allclose(jax.jit(jax.grad(squared))(5.0), -free / critical, rtol=1e-3)
+    with pytest.raises(mbs.ModelError, match=r"preload: the structure buckles under 0\.98\d* times this load"):
+        squared(10.0)
+    system = jax.jit(lambda P: fem.assemble(structure, preload=fem.gather_rows(structure, P * end)))(10.0)
+    assert bool(mbs.modes(system, num=1).is_unstable)
+    with pytest.raises(ValueError, match="a preload needs dense matrices"):
+        fem.assemble(structure, blocks=True, preload=fem.gather_rows(structure, end))
