@@ -69,9 +69,10 @@ class ElasticBodies(AbstractBodies):
 
     def strain_efforts(self, system, at, owners):
         """Source: S2 (56)-(57), (72) with the strains in place of springs."""
-        rates = elastic_state(system, self.group, at).flow[:, 6:]
+        s = elastic_state(system, self.group, at)
+        rates = s.flow[:, 6:]
         power = -jnp.einsum("ek,ekl,el->e", rates, self.group.body.damping, rates)
-        return self._loads(lambda body, s: body.strain_loads(s.q, s.flow), system, at, owners), (power,)
+        return self._collected(_carried(lambda body, s: body.strain_loads(s.q, s.flow)), system, s, owners), (power,)
 
     def frozen_strain_loads(self, system, at):
         """Source: S2 (59), (69) with the strains in place of springs."""
@@ -98,16 +99,24 @@ class ElasticBodies(AbstractBodies):
 
     def _loads(self, function, system, at, owners=None, *rates):
         """Loads on owners and columns from `function(body, state, *rates)`, loads (6 + m,) on the flow of a body."""
-        carried = lambda body, s, *rates: interface_loads(body, s.R, s.x, s.q, function(body, s, *rates))  # noqa: E731
-        return self._summed(carried, system, at, owners, *rates)
+        return self._summed(_carried(function), system, at, owners, *rates)
 
     def _summed(self, function, system, at, owners=None, *rates):
         """Loads on owners (default: nodes) and columns from a function that returns, for a body, the wrenches on its
         interfaces and the efforts on its modes."""
+        return self._collected(function, system, elastic_state(system, self.group, at), owners, *rates)
+
+    def _collected(self, function, system, s, owners, *rates):
+        """The same at the states s of the bodies."""
         frames, columns = np.array(self.group.frames), np.array(self.group.columns, int)
-        wrench, column = jax.vmap(function)(self.group.body, elastic_state(system, self.group, at), *rates)
+        wrench, column = jax.vmap(function)(self.group.body, s, *rates)
         wrench = (owners or node_targets(system)).collect(frames.reshape(-1), wrench.reshape(-1, 6))
         return Loads(wrench, jnp.zeros(system.topology.num_velocities, column.dtype).at[columns].add(column))
+
+
+def _carried(function):
+    """Wrenches on the interfaces and efforts on the modes by a function that gives the load on the flow of a body."""
+    return lambda body, s, *rates: interface_loads(body, s.R, s.x, s.q, function(body, s, *rates))
 
 
 def inverse_dynamics_load(body, s: ElasticState, rate, gravity):
