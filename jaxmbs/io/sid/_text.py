@@ -12,7 +12,10 @@ _MOST = 3_000_000  # entries of a matrix
 
 
 class Expansion(NamedTuple):
-    """Matrix `m0 + sum_k m1[:, :, k] q_k`: (rows, columns) and (rows, columns, modes)."""
+    """Matrix `m0 + sum_k m1[:, :, k] q_k`: (rows, columns) and (rows, columns, modes).
+
+    Files number the entries of the first order by row, mode, column.
+    """
 
     m0: np.ndarray
     m1: np.ndarray
@@ -73,7 +76,7 @@ def expansion(section: Section, modes: int) -> Expansion:
         m0 = np.eye(rows, columns)
     for kind, places, value in section.entries:
         at = tuple(int(part) - 1 for part in places.split(","))
-        target = m0 if kind == "m0" else m1
+        at, target = (at, m0) if kind == "m0" else (at[:1] + at[2:] + at[1:2], m1)
         if len(at) != target.ndim or any(not 0 <= i < n for i, n in zip(at, target.shape, strict=True)):
             raise ValueError(f"{kind}({places}) is outside of a matrix of {target.shape}")
         number = float(value.lower().replace("d", "e"))
@@ -96,6 +99,7 @@ def matrix_lines(name: str, m0: np.ndarray, m1: np.ndarray | None = None, modes:
     for kind, matrix in (("m0", m0), ("m1", m1)):
         if matrix is not None:
             for at in zip(*np.nonzero(matrix), strict=True):
-                places = ", ".join(str(i + 1) for i in at)
+                row, column, *mode = (str(i + 1) for i in at)
+                places = ", ".join((row, *mode, column))
                 yield f"   {kind}( {places}) = {matrix[at]:.17g}"
     yield f"end {name}"

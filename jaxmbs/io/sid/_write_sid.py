@@ -35,8 +35,9 @@ def write_sid(path: str | os.PathLike, body: ElasticBody | FloatingFrame) -> Non
         faults.append("its stiffening is of second order, which is not written: make it without")
     if faults:
         raise ModelError(faults, "the elastic body")
-    lines = _body_lines(body, _interfaces(body) if frame is None else _nodes(frame))
-    write_atomic(path, "\n".join(lines) + "\n")
+    nodes = list(_interfaces(body) if frame is None else _nodes(frame))
+    title = f"{len(nodes)} {body.num_deformations} : number of nodes, number of modes"
+    write_atomic(path, "\n".join([title, *_body_lines(body, nodes)]) + "\n")
 
 
 def _body_lines(body, nodes) -> Iterator[str]:

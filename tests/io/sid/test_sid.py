@@ -53,7 +53,7 @@ J
   structure = 2
   m0( 2, 2) = 2.0
   m0( 3, 3) = 2.0   ! and no Ixx
-  m1( 1, 2, 1) = -2.0
+  m1( 1, 1, 2) = -2.0
 end J
 Ct
   nrow = 1
@@ -76,7 +76,7 @@ Oe
   ncol = 6
   m0( 1, 4) = 2.0
   m1( 1, 1, 1) = -2.0
-  m1( 1, 3, 1) = -2.0
+  m1( 1, 1, 3) = -2.0
 end Oe
 Ke
   nrow = 1
@@ -109,6 +109,21 @@ def same_mechanics(one, other):
             a, b = (getattr(body, name)(q, flow) for body in (one, other))
             np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9 * float(np.max(np.abs(b))))
         np.testing.assert_allclose(one.first_moment(q), other.first_moment(q), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.long
+def test_entries_of_first_order_are_numbered_by_row_mode_and_column(tmp_path):
+    """As other programs write them: the axes of a node turn by `m1(2, k, 1) = psi_z` of mode k."""
+    frame = flexible.floating_frame(beam_structure(1.0, 2), ("0", "2"), num_modes=1)
+    path = tmp_path / "beam.sid"
+    io.write_sid(path, frame.body)
+    title, *lines = path.read_text().splitlines()
+    assert title.split()[:2] == ["2", "7"]  # numbers of nodes and of modes
+    text = "\n".join(lines)
+    node = text[text.index("new node = 2") : text.index("end frame")]
+    axes, psi = (node[node.index(f"\n{name}\n") : node.index(f"end {name}")] for name in ("AP", "psi"))
+    assert "m0( 3, 6) = 1" in psi
+    assert "m1( 2, 6, 1) = 1" in axes and "m1( 1, 6, 2) = -1" in axes
 
 
 @pytest.mark.long
