@@ -275,7 +275,7 @@ def test_a_block_of_solids_held_by_its_faces():
     np.testing.assert_allclose(np.diag(body.inertia)[:6], [*spin, mass, mass, mass], rtol=1e-9)
     np.testing.assert_allclose(body.places, [[0.6, 0.0, 0.0]], atol=1e-15)
     np.testing.assert_allclose(body.stiffness[0, 0], 7e10 * 0.02 / 0.6, rtol=1e-9)
-    with pytest.raises(mbs.ModelError, match="is taken"):
+    with pytest.raises(mbs.ModelError, match="another node has this name"):
         rigid_node(block, "left", ["right"])
 
 
