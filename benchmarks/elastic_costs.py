@@ -134,7 +134,7 @@ def thickness_rows(quick):
 
     thicknesses = np.linspace(0.008, 0.016, number)
     begin = time.process_time()
-    many = mbs.jit(jax.vmap(both), compile="quick")
+    many = mbs.jit(jax.vmap(both))
     first = jax.block_until_ready(many(thicknesses))
     whole = time.process_time() - begin
     again = common.cpu_seconds({"run": lambda: many(thicknesses)}, 1)["run"]
