@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 
 from ..contact._bristle_contact import BristleContactAt
-from ..dynamics._efforts import element_efforts, state_power
+from ..dynamics._efforts import efforts_and_storage_powers, state_power
 from ..dynamics._newton_euler import motion_with_friction
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
 from ..kinematics._configuration import at_state, with_velocities
@@ -113,10 +113,9 @@ def _powers(system, state):
 
 def _group_powers(system, group, at):
     """The fields of `ElementPowers` for the elements of a group."""
-    port = group.port
     _, displacement, flow = element_flows(system, group, at, at.V, at.u)
-    mechanical = jnp.sum(element_efforts(group, displacement, flow, at.t) * flow, axis=1)
-    stored = jax.vmap(lambda law, x, f: port.storage_power(law, x, f, at.t))(group.law, displacement, flow)
+    efforts, stored = efforts_and_storage_powers(group, displacement, flow, at.t)
+    mechanical = jnp.sum(efforts * flow, axis=1)
     if group.internal:
         stored = stored + state_power(group, displacement, flow, at.t)
     if isinstance(group.law, BristleContactAt):

@@ -25,6 +25,12 @@ def element_efforts(group, displacement, flow, t):
     return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.law, displacement, flow)
 
 
+def efforts_and_storage_powers(group, displacement, flow, t):
+    """Efforts (n, size) of a group's elements, and the powers (n,) that go into their stored energy."""
+    both = lambda law, x, f: group.port.effort_and_storage_power(law, x, f, t)  # noqa: E731
+    return jax.vmap(both)(group.law, displacement, flow)
+
+
 class LawEffort(NamedTuple):
     """Inputs of the ports of a group, and the efforts (n, size) of its elements."""
 
@@ -43,15 +49,11 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
     system, owners = with_signals(system, at), owners or node_targets(system)
     loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
     for group in system.forces:
-        port = group.port
         seen, displacement, flow = element_flows(system, group, at, at.V, at.u)
-        effort = element_efforts(group, displacement, flow, at.t)
+        effort, storing = efforts_and_storage_powers(group, displacement, flow, at.t)
         if found is not None:
             found.append(LawEffort(seen, effort))
-        loads = loads + Loads(*port.spread(group, seen, effort, owners, at.u.size))
-        storing = jax.vmap(lambda law, x, f, port=port: port.storage_power(law, x, f, at.t))(
-            group.law, displacement, flow
-        )
+        loads = loads + Loads(*group.port.spread(group, seen, effort, owners, at.u.size))
         power = jnp.sum(effort * flow, axis=1) + storing
         powers.append(power + state_power(group, displacement, flow, at.t) if group.internal else power)
     for bodies in bodies_of(system):

@@ -189,6 +189,12 @@ class AbstractPathLaw(AbstractLaw):
         rates = (jax.vmap(skew)(frames.angular_velocities) @ frames.rotations, frames.velocities)
         return jax.jvp(lambda R, x: self.potential(R, x, t), (frames.rotations, frames.positions), rates)[1]
 
+    def wrench_and_storage_power(
+        self, frames: PathKinematics, t: ScalarLike
+    ) -> tuple[tuple[Float[Array, "n 3"], Float[Array, "n 3"]], Scalar]:
+        """`wrench` and `storage_power`.  Laws in which both need the same costly geometry evaluate it once here."""
+        return self.wrench(frames, t), self.storage_power(frames, t)
+
 
 class AbstractSystemLaw(AbstractLaw):
     """Generalised efforts on the velocities of the whole system."""

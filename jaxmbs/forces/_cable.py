@@ -1,6 +1,7 @@
 """Elastic cable over points, sheaves, cylinders and spheres: tension from its length, capstan friction."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,6 +13,7 @@ from ..math._vector import Components, cross, dot, norm
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._cable_friction import tension_ratios
+from ._cable_path import CablePath, Layout
 from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
@@ -86,23 +88,23 @@ class Cable(CableRoute, AbstractPathLaw):
         free = _PaidOut(self.free_length.value + self.drum_radius * angle, self.drum_radius * rate)
         return eqx.tree_at(lambda law: law.free_length, self, free)
 
-    def elastic_tension(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
-        """Tension without that of the damping [N]."""
-        return self._elastic(*self._stretch(self.path(frames.rotations, frames.positions).length, t)[:2])
+    def pull(self, frames: PathKinematics, t: ScalarLike) -> "CablePull":
+        """What `wrench`, `storage_power` and `state` have in common: the path is found once for all of them."""
+        path, rate, *slopes = self.length_and_rate(frames)
+        k, stretch, paid = self._stretch(path.length, t)
+        elastic = self._elastic(k, stretch)
+        tension = self._tension(elastic, stretch, rate - paid)
+        each = None if self.friction is None else self._tensions(path, tension, paid, frames)
+        return CablePull(path, rate, slopes[0], slopes[1], elastic, tension, each)
 
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Minus the tension times the derivative of the length, and friction at the points of contact."""
-        path, rate, on_x, on_turn = self.length_and_rate(frames)
-        tension = self._tension(path.length, rate, t)
-        force, moment = on_x * -tension, on_turn * -tension
-        if self.friction is not None:
-            layout, x = self.layout, Components.of(frames.positions)
-            pull = path.directions * (self._tensions(path, tension, frames, t) - tension)
-            first, second = layout.ends(x)
-            force = force + layout.after(pull) - layout.before(pull)
-            on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
-            moment = moment + layout.after(on_first) - layout.before(on_second)
-        return force.rows, moment.rows
+        return self.pull(frames, t).wrench(self.layout, frames)
+
+    def wrench_and_storage_power(self, frames: PathKinematics, t: ScalarLike):
+        """Both of the same `pull`."""
+        pull = self.pull(frames, t)
+        return pull.wrench(self.layout, frames), self._storage_power(pull)
 
     def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
         """`k/2 (x^2 - x_0^2)` with the stretch x that makes the tension k x, zero where slack [J]."""
@@ -113,19 +115,15 @@ class Cable(CableRoute, AbstractPathLaw):
 
     def storage_power(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
         """Elastic tension times the rate of the length [W]."""
-        if self.is_wound:
-            return jnp.zeros((), frames.positions.dtype)
-        path, rate, *_ = self.length_and_rate(frames)
-        return self._elastic(*self._stretch(path.length, t)[:2]) * rate
+        return self._storage_power(self.pull(frames, t))
+
+    def _storage_power(self, pull):
+        return jnp.zeros_like(pull.rate) if self.is_wound else pull.elastic * pull.rate
 
     def state(self, frames: PathKinematics, t: ScalarLike) -> CableState:
         """Length, tensions and wrap."""
-        path, rate, *_ = self.length_and_rate(frames)
-        tension = self._tension(path.length, rate, t)
-        each = jnp.broadcast_to(tension, path.spans.shape)
-        if self.friction is not None:
-            each = self._tensions(path, tension, frames, t)
-        return CableState.of(path, rate, tension, each)
+        pull = self.pull(frames, t)
+        return CableState.of(pull.path, pull.rate, pull.tension, pull.each_tension)
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""
@@ -138,10 +136,8 @@ class Cable(CableRoute, AbstractPathLaw):
             return self.free_length.value, self.free_length.rate
         return value_and_rate(self.free_length, t)
 
-    def _tension(self, length, rate, t):
-        k, stretch, paid = self._stretch(length, t)
-        resisting = self.damping * (rate - paid)
-        elastic = self._elastic(k, stretch)
+    def _tension(self, elastic, stretch, rate):
+        resisting = self.damping * rate
         if not self.slack:
             return elastic + resisting
         return passive_sum(elastic, resisting * one_sided_slope(stretch, self.transition))
@@ -149,7 +145,7 @@ class Cable(CableRoute, AbstractPathLaw):
     def _elastic(self, k, stretch):
         return k * (one_sided(stretch, self.transition) if self.slack else stretch)
 
-    def _tensions(self, path, tension, frames, t):
+    def _tensions(self, path, tension, paid, frames):
         """Tensions (m,) of the spans, whose mean by length is the tension."""
         layout, motion = self.layout, tuple(Components.of(part) for part in frames[1:])
         ends = zip((path.start, path.end), layout.ends(motion), strict=True)
@@ -159,7 +155,6 @@ class Cable(CableRoute, AbstractPathLaw):
         grip = self.friction * jnp.where(bend > 0, bend, 0.0)
         share = path.spans + sum(layout.ends(path.arc)) / 2
         share = share / jnp.sum(share)
-        _, paid = self._free_length_and_rate(t)
         ratios = tension_ratios(grip, share, parting, paid, self.slip_speed, self.closed)
         return tension * ratios / jnp.sum(share * ratios)
 
@@ -189,6 +184,43 @@ class Cable(CableRoute, AbstractPathLaw):
         return found + self.route_faults()
 
 
+class CablePull(NamedTuple):
+    """An elastic cable at one instant.
+
+    Attributes:
+        path: its way; rate: of its length [m/s].
+        on_places, on_turns: derivatives (n,) of the length by places and turns of the frames.
+        elastic: () tension without that of the damping; tension: () with it, the mean along the cable [N].
+        tensions: (m,) of the spans; None without friction, where they are equal.
+    """
+
+    path: CablePath
+    rate: Array
+    on_places: Components
+    on_turns: Components
+    elastic: Array
+    tension: Array
+    tensions: Array | None
+
+    @property
+    def each_tension(self) -> Array:
+        """Tensions (m,) of the spans."""
+        if self.tensions is None:
+            return jnp.broadcast_to(self.tension, self.path.spans.shape)
+        return self.tensions
+
+    def wrench(self, layout: Layout, frames: PathKinematics) -> tuple[Array, Array]:
+        """Forces and moments (n, 3) on the frames, each about its origin."""
+        force, moment, path = self.on_places * -self.tension, self.on_turns * -self.tension, self.path
+        if self.tensions is not None:
+            pull = path.directions * (self.tensions - self.tension)
+            first, second = layout.ends(Components.of(frames.positions))
+            force = force + layout.after(pull) - layout.before(pull)
+            on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
+            moment = moment + layout.after(on_first) - layout.before(on_second)
+        return force.rows, moment.rows
+
+
 class _PaidOut(Constant):
     """The free length off a drum at this instant, with its rate."""
 
@@ -197,8 +229,7 @@ class _PaidOut(Constant):
 
 def _bend_at_points(layout, path):
     """Angles (n,) by which the cable changes direction at points between its ends, zero at circles and ends."""
-    before, after = layout.before(path.directions), layout.after(path.directions)
-    inner = layout.elements("point") > 0
-    inner[[] if layout.is_closed else [0, -1]] = False
+    before, after = layout.of_inner(path.directions, path.directions)
+    points = layout.inner(layout.elements("point")) > 0
     sine, cosine = norm(cross(before, after)), dot(before, after)
-    return jnp.arctan2(jnp.where(inner, sine, 0.0), jnp.where(inner, cosine, 1.0))
+    return layout.from_inner(jnp.arctan2(jnp.where(points, sine, 0.0), jnp.where(points, cosine, 1.0)))

@@ -61,6 +61,20 @@ class Layout(NamedTuple):
             return jax.tree.map(lambda v: jnp.roll(v, 1, axis=0), spans)
         return jax.tree.map(lambda v: jnp.pad(v, (1, 0)), spans)
 
+    def inner(self, values):
+        """Values of the elements between two spans; of a pytree, leaves (n,)."""
+        return values if self.is_closed else jax.tree.map(lambda v: v[1:-1], values)
+
+    def of_inner(self, before, after):
+        """Values of the span that ends at each inner element, and of the one that begins there; leaves (m,)."""
+        if self.is_closed:
+            return self.before(before), after
+        return jax.tree.map(lambda v: v[:-1], before), jax.tree.map(lambda v: v[1:], after)
+
+    def from_inner(self, values):
+        """Values (n,) of all elements from those of the inner ones, zero at ends."""
+        return values if self.is_closed else jnp.pad(values, (1, 1))
+
 
 class Circles(NamedTuple):
     """The elements of a path in world axes.
@@ -111,7 +125,7 @@ def cable_path(layout: Layout, circles: Circles) -> CablePath:
     first, second = layout.ends(circles)
     leaving, arriving = common_tangents(first, second, layout.has_two_circles)
     start, end = first.place + leaving * first.radius, second.place + arriving * second.radius
-    wrap = _wraps(layout, circles, layout.before(arriving), layout.after(leaving))
+    wrap = _wraps(layout, circles, arriving, leaving)
     arc = circles.radius * wrap
     if "cylinder" in layout.kinds:
         start, end, arc = _climb_cylinders(layout, circles, start, end, arc)
@@ -130,11 +144,12 @@ def _axes_on_spheres(layout, circles):
 
 
 def _wraps(layout, circles, arriving, leaving):
-    """Wrap angles (n,) between normals (n,) where the cable arrives and leaves."""
-    points = layout.elements("point")
-    angle = jnp.arctan2(dot(circles.axis, cross(arriving, leaving)), dot(arriving, leaving) + points)
-    # an end has one normal only; its axis is zero, as that of all points
-    return jnp.where(angle < -_LEAST_WRAP, angle + 2 * np.pi, angle) + 2 * np.pi * circles.turns
+    """Wrap angles (n,) between the normals (m,) at the ends and at the beginnings of spans."""
+    inner, points = layout.inner(circles), layout.inner(layout.elements("point"))
+    arriving, leaving = layout.of_inner(arriving, leaving)
+    angle = jnp.arctan2(dot(inner.axis, cross(arriving, leaving)), dot(arriving, leaving) + points)
+    angle = jnp.where(angle < -_LEAST_WRAP, angle + 2 * np.pi, angle)
+    return layout.from_inner(angle + 2 * np.pi * inner.turns)
 
 
 def _climb_cylinders(layout, circles, start, end, arc):

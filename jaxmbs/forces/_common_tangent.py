@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import Array
 
 from ..math._vector import Components, cross, dot
 
@@ -84,31 +84,35 @@ def _products(p, n, u, m, v):
 
 def _contact_angles(k, r, q):
     """Cosines and sines of the angles of both normals in their planes by Newton, numbers alone."""
-    one = jnp.ones_like(k.nm)
-    angles = (one, 0 * one), (one, 0 * one)
+    t, o = jnp.zeros_like(k.nm), jnp.zeros_like(k.nm)
     for _ in range(_ROUNDS):
-        angles = _round(k, r, q, angles)
-    return angles
+        t, o = _round(k, r, q, t, o)
+    return _cosine_and_sine(t), _cosine_and_sine(o)
 
 
 @jax.jit
-def _round(k, r, q, angles):
-    """Angles after a round of Newton."""
-    (c, s), (d, e) = angles
-    to_m, to_v = c * k.nm + s * k.um, c * k.nv + s * k.uv  # products of the first normal; those of its tangent:
-    um, uv = c * k.um - s * k.nm, c * k.uv - s * k.nv
-    nm, nv = d * to_m + e * to_v, d * to_v - e * to_m
-    wrong = c * k.pn + s * k.pu + q * nm - r, d * k.pm + e * k.pv + q - r * nm
-    tangent = d * um + e * uv
-    along = c * k.pu - s * k.pn + q * tangent, d * k.pv - e * k.pm - r * nv
-    one, other = _turns(along[0], q * nv, -r * tangent, along[1], wrong)
-    return _after_turn(c, s, one), _after_turn(d, e, other)
+def _round(k, r, q, t, o):
+    """Tangents of half of both angles after a round of Newton: in them, and with the denominators taken out, the
+    conditions are polynomials, which compile to a kernel for each."""
+    w, c, s = 1.0 + t * t, 1.0 - t * t, 2.0 * t
+    v, d, e = 1.0 + o * o, 1.0 - o * o, 2.0 * o
+    to_m, to_v = c * k.nm + s * k.um, c * k.nv + s * k.uv
+    both = d * to_m + e * to_v
+    first, second = c * k.pn + s * k.pu - r * w, d * k.pm + e * k.pv + q * v
+    wrong = v * first + q * both, w * second - r * both
+    # the derivatives of w, c, s are s, -s, 2
+    by_t = d * (2.0 * k.um - s * k.nm) + e * (2.0 * k.uv - s * k.nv)
+    by_o = 2.0 * to_v - e * to_m
+    aa, ab = v * (2.0 * k.pu - s * (k.pn + r)) + q * by_t, e * first + q * by_o
+    ba, bb = s * second - r * by_t, w * (2.0 * k.pv - e * (k.pm - q)) - r * by_o
+    one, other = _turns(aa, ab, ba, bb, wrong)
+    return t + one, o + other
 
 
-def _after_turn(c, s, angle):
-    """Cosine and sine after a turn by about a small angle."""
-    scale = lax.rsqrt(1.0 + angle * angle)
-    return (c - angle * s) * scale, (s + angle * c) * scale
+def _cosine_and_sine(t):
+    """Of an angle, from the tangent of its half."""
+    scale = 1.0 / (1.0 + t * t)
+    return (1.0 - t * t) * scale, 2.0 * t * scale
 
 
 @_between_circles.defjvp

@@ -64,6 +64,10 @@ class AbstractPort(abc.ABC):
         potential = lambda *x: self.potential(law, x, t)  # noqa: E731
         return jax.jvp(potential, displacement, self.rate(displacement, flow))[1]
 
+    def effort_and_storage_power(self, law, displacement, flow, t) -> tuple[Array, Array]:
+        """Both, where they share costly parts in one evaluation: equal parts of two would not be merged in a loop."""
+        return self.effort(law, displacement, flow, t), self.storage_power(law, displacement, flow, t)
+
     def stored_effort(self, law, displacement, flow, t) -> Array:
         """Part (num_flows,) of the effort that derives from the potential; only the shape of the flow is used."""
         return -jax.grad(lambda flow: self.storage_power(law, displacement, flow, t))(jnp.zeros_like(flow))

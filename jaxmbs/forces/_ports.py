@@ -13,7 +13,7 @@ import numpy as np
 from jax import Array
 
 from ..math._linalg import direction, safe_norm, skew
-from ..math._spatial import to_public_order
+from ..math._spatial import cross, to_public_order
 from ..runtime import gather_static, segment_sum_static
 from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractScalarLaw, PathKinematics
 from ._port import AbstractPort
@@ -232,7 +232,8 @@ class PathPort(AbstractPort):
         return frames.R, frames.x
 
     def flow(self, frames):
-        return jnp.concatenate([frames.V[:, :3], jax.vmap(lambda f: f.velocity)(frames)], axis=1).reshape(-1)
+        spin = frames.V[:, :3]
+        return jnp.concatenate([spin, frames.V[:, 3:] + cross(spin, frames.x)], axis=1).reshape(-1)
 
     def rate(self, displacement, flow):
         spin, velocity = _spins_and_velocities(flow)
@@ -243,16 +244,20 @@ class PathPort(AbstractPort):
 
     def effort(self, law, displacement, flow, t):
         law, frames = self.law_and_motion(law, displacement, flow)
-        force, moment = law.wrench(frames, t)
-        return jnp.concatenate([moment, force], axis=1).reshape(-1)
-
-    def law_and_motion(self, law, displacement, flow):
-        """The law as it acts now, and the motion of its frames."""
-        return law, PathKinematics(*displacement, *_spins_and_velocities(flow))
+        return _moments_first(law.wrench(frames, t))
 
     def storage_power(self, law, displacement, flow, t):
         law, frames = self.law_and_motion(law, displacement, flow)
         return law.storage_power(frames, t)
+
+    def effort_and_storage_power(self, law, displacement, flow, t):
+        law, frames = self.law_and_motion(law, displacement, flow)
+        wrench, storing = law.wrench_and_storage_power(frames, t)
+        return _moments_first(wrench), storing
+
+    def law_and_motion(self, law, displacement, flow):
+        """The law as it acts now, and the motion of its frames."""
+        return law, PathKinematics(*displacement, *_spins_and_velocities(flow))
 
     def reading(self, seen, effort):
         return jax.vmap(to_public_order)(effort.reshape(-1, 6)).reshape(-1), None, None
@@ -260,7 +265,8 @@ class PathPort(AbstractPort):
     def spread(self, group, seen, efforts, owners, num_velocities):
         wrenches = efforts.reshape(-1, 6)
         places = seen[0].x.reshape(-1, 3)
-        about_origin = jax.vmap(lambda x, w: _wrench_at(x, w[:3], w[3:]))(places, wrenches)
+        moments, forces = wrenches[:, :3], wrenches[:, 3:]
+        about_origin = jnp.concatenate([moments + cross(places, forces), forces], axis=1)
         return owners.collect(np.asarray(group.frames).reshape(-1), about_origin), None
 
     def stiffness(self, law, displacement, flow, t):
@@ -307,14 +313,17 @@ class WinchPort(PathPort):
         return law.paid_out(turned, jnp.zeros_like(turned)).potential(*poses, t)
 
     def effort(self, law, displacement, flow, t):
-        now, frames = self.law_and_motion(law, displacement, flow)
-        force, moment = now.wrench(frames, t)
-        drum = law.drum_radius * now.state(frames, t).tensions[0]
-        return jnp.append(jnp.concatenate([moment, force], axis=1).reshape(-1), drum)
+        return self.effort_and_storage_power(law, displacement, flow, t)[0]
 
     def storage_power(self, law, displacement, flow, t):
+        return self.effort_and_storage_power(law, displacement, flow, t)[1]
+
+    def effort_and_storage_power(self, law, displacement, flow, t):
         now, frames = self.law_and_motion(law, displacement, flow)
-        return now.storage_power(frames, t) - law.drum_radius * flow[-1] * now.elastic_tension(frames, t)
+        pull = now.pull(frames, t)
+        drum = law.drum_radius * pull.each_tension[0]
+        storing = pull.elastic * (pull.rate - law.drum_radius * flow[-1])
+        return jnp.append(_moments_first(pull.wrench(law.layout, frames)), drum), storing
 
     def reading(self, seen, effort):
         on_frames = super().reading(seen, effort[:-1])[0]
@@ -341,6 +350,12 @@ def port_of(law) -> AbstractPort:
         ((AbstractBodyLaw, AbstractBodyStateLaw), FramePort),
     )
     return next((port() for kind, port in kinds if isinstance(law, kind)), SystemPort())
+
+
+def _moments_first(wrench):
+    """Wrenches of all frames of a path (6 n,), moment first, from forces and moments (n, 3)."""
+    force, moment = wrench
+    return jnp.concatenate([moment, force], axis=1).reshape(-1)
 
 
 def _moment_first(wrench):
