@@ -6,13 +6,14 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Complex, Float
 
-from ..checks import any_concrete, no_such
-from ..errors import ModelError, UnknownNameError
+from ..checks import any_concrete, is_concrete, no_such
+from ..errors import ModelError, SimulationError, UnknownNameError
 from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._eigen import eig
 from ..math._square import solve
 from ..model._entry_points import check_single_state
+from ..model._friction import refuse_friction
 from ..model._system import System
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
@@ -97,11 +98,13 @@ def campbell(
     their shapes; columns are ordered by the frequency at the first speed.  Frequencies have derivatives by whatever
     the system depends on, of equal ones the sum.
 
-    Raises: ModelError for a joint that is unknown, driven or not independent, or another `keep`; ValueError for
-    speeds that are no row in order.
+    Raises: ModelError for a joint that is unknown, driven, not independent or slides, for a system without other
+    freedoms, or another `keep`; ValueError for speeds that are no row in order; SimulationError where no speed has a
+    steady motion (of single speeds `ok` tells).
     Source: Genta, Dynamics of rotating systems (2005).
     """
     refuse_sampled(system, "campbell")
+    refuse_friction(system, "campbell", "take it out, or simulate a run through the speeds")
     if keep not in ("speed", "momentum"):
         raise ModelError([f"keep = {keep!r} must be 'speed' or 'momentum'"])
     state = State.at(system) if state is None else state
@@ -113,7 +116,14 @@ def campbell(
     names = linearise(system, _turning(system, state, column, speeds[0])).state_names
     out = [k for k, name in enumerate(names) if name.removeprefix("rate of ") == spin]
     kept = tuple(name for k, name in enumerate(names) if k not in out)
+    if len(kept) < 2:
+        raise ModelError([f"a Campbell diagram: nothing is free to vibrate beside the spin {spin!r}"])
     roots, shapes, ok = _roots(system, speeds, state, spin, column, keep)
+    if is_concrete(ok) and not np.any(np.asarray(ok)):
+        raise SimulationError(
+            "no steady motion was found at any of the speeds; start from a state that is closer, and see what "
+            f"equilibrium(system, state, moving=[{spin!r}]) says"
+        )
     return CampbellDiagram(speeds, roots, shapes, ok, kept)
 
 
@@ -121,7 +131,10 @@ def _spin_column(system, spin):
     top = system.topology
     if spin not in top.joint_index:
         raise ModelError([f"spin: {no_such('joint', spin, top.joint_names)}"])
-    columns = range(*top.joints[top.joint_index[spin]].velocities.indices(top.num_velocities))
+    joint = top.joints[top.joint_index[spin]]
+    if joint.labels == ("distance",):
+        raise ModelError([f"spin: joint {spin!r} slides, a rotor turns"])
+    columns = range(*joint.velocities.indices(top.num_velocities))
     if len(columns) != 1:
         raise ModelError([f"spin: joint {spin!r} has {len(columns)} velocities, a rotor has one"])
     return columns[0]

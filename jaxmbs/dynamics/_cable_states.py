@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..forces import Cable, PathKinematics
 from ..kinematics._cable_rows import cable_places, cable_rows
@@ -31,6 +31,8 @@ class CableResult(eqx.Module):
         tensions: (m,) of each span between two elements, in order [N].
         wrap: (n,) angle about each element, zero at ends [rad].
         points: (m, 2, 3) world points where each span begins and ends [m].
+        is_tangent: (m,) true where a span touches the wheels at its ends; false where they have no such span, as
+            from a point within a wheel's circle: the path is then none.
         force, moment: (n, 3) load of each element on its body, in world axes [N, N m], the moment about the frame's
             origin: that of a sheave turns its wheel.
         sheaves: indices of the elements that are no points (static).
@@ -42,6 +44,7 @@ class CableResult(eqx.Module):
     tensions: Float[Array, "... m"]
     wrap: Float[Array, "... n"]
     points: Float[Array, "... m 2 3"]
+    is_tangent: Bool[Array, "... m"]
     force: Float[Array, "... n 3"]
     moment: Float[Array, "... n 3"]
     sheaves: tuple[int, ...] = eqx.field(static=True)
@@ -59,10 +62,15 @@ class CableResult(eqx.Module):
         return self.tension <= 0.0
 
     def faults(self) -> list[str]:
-        """Sheaves that the cable has left, one sentence each, in words."""
+        """Sheaves that the cable has left, and spans that touch no wheel, one sentence each, in words."""
         left = np.asarray(self.has_left).reshape(-1, self.wrap.shape[-1])
         lowest = np.asarray(self.wrap).reshape(left.shape).min(axis=0)
+        missing = ~np.asarray(self.is_tangent).reshape(-1, self.is_tangent.shape[-1]).all(axis=0)
         return [
+            f"the span after element {k} finds no tangent to its wheels: one lies within the other's circle, or they "
+            "are too near for the sides on which they are passed"
+            for k in np.flatnonzero(missing)
+        ] + [
             f"element {k}: the cable has left it, its wrap falls to {lowest[k]:.4g} rad; give the path without it, "
             "or the other side"
             for k in np.flatnonzero(left.any(axis=0))

@@ -16,6 +16,8 @@ from ._common_tangent import common_tangents
 
 #: Wraps between minus this angle and a full turn less it are told apart from the directions alone [rad].
 _LEAST_WRAP = np.pi / 2
+#: Cosine of the angle between a span and the radius at its end that still counts as a right one.
+_TANGENT = 1e-4
 
 
 class Layout(NamedTuple):
@@ -111,6 +113,13 @@ class CablePath(NamedTuple):
     wrap: Array
     arc: Array
     normals: tuple[Components, Components]
+
+    @property
+    def is_tangent(self) -> Array:
+        """True (m,) where a span touches its circles; false where none does, as from a point within a circle."""
+        most = _TANGENT * jnp.where(self.spans > 0, self.spans, 1.0)
+        across = [jnp.abs(dot(normal, self.end - self.start)) for normal in self.normals]
+        return jnp.maximum(*across) <= most
 
     @property
     def length(self) -> Array:

@@ -27,6 +27,7 @@ class CableState(NamedTuple):
         tensions: (m,) of each span between two elements, in order [N].
         wrap: (n,) angle about each element [rad], zero at ends; negative where the path has left it.
         points: (m, 2, 3) world points where each span begins and ends [m].
+        is_tangent: (m,) true where a span touches its wheels, false where they have no such span.
     """
 
     length: Array
@@ -35,12 +36,13 @@ class CableState(NamedTuple):
     tensions: Array
     wrap: Array
     points: Array
+    is_tangent: Array
 
     @classmethod
     def of(cls, path: CablePath, rate, tension, tensions) -> "CableState":
         """The state of a cable along a path."""
         points = jnp.stack([path.start.rows, path.end.rows], axis=1)
-        return cls(path.length, rate, tension, tensions, path.wrap, points)
+        return cls(path.length, rate, tension, tensions, path.wrap, points, path.is_tangent)
 
 
 class CableRoute(eqx.Module):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import analysis, flexible
+from jaxmbs import analysis, flexible, forces
 from jaxmbs.forces import BeamSection
 from tests.flexible.beams import beam_structure
 
@@ -99,5 +99,25 @@ def test_faults_are_said():
     ):  # fmt: skip
         with pytest.raises(mbs.ModelError, match=message):
             analysis.campbell(system, [1.0, 2.0], spin, keep=keep)
+    for joint, message in ((mbs.Prismatic("x"), "'only' slides"), (mbs.Revolute("x"), "nothing is free")):
+        b = mbs.SystemBuilder()
+        b.body("disc", 1.0, inertia=1.0)
+        b.joint("only", joint, "ground", "disc")
+        with pytest.raises(mbs.ModelError, match=message):
+            analysis.campbell(b.build(), [1.0, 2.0], "only")
     with pytest.raises(ValueError, match="at least two in order"):
         analysis.campbell(system, [2.0, 1.0], "spin")
+
+
+@pytest.mark.long
+def test_no_steady_motion_at_any_speed_is_an_error():
+    """Bristles that hold a mass on a turning disc leave its place open."""
+    b = mbs.SystemBuilder()
+    b.body("disc", 1.0, inertia=1.0)
+    b.body("mass", 1.0, inertia=1.0)
+    b.joint("spin", mbs.Revolute("z"), "ground", "disc")
+    b.joint("out", mbs.Prismatic("x"), "disc", "mass")
+    b.force("spring", mbs.SpringDamper(100.0, free_length=0.5), joint="out")
+    b.force("rub", forces.LuGre(1.0, 1e5, 1.0), joint="out")
+    with pytest.raises(mbs.SimulationError, match=r"no steady motion .* moving=\['spin'\]"):
+        analysis.campbell(b.build(), [1.0, 2.0], "spin")

@@ -11,7 +11,10 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.forces import Attachment, Cable, Eyelet, PathKinematics, Ramp, Sheave, WrapCylinder, WrapSphere
+from jaxmbs.forces._cable_path import Circles
+from jaxmbs.forces._common_tangent import common_tangents
 from jaxmbs.math._rotation import rotation_matrix
+from jaxmbs.math._vector import Components, cross, dot
 
 CASES = Path(__file__).parent.parent / "cases"
 CB1 = json.loads((CASES / "CB1_cable_over_cylinder_and_sphere.json").read_text(encoding="utf-8"))
@@ -232,6 +235,66 @@ def test_slopes_of_the_length_against_differentiation():
 
     expected, found = both(R, x)
     np.testing.assert_allclose(np.concatenate(found, axis=1), expected, atol=1e-13)
+
+
+@pytest.mark.long
+def test_stored_power_is_the_rate_of_the_energy():
+    """Alone and with the wrench, of stretched and slack cables, with friction and damping beside it."""
+    rng = np.random.default_rng(8)
+    for free, friction in ((6.0, None), (6.0, 0.3), (9.0, None)):
+        law = law_of(CRANE[0], free_length=free, friction=friction, damping=50.0)
+        R, x = moved(law, jnp.zeros((6, 6)))
+        frames = PathKinematics(R, x, *jnp.asarray(rng.normal(size=(2, 6, 3))))
+
+        @jax.jit
+        def energy(h, law=law, R=R, x=x, frames=frames):
+            turned = jax.vmap(rotation_matrix)(h * frames.angular_velocities) @ R
+            return law.potential(turned, x + h * frames.velocities, 0.0)
+
+        h = 1e-5
+        wrench, power = jax.jit(lambda f, law=law: law.wrench_and_storage_power(f, 0.0))(frames)
+        np.testing.assert_allclose(power, (energy(h) - energy(-h)) / (2 * h), rtol=1e-7, atol=1e-12)
+        np.testing.assert_allclose(power, law.storage_power(frames, 0.0), rtol=1e-12)
+        np.testing.assert_allclose(wrench, law.wrench(frames, 0.0), rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.long
+def test_tangents_of_wheels_whose_axes_differ():
+    """Axes up to 57 degrees from parallel, open and crossed: spans are at right angles to both radii."""
+    rng, size = np.random.default_rng(3), 2000
+    axis, about, way = (v / np.linalg.norm(v, axis=1)[:, None] for v in rng.normal(size=(3, size, 3)))
+    lean = rng.uniform(-0.5, 0.5, size=(size, 1))  # of either axis out of the right angle to the way
+    way = np.cross(axis, way)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    turn = np.asarray(jax.vmap(rotation_matrix)(jnp.asarray(about * rng.uniform(-1.0, 1.0, size=(size, 1)))))
+    other = np.einsum("nij,nj->ni", turn, axis) * rng.choice([-1.0, 1.0], size=(size, 1))
+    axis = axis + 0.3 * lean * way
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    radii = jnp.asarray(rng.uniform(0.1, 0.35, size=(2, size)))
+    place = Components.of(jnp.asarray(way * rng.uniform(1.5, 4.0, size=(size, 1))))
+
+    def circles(place, radius, axis):
+        return Circles(place, radius, Components.of(jnp.asarray(axis)), jnp.zeros(size))
+
+    first, second = circles(place * 0.0, radii[0], axis), circles(place, radii[1], other)
+    n, m = jax.jit(common_tangents, static_argnums=2)(first, second, True)
+    span = place + m * second.radius - n * first.radius
+    for normal, circle in ((n, first), (m, second)):
+        for across in (dot(normal, span), dot(normal, circle.axis), dot(normal, normal) - 1.0):
+            np.testing.assert_allclose(across, 0.0, atol=1e-12)
+    assert np.all(dot(cross(first.axis, n), span) > 0) and np.all(dot(cross(second.axis, m), span) > 0)
+
+
+def test_a_span_without_a_tangent_is_told():
+    """From a point within a wheel, and between wheels that overlap; of neighbours that have one nothing is said."""
+    law = law_of([Attachment(""), Sheave("", 0.2, "+"), Sheave("", 0.2, "-"), Attachment("")])
+    for places, wanted in (
+        ([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [2, 0, 0]], [True, True, True]),
+        ([[-0.1, 0, 0], [0, 0, 0], [1, 0, 0], [2, 0, 0]], [False, True, True]),
+        ([[-1, 0, 0], [0, 0, 0], [0.3, 0, 0], [2, 0, 0]], [True, False, True]),
+    ):
+        state = law.state(PathKinematics(*at(places), *still(4)), 0.0)
+        np.testing.assert_array_equal(state.is_tangent, wanted)
 
 
 def test_values_that_no_cable_has():

@@ -129,6 +129,8 @@ for _family in ("joint", "joint bristles"):
 for _family in ("contact", "contact bristles", "law bristles"):
     for _question in ("joint_friction", "impending_motion"):
         REFUSED[_family, _question, ""] = NO_JOINT
+    REFUSED[_family, "campbell", ""] = "joint 'x' slides, a rotor turns"
+REFUSED["law bristles", "campbell", ""] = "nothing is free to vibrate beside the spin 'pin'"
 
 CHEAP = ("equilibrium", "steady motion", "stiffness")
 QUICK = [key for key in REFUSED if key[0] == "joint bristles" and key[1] in CHEAP]
