@@ -1,4 +1,4 @@
-"""Lines of contacts in space: their surfaces, points of contact, and forces as arrows."""
+"""Lines of contacts in space: their surfaces and points of contact."""
 
 from typing import NamedTuple
 
@@ -14,9 +14,7 @@ from ..contact import (
     SphereOnSphere,
     WheelOnRoad,
 )
-from ..dynamics import contact_load
 from ..dynamics._contact_load import contact_groups, contact_of
-from ..model._entry_points import states_of
 from ..runtime import jit
 from ._cable_lines import circle
 
@@ -55,27 +53,6 @@ def contact_pairs(system) -> list[tuple]:
         for k, (name, a, b) in enumerate(zip(group.names, group.first, group.second, strict=True)):
             found.append((name, jax.tree.map(lambda x, k=k: x[k], law.pair), a, b))
     return found
-
-
-def contact_forces(system, states) -> dict[str, np.ndarray]:
-    """Force (T, k, 3) [N] at the points of every contact by name, on the round part, in world axes."""
-    return {name: force for name, (_, force) in contact_arrows(system, states).items()}
-
-
-def contact_arrows(system, states) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Points (T, k, 3) [m] and forces (T, k, 3) [N] of every contact by name, on the round part, in world axes."""
-    states = states_of(system, states)
-    if states.coordinates.ndim == 1:
-        states = jax.tree.map(lambda x: x[None], states)
-    found = {}
-    for group in contact_groups(system):
-        for name in group.names:
-            load = contact_load(system, states, name)
-            force = load.normal_force[..., None] * load.normal + load.friction
-            found[name] = np.asarray(load.point), np.asarray(force)
-    there = np.all(np.isfinite(np.asarray(states.coordinates)), axis=1)
-    there = there if np.any(there) else np.ones_like(there)
-    return {name: (point[there], force[there]) for name, (point, force) in found.items()}
 
 
 @jit(compile="quick")

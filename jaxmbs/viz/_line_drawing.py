@@ -24,17 +24,17 @@ class Stroke(NamedTuple):
 class LineDrawing:
     """A mechanism in a projection: `at(k)` returns the strokes at instant k of its trajectory.
 
-    Forces at points of contact (T, k, 3) by the contact's name are arrows, the largest a fifth of the picture.
+    `arrows` are places and forces (T, k, 3) by name; the largest force is a fifth of the picture.
     """
 
-    def __init__(self, system, film, look, frames=None, forces=None):
+    def __init__(self, system, film, look, frames=None, arrows=None):
         self.system, self.top, self.trajectory, self.look = system, system.topology, film, look
         self.shown = body_frames(self.top, frames)
         self.slides, self.spans = slides(system, film), [s for s in spans(system) if s.kind != "cable"]
         self.cables, self.contacts = cable_lines(system, film), contact_lines(system, film)
-        self.forces = forces or {}
-        largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for f in self.forces.values()), default=0.0)
-        self.arrow = 0.2 * film.extent / (largest or 1.0)
+        self.arrows = list((arrows or {}).values())
+        largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for _, f in self.arrows), default=0.0)
+        self.arrow_scale = 0.2 * film.extent / (largest or 1.0)
         self.torsions = [t for t in torsions(system) if t.joint.name in film.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}
         self.size = 0.022 * film.extent
@@ -55,6 +55,8 @@ class LineDrawing:
             strokes += self._cable(k, cable)
         for contact in self.contacts:
             strokes += self._contact(k, contact)
+        for places, forces in self.arrows:
+            strokes += self._arrows(places[k], forces[k])
         return [stroke for stroke in strokes if stroke is not None] + self._marks(points)
 
     def _body(self, points, body, frames):
@@ -128,18 +130,17 @@ class LineDrawing:
         return [*strokes, Stroke(self.look(cable.line[k]), {"color": _DARK, "linewidth": 1.4, "zorder": 2.7})]
 
     def _contact(self, k, contact):
-        """Surfaces, points where they touch, and the forces there on the round part."""
+        """Surfaces, and the points where they touch."""
         surface = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.2}
         strokes = [Stroke(self.look(points[k]), surface) for points in contact.lines]
         strokes += [Stroke(self._outline_of_ball(x[k], radius), surface) for x, radius in contact.balls]
         mark = {"linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS[3], "zorder": 4.2}
-        places = self.look(contact.points[k])
-        strokes.append(Stroke(places, mark))
-        if contact.name in self.forces:
-            along = self.arrow * self.look(self.forces[contact.name][k])
-            arrow = {"color": COLORS[3], "linewidth": 1.6, "zorder": 4.3}
-            strokes += [Stroke(self._arrow(x, d), arrow) for x, d in zip(places, along, strict=True)]
-        return strokes
+        return [*strokes, Stroke(self.look(contact.points[k]), mark)]
+
+    def _arrows(self, places, forces):
+        style = {"color": COLORS[3], "linewidth": 1.6, "zorder": 4.3}
+        along = self.arrow_scale * self.look(forces)
+        return [Stroke(self._arrow(x, d), style) for x, d in zip(self.look(places), along, strict=True)]
 
     def _arrow(self, tail, along):
         """Shaft and head of an arrow (6, 2)."""

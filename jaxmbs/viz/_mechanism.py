@@ -11,7 +11,7 @@ from ..kinematics._state import State
 from ..model._system import System
 from ..palette import COLORS
 from ._canvas import get_axes, split_columns
-from ._contact_lines import contact_forces
+from ._element_arrows import element_arrows
 from ._line_drawing import LineDrawing
 from ._projection import read_projection
 from .scenes._trajectory import frame_trajectory
@@ -43,7 +43,8 @@ def plot_mechanism(
         names: write the names of joints beside them, at the first pose.
         traces: names of frames or bodies whose path over all instants is drawn.
         poses: number of instants that are drawn, evenly spread (default: all).
-        loads: draw the forces at points of contact as arrows, on the round part; they need states, not a mode.
+        loads: draw as arrows the forces at points of contact, on the round part, and of cables on the bodies of
+            their elements; they need states, not a mode.
 
     Raises: ValueError for an unknown plane or no pose; UnknownNameError for traces.
     """
@@ -55,7 +56,7 @@ def plot_mechanism(
     if poses is not None and poses < 1:
         raise ValueError(f"poses = {poses}: at least one is needed")
     ax, seen = get_axes(ax), frame_trajectory(system, states)
-    drawing = LineDrawing(system, seen, look, frames, contact_forces(system, states) if loads else None)
+    drawing = LineDrawing(system, seen, look, frames, element_arrows(system, states) if loads else None)
     instants = np.arange(len(seen.ts))
     if poses is not None:
         instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))

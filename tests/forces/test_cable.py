@@ -66,6 +66,18 @@ def test_capstan(mu, turns, high):
     np.testing.assert_allclose(100.0 * found.tensions[0] / found.tensions[1], high, rtol=1e-9)
 
 
+@pytest.mark.long
+def test_a_wrap_beyond_half_a_turn():
+    """Both ends cross below the wheel: the angle by hand, and with whole turns more."""
+    distance = np.hypot(0.2, 1.0)
+    wanted = 2 * np.pi - 2 * np.arccos(0.1 / distance) + 2 * np.arctan(0.2)
+    for turns in (0, 2):
+        law = law_of([Attachment(""), Sheave("", 0.1, "+", "y", turns), Attachment("")])
+        path = law.path(*at([[0.2, 0, -1], [0, 0, 0], [-0.2, 0, -1]]))
+        np.testing.assert_allclose(path.wrap, [0.0, wanted + 2 * np.pi * turns, 0.0], rtol=1e-13)
+        np.testing.assert_allclose(path.length, 0.1 * path.wrap[1] + 2 * np.sqrt(distance**2 - 0.01), rtol=1e-13)
+
+
 CRANE = (
     [Attachment(""), Sheave("", 0.2, "+", (0.0, 1.0, 0.1)), Sheave("", 0.3, "-", "y"), Eyelet("")]
     + [Sheave("", 0.15, "+", (0.2, 1.0, 0.0)), Attachment("")],

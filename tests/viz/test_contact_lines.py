@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 import jaxmbs as mbs
 from jaxmbs import contact as C
 from jaxmbs import viz
-from jaxmbs.viz._contact_lines import contact_forces, contact_lines
+from jaxmbs.viz._contact_lines import contact_lines
+from jaxmbs.viz._element_arrows import element_arrows
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
 
 ANGLES = 2 * np.pi * np.arange(24) / 24
@@ -41,7 +42,7 @@ def test_lines_of_every_pair(name):
     np.testing.assert_allclose(found.points[0][touches], load.point[touches], atol=1e-12)
     assert np.all(np.isnan(found.points[0][~touches]))
     assert len(found.lines) + len(found.balls) >= 2 and all(np.all(np.isfinite(line)) for line in found.lines)
-    force = contact_forces(system, state)["touch"][0]
+    force = element_arrows(system, state)["touch"][1][0]
     np.testing.assert_allclose(force, load.normal_force[:, None] * load.normal + load.friction, rtol=1e-12)
     ax = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot(), loads=True)
     plain = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot())

@@ -13,7 +13,7 @@ from ...model._system import System
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import inertia_box
-from .._contact_lines import contact_arrows
+from .._element_arrows import element_arrows
 from .._mesh import DisplayMesh, display_mesh, moving_meshes
 from .._projection import load_axes
 from ._contact_solids import contact_corners, contact_solids
@@ -148,11 +148,9 @@ class MechanismObject(SceneObject):
         if loads is None or loads is False:
             return None
         joints = {} if loads is True else self._joint_arrows(loads)
-        touching = {name: pair for name, pair in self._contact_arrows().items() if name not in joints}
+        others = {name: pair for name, pair in self._element_arrows().items() if name not in joints}
         each = [(name, *pair) for name, pair in joints.items()]
-        each += [
-            (n, place[:, k], force[:, k]) for n, (place, force) in touching.items() for k in range(place.shape[1])
-        ]
+        each += [(n, place[:, k], force[:, k]) for n, (place, force) in others.items() for k in range(place.shape[1])]
         names = [name for name, *_ in each]
         wrong = [no_such("joint", name, names) for name in limits if name not in names]
         if wrong:
@@ -178,9 +176,9 @@ class MechanismObject(SceneObject):
             found[name] = self.trajectory.x[:, child], force if side == "child" else -force
         return found
 
-    def _contact_arrows(self):
-        """Places and forces (T, k, 3) of contacts by name, on the round parts; none of a mode."""
-        found = {} if self.frequency is not None else contact_arrows(self.system, self.motion)
+    def _element_arrows(self):
+        """Places and forces (T, k, 3) of contacts and cables by name; none of a mode."""
+        found = {} if self.frequency is not None else element_arrows(self.system, self.motion)
         return {name: (place[: len(self.ts)], force[: len(self.ts)]) for name, (place, force) in found.items()}
 
 

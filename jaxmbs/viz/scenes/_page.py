@@ -79,9 +79,10 @@ def scene(
             for several systems one for each.
         path: the file to write, "motion.html".
         loads: `reactions` of the motion (of each), in any frame and on any side: arrows show forces of joints on
-            their children, and forces of contacts on their round parts; True shows those of contacts alone.
-        limits: allowed force [N] of joints and contacts by name, or objects of `Limit` with an upper bound; arrows
-            are then coloured by utilisation, those without a limit grey.
+            their children, of contacts on their round parts, and of cables on the bodies of their elements; True
+            shows those of contacts and cables alone.
+        limits: allowed force [N] of joints, contacts and cables by name, or objects of `Limit` with an upper bound;
+            arrows are then coloured by utilisation, those without a limit grey.
         traces: names of frames or bodies whose paths are drawn.
         shapes: lists of `Solid` by body (or "ground"), in place of the default shapes:
             `{"ram": [Solid.stl("a.stl")]}`; a contact or spring of that name is not drawn.
