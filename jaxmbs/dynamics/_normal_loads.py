@@ -143,11 +143,14 @@ def _norm(C):
 
 
 def spectral_radius(C):
-    """Spectral radius () of C (n, n), from above; zero where it is far below the largest entry."""
-    largest = jnp.maximum(jnp.max(jnp.abs(C)), jnp.finfo(C.dtype).tiny)
-    power = C / largest
-    for _ in range(_SQUARINGS):
-        power = few_columns(power, power)
-    size = _norm(power)
-    root = jnp.exp(jnp.log(jnp.maximum(size, jnp.finfo(C.dtype).tiny)) / 2**_SQUARINGS)
-    return jnp.where(size == 0.0, 0.0, largest * root)
+    """Spectral radius () of C (n, n), from above; zero where a power of it is zero."""
+    power, logarithm, is_zero = C, jnp.zeros((), C.dtype), jnp.zeros((), bool)
+    for k in range(_SQUARINGS + 1):
+        if k:
+            power = few_columns(power, power)
+        size = _norm(power)
+        is_zero = is_zero | (size == 0.0)
+        size = jnp.where(is_zero, 1.0, size)
+        power = power / size  # so that no power leaves the range of numbers
+        logarithm = logarithm + jnp.log(size) / 2**k
+    return jnp.where(is_zero, 0.0, jnp.exp(logarithm))

@@ -27,7 +27,7 @@ def element_arrows(system, states) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     named = cable_states(system, states) if cables(system) else {}
     for name, cable in named.items():
         found[name] = _middles(cable), cable.force
-    return {name: tuple(np.asarray(part)[there] for part in pair) for name, pair in found.items()}
+    return {name: (np.asarray(place)[there], np.asarray(force)[there]) for name, (place, force) in found.items()}
 
 
 def _middles(cable):
