@@ -101,7 +101,9 @@ class Cable(CableRoute, AbstractPathLaw):
         """Minus the tension times the derivative of the length, and friction at the points of contact."""
         return self.pull(frames, t).wrench(self.layout, frames)
 
-    def wrench_and_storage_power(self, frames: PathKinematics, t: ScalarLike):
+    def wrench_and_storage_power(
+        self, frames: PathKinematics, t: ScalarLike
+    ) -> tuple[tuple[Float[Array, "n 3"], Float[Array, "n 3"]], Scalar]:
         """Both of the same `pull`."""
         pull = self.pull(frames, t)
         return pull.wrench(self.layout, frames), self._storage_power(pull)
