@@ -89,7 +89,7 @@ class Cable(CableRoute, AbstractPathLaw):
         return eqx.tree_at(lambda law: law.free_length, self, free)
 
     def pull(self, frames: PathKinematics, t: ScalarLike) -> "CablePull":
-        """What `wrench`, `storage_power` and `state` have in common: the path is found once for all of them."""
+        """The cable at one instant, for `wrench`, `storage_power` and `state`."""
         path, rate, *slopes = self.length_and_rate(frames)
         k, stretch, paid = self._stretch(path.length, t)
         elastic = self._elastic(k, stretch)
