@@ -75,7 +75,7 @@ def crane(kind, stiffness=STIFFNESS, like=None):
 
 def rows(rounds):
     """Rows of a step of a motion, its compilation, and its gradient by the stiffness, beside springs."""
-    values, gradients, compile_seconds, steps = {}, {}, {}, {}
+    values, gradients, programs, steps = {}, {}, {}, {}
     here = jnp.asarray(STIFFNESS)
     for kind in KINDS:
         system = crane(kind)
@@ -85,10 +85,12 @@ def rows(rounds):
             motion = mbs.simulate(crane(kind, stiffness, like=system), start, t1=END, rtol=RTOL, atol=RTOL)
             return motion.states.coordinates[-1, 1], motion.diagnostics.num_steps
 
-        value, compile_seconds[kind] = common.compiled(end, here)
-        both, compile_seconds[kind, "gradient"] = common.compiled(jax.value_and_grad(end, has_aux=True), here)
+        with_slope = jax.value_and_grad(end, has_aux=True)
+        programs |= {kind: (end, here), (kind, "gradient"): (with_slope, here)}
+        value, both = (common.compiled(program, here)[0] for program in (end, with_slope))
         steps[kind] = int(value(here)[1])
         values[kind], gradients[kind] = (lambda run=run: run(here) for run in (value, both))
+    compile_seconds = common.compile_seconds(programs, min(rounds, 3))
     run, gradient = common.cpu_seconds(values, rounds), common.cpu_seconds(gradients, rounds)
     step, both = ({kind: s[kind] / steps[kind] for kind in KINDS} for s in (run, gradient))
 

@@ -113,6 +113,15 @@ def compiled(function, *args, often=False):
     return executable, time.process_time() - start
 
 
+def compile_seconds(functions, rounds=3):
+    """Median CPU seconds of `compiled` of each (function, *arguments) of a dict, which take turns."""
+    times = {name: [] for name in functions}
+    for _ in range(rounds):
+        for name, (function, *arguments) in functions.items():
+            times[name].append(compiled(function, *arguments)[1])
+    return {name: statistics.median(values) for name, values in times.items()}
+
+
 # ---------------------------------------------------------------------------------------------------------- output
 def versions():
     """Rows that say what was measured where."""
