@@ -95,7 +95,7 @@ def normal_loads(loads: LoadMap) -> NormalLoads:
         return N, (value, slope)
 
     def tangent(linear, y):
-        return solve_small(jax.jacobian(linear)(jnp.zeros_like(y)), y)
+        return square.solve(jax.jacobian(linear)(jnp.zeros_like(y)), y)
 
     start = fixed.value(-loads.preload)
     N, (value, slope) = lax.custom_root(lambda N: loads.value(N) - N, start, newton, tangent, has_aux=True)
@@ -112,16 +112,10 @@ def solve_small(A, b):
     n = len(b)
     if n > _FEW:
         return square.solve(A, b)
-    A, b = [[A[i, j] for j in range(n)] for i in range(n)], [b[i] for i in range(n)]
-    for k in range(n):
-        for i in range(k + 1, n):
-            factor = A[i][k] / A[k][k]
-            A[i] = [x - factor * y for x, y in zip(A[i], A[k], strict=True)]
-            b[i] = b[i] - factor * b[k]
-    x: list = [None] * n
-    for k in reversed(range(n)):
-        x[k] = (b[k] - sum(A[k][j] * x[j] for j in range(k + 1, n))) / A[k][k]
-    return jnp.stack(x)
+    rows, unit = jnp.concatenate([A, b[:, None]], axis=1), np.eye(n, dtype=A.dtype)
+    for k in range(n):  # Gauss and Jordan: column k becomes that of the unit matrix, in two kernels
+        rows = rows - (rows[:, k] - unit[k])[:, None] * (rows[k] / rows[k, k])[None]
+    return rows[:, n]
 
 
 def contracts(C):
