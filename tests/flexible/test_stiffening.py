@@ -40,7 +40,7 @@ def test_estimate_against_the_frequencies_of_blades(blade, speed):
 def test_a_fast_blade_is_said(blade):
     """By `linearise`, `modes` and `simulate`, with the body's name; not within a trace, where the field says it."""
     fast, slow = spinning(blade, 2.0), spinning(blade, 0.25)
-    with pytest.warns(UserWarning, match=r"stiffening by rotation .* 'part0' by about 24 %.* divide them"):
+    with pytest.warns(UserWarning, match=r"stiffening by rotation.* 'part0' by about 24 %.* divide them"):
         linear = mbs.linearise(blade, fast)
     np.testing.assert_allclose(linear.stiffening["part0"], stiffening(blade, fast)["part0"], rtol=1e-12)
     with pytest.warns(UserWarning, match="'part0'"):
