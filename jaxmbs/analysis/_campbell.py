@@ -98,9 +98,9 @@ def campbell(
     their shapes; columns are ordered by the frequency at the first speed.  Frequencies have derivatives by whatever
     the system depends on, of equal ones the sum.
 
-    Raises: ModelError for a joint that is unknown, driven, not independent or slides, for a system without other
-    freedoms, or another `keep`; ValueError for speeds that are no row in order; SimulationError where no speed has a
-    steady motion (of single speeds `ok` tells).
+    Raises: ModelError for a joint that is unknown, driven, slides or is not independent, for a system without other
+    freedoms or with joints that rub, or another `keep`; ValueError for speeds that are no row in order;
+    SimulationError where no speed has a steady motion (of single speeds `ok` tells).
     Source: Genta, Dynamics of rotating systems (2005).
     """
     refuse_sampled(system, "campbell")
@@ -113,11 +113,12 @@ def campbell(
     if speeds.ndim != 1 or len(speeds) < 2 or any_concrete(lambda x: ~(np.diff(x) > 0), speeds):
         raise ValueError(f"speeds must be a row of at least two in order, got shape {speeds.shape}")
     column = _spin_column(system, spin)
-    names = linearise(system, _turning(system, state, column, speeds[0])).state_names
+    linear = linearise(system, _turning(system, state, column, speeds[0]))
+    if len(linear.velocities) < 2:
+        raise ModelError([f"a Campbell diagram: nothing is free to vibrate beside the spin {spin!r}"])
+    names = linear.state_names
     out = [k for k, name in enumerate(names) if name.removeprefix("rate of ") == spin]
     kept = tuple(name for k, name in enumerate(names) if k not in out)
-    if len(kept) < 2:
-        raise ModelError([f"a Campbell diagram: nothing is free to vibrate beside the spin {spin!r}"])
     roots, shapes, ok = _roots(system, speeds, state, spin, column, keep)
     if is_concrete(ok) and not np.any(np.asarray(ok)):
         raise SimulationError(

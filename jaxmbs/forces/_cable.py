@@ -212,7 +212,7 @@ class CablePull(NamedTuple):
         return self.tensions
 
     def wrench(self, layout: Layout, frames: PathKinematics) -> tuple[Array, Array]:
-        """Forces and moments (n, 3) on the frames, each about its origin."""
+        """Forces [N] and moments [N m] (n, 3) on the frames, in world axes, each about its frame's origin."""
         force, moment, path = self.on_places * -self.tension, self.on_turns * -self.tension, self.path
         if self.tensions is not None:
             pull = path.directions * (self.tensions - self.tension)

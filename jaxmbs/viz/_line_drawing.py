@@ -143,9 +143,11 @@ class LineDrawing:
         return [Stroke(self._arrow(x, d), style) for x, d in zip(self.look(places), along, strict=True)]
 
     def _arrow(self, tail, along):
-        """Shaft and head of an arrow (6, 2)."""
+        """Shaft and head of an arrow (6, 2); NaN, which leaves no dot, without a force."""
         length = np.linalg.norm(along)
-        unit = along / length if length > 0 else along
+        if not length > 0:
+            return np.full((6, 2), np.nan)
+        unit = along / length
         across, tip = np.array([-unit[1], unit[0]]), tail + along
         head = min(self.size, 0.4 * length)
         back = tip - head * unit

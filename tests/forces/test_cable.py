@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.forces import Attachment, Cable, Eyelet, PathKinematics, Ramp, Sheave, WrapCylinder, WrapSphere
+from jaxmbs.forces import (
+    Attachment,
+    Cable,
+    Eyelet,
+    InextensibleCable,
+    PathKinematics,
+    Ramp,
+    Sheave,
+    WrapCylinder,
+    WrapSphere,
+)
 from jaxmbs.forces._cable_path import Circles
 from jaxmbs.forces._common_tangent import common_tangents
 from jaxmbs.math._rotation import rotation_matrix
@@ -295,6 +305,18 @@ def test_tangents_of_wheels_whose_axes_differ():
         for across in (dot(normal, span), dot(normal, circle.axis), dot(normal, normal) - 1.0):
             np.testing.assert_allclose(across, 0.0, atol=1e-12)
     assert np.all(dot(cross(first.axis, n), span) > 0) and np.all(dot(cross(second.axis, m), span) > 0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("element", [Sheave, WrapCylinder, WrapSphere])
+def test_a_point_within_a_wheel_is_told(element):
+    """By elastic and inextensible cables."""
+    law = law_of([Attachment(""), element("", 0.2, axis="z", side="+"), Attachment("")])
+    row = InextensibleCable(law.kinds, law.radii, law.axes, law.turns, free_length=4.0)
+    for first, wanted in ((-1.0, [True, True]), (-0.1, [False, True])):
+        frames = PathKinematics(*at([[first, 0.05, 0.0], [0.0, 0.0, 0.0], [1.0, 0.05, 0.0]]), *still(3))
+        np.testing.assert_array_equal(law.state(frames, 0.0).is_tangent, wanted)
+        np.testing.assert_array_equal(row.state(frames, jnp.asarray(1.0)).is_tangent, wanted)
 
 
 def test_a_span_without_a_tangent_is_told():

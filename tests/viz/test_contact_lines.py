@@ -49,5 +49,6 @@ def test_lines_of_every_pair(name):
     assert len(ax.lines) == len(plain.lines) + len(touches)
     tips = np.array([line.get_xydata()[1] - line.get_xydata()[0] for line in ax.lines if len(line.get_xydata()) == 6])
     largest = np.nanargmax(np.linalg.norm(tips, axis=1))
+    assert np.all(np.isfinite(tips).all(axis=1) == touches)  # no dot where nothing presses
     expected = force[:, [0, 2]][largest]
     np.testing.assert_allclose(tips[largest] / np.linalg.norm(tips[largest]), expected / np.linalg.norm(expected))
