@@ -23,6 +23,7 @@ from networks import Case
 from random_trees import our_system, random_links
 
 import jaxmbs as mbs
+from jaxmbs.doctor import wrong_programs
 
 CHECKED = 64  # samples that are compared with the host's
 RTOL, SOLVER = 1e-3, "Dopri5 over"
@@ -188,6 +189,8 @@ def main():
             found += batch_rows(work, total, others)
             print(common.table(found), flush=True)
             rows += found
+    wrong = sorted({program.name for program in wrong_programs()})
+    rows.append(common.row("compiler", "small programs computed wrongly", ", ".join(wrong) or "none"))
     rows.append(common.row("device", "version", str(jax.devices()[0].device_kind)))
     common.report(rows, options)
 

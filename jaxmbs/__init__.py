@@ -176,3 +176,5 @@ __all__ = [
     "vibration",
     "viz",
 ]
+
+runtime.warn_of_wrong_release()

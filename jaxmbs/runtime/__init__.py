@@ -23,6 +23,7 @@ from ._library_calls import with_library_calls
 from ._packing import Packing
 from ._precision import follow_precision, is_double
 from ._registry import TrickState, trick_states
+from ._releases import release_advice, warn_of_wrong_release
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import kernel_options, one_kernel, sets_marks, small_call
@@ -70,6 +71,7 @@ __all__ = [
     "map_chunked",
     "not_tracing",
     "one_kernel",
+    "release_advice",
     "remat",
     "report_compiles",
     "reverse_only",
@@ -81,6 +83,7 @@ __all__ = [
     "trick_states",
     "tuning",
     "user_jit",
+    "warn_of_wrong_release",
     "with_library_calls",
     "without_tricks",
     "without_unused",

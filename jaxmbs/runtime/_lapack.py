@@ -9,16 +9,10 @@ from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
-import jaxlib
 from jax import lax
 from jax.custom_batching import custom_vmap
 
 from ._tricks import is_on
-
-
-def must_be_sequential() -> bool:
-    """True for releases of jaxlib on which two batches at once can stop a process."""
-    return tuple(int(part) for part in jaxlib.__version__.split(".")[:3]) < (0, 11, 2)
 
 
 def sequential_vmap(function):
@@ -45,7 +39,7 @@ def sequential_vmap(function):
                 *(next(moved) if is_batched else x for x, is_batched in zip(args, batched, strict=True))
             )
 
-        if is_on("sequential_lapack") or must_be_sequential():
+        if is_on("sequential_lapack"):
             found = lax.platform_dependent(*moving, cpu=in_turn, default=together)
         else:
             found = together(*moving)

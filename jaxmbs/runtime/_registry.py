@@ -1,14 +1,12 @@
 """Table of the tricks: which are on, and which do not work on this JAX and why."""
 
-import importlib.metadata
 from typing import NamedTuple
 
 import jax
 
 from ._compiler_options import OPTIONS, SMALL_LOOPS, is_given, known_options
-from ._lapack import must_be_sequential
 from ._small_call import sets_marks
-from ._tricks import TRICKS, is_on
+from ._tricks import TRICKS, is_on, needed_tricks
 
 
 class TrickState(NamedTuple):
@@ -34,8 +32,8 @@ def _state(name):
     obstacle = _obstacle(name)
     if obstacle:
         return "not available", obstacle
-    if name == "sequential_lapack" and must_be_sequential():
-        return "needed", f"jaxlib {importlib.metadata.version('jaxlib')} can deadlock without it"
+    if name in needed_tricks():
+        return "needed", needed_tricks()[name]
     return ("on", "") if is_on(name) else ("off", "JAXMBS_TRICKS switches it off")
 
 

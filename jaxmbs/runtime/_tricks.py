@@ -1,6 +1,7 @@
 """Switches of the tricks: whatever the library does for the compiler's sake can be switched off.
 
-Off is correct and slower.  The environment variable `JAXMBS_TRICKS` is read once, at the import: "none" switches all
+Off is correct and slower.  Where a release computes wrong numbers or stops without one, it is needed: no switch takes
+it.  The environment variable `JAXMBS_TRICKS` is read once, at the import: "none" switches all
 off, "-small_call,-remat" those two, "small_call,remat" all but those two.  `without_tricks` does the same for the
 programs traced inside of it.  `_registry` says which of them work on the JAX at hand, `benchmarks/compiler_tricks.py`
 measures what each gains.
@@ -8,9 +9,10 @@ measures what each gains.
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import jax
+import jaxlib
 
 #: Name of each trick and what it gains.
 TRICKS = {
@@ -35,8 +37,28 @@ TRICKS = {
 }
 
 
+#: Tricks without which a release, given as jaxlib's version in whole numbers, is faulty, and what it does then.
+NEEDED: dict[str, tuple[Callable[[tuple[int, ...]], bool], str]] = {
+    "ynn_fusion": (lambda version: version == (0, 10, 2), "computes wrong numbers"),
+    "sequential_lapack": (lambda version: version < (0, 11, 2), "can deadlock"),
+}
+
+
+def needed_tricks(version: str = jaxlib.__version__) -> dict[str, str]:
+    """The tricks that no switch takes on a release of jaxlib, by name, and what it does without them."""
+    numbers = tuple(int(part) for part in version.split(".")[:3])
+    return {name: f"jaxlib {version} {fault} without it" for name, (is_so, fault) in NEEDED.items() if is_so(numbers)}
+
+
 def read_tricks(setting: str) -> frozenset[str]:
-    """Names of the tricks that a value of `JAXMBS_TRICKS` switches off.  Raises: ValueError for an unknown name."""
+    """Names of the tricks that a value of `JAXMBS_TRICKS` switches off, those that are needed left out.
+
+    Raises: ValueError for an unknown name.
+    """
+    return _named(setting).difference(needed_tricks())
+
+
+def _named(setting):
     words = [word.strip() for word in setting.split(",") if word.strip()]
     names = [word.removeprefix("-") for word in words]
     if words == ["none"]:
@@ -65,6 +87,6 @@ def without_tricks(*names: str) -> Iterator[None]:
 
     Raises: ValueError for an unknown name.
     """
-    off = frozenset(TRICKS) if not names else read_tricks(",".join(f"-{name}" for name in names))
+    off = read_tricks(",".join(f"-{name}" for name in names) if names else "none")
     with OFF(OFF.value | off):
         yield

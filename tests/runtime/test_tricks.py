@@ -12,15 +12,43 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.math._square import solve
 from jaxmbs.runtime import is_on, jit, trick_states, tuning, without_tricks
-from jaxmbs.runtime._tricks import OFF, TRICKS, read_tricks
+from jaxmbs.runtime._compiler_options import OPTIONS, compiler_options
+from jaxmbs.runtime._tricks import NEEDED, OFF, TRICKS, needed_tricks, read_tricks
 from tests.models import DOWN_Y, PIN
+
+SWITCHED = frozenset(TRICKS) - frozenset(needed_tricks())  # those that a switch takes on this release
+
+
+@pytest.mark.parametrize(
+    ("release", "needed"),
+    [
+        ("0.10.1", {"sequential_lapack"}),
+        ("0.10.2", {"ynn_fusion", "sequential_lapack"}),
+        ("0.11.2", set()),
+        ("0.12.0.1", set()),
+    ],
+)
+def test_tricks_that_a_release_needs(release, needed):
+    assert needed_tricks(release).keys() == needed and needed <= NEEDED.keys() <= TRICKS.keys()
+    assert all(release in reason for reason in needed_tricks(release).values())
+
+
+def test_no_switch_takes_a_trick_that_is_needed(monkeypatch):
+    monkeypatch.setattr("jaxmbs.runtime._tricks.needed_tricks", lambda: {"ynn_fusion": "wrong without it"})
+    for setting in ("none", "-ynn_fusion", "remat"):
+        assert "ynn_fusion" not in read_tricks(setting)
+    with without_tricks():
+        assert is_on("ynn_fusion") and not is_on("codegen_split")
+        given = compiler_options("full", "cpu")
+        assert OPTIONS["codegen_split"] not in given
+        assert OPTIONS["ynn_fusion"] in given or OPTIONS["ynn_fusion"] in os.environ.get("XLA_FLAGS", "")
 
 
 def test_settings():
     assert read_tricks("") == frozenset()
-    assert read_tricks("none") == TRICKS.keys()
+    assert read_tricks("none") == SWITCHED
     assert read_tricks("-remat, -small_call") == {"remat", "small_call"}
-    assert read_tricks("remat,small_call") == TRICKS.keys() - {"remat", "small_call"}
+    assert read_tricks("remat,small_call") == SWITCHED - {"remat", "small_call"}
 
 
 @pytest.mark.parametrize("setting", ["-no_such_trick", "remat,-small_call", "none,remat"])
@@ -42,7 +70,7 @@ def test_a_context_switches_them():
     with without_tricks("remat"):
         assert not is_on("remat") and OFF.value == before | {"remat"}
         with without_tricks():
-            assert OFF.value == TRICKS.keys()
+            assert OFF.value == SWITCHED
         state = {trick.name: trick for trick in trick_states()}["remat"]
         assert state.state == "off" and "JAXMBS_TRICKS" in state.reason
     assert OFF.value == before

@@ -1,14 +1,16 @@
-"""A report on the installation: versions, devices, and the settings that decide speed and accuracy."""
+"""A report on the installation: versions, devices, the settings that decide speed and accuracy, and a check of the
+compiler by small programs."""
 
 import importlib.metadata
 import platform
 
 import jax
 
-from .runtime import flag_advice, is_double, sets_marks, trick_states
+from ..runtime import flag_advice, is_double, release_advice, sets_marks, trick_states
+from ._compiler_check import WrongProgram, wrong_programs
+from ._compiler_programs import COMPILER_PROGRAMS
 
 _PACKAGES = ("jaxmbs", "jax", "jaxlib", "equinox", "diffrax", "numpy")
-_BAD_RELEASES = {("jax", "0.11.1"): "makes scans with stacked outputs quadratic on CPU: take another"}
 
 
 def report() -> str:
@@ -21,7 +23,9 @@ def report() -> str:
     folder = jax.config.values["jax_compilation_cache_dir"]
     lines += [f"{'cache':<10} {folder or 'off: `mbs.cache()` keeps compiled programs'}"]
     lines += [""] + _tricks()
-    advice = _advice(versions)
+    wrong = list(wrong_programs())
+    lines += ["", f"{'compiler':<10} {_compiler_verdict(wrong)}"]
+    advice = _advice(versions, wrong)
     return "\n".join([*lines, "", *(advice or ["no issues found"])])
 
 
@@ -48,8 +52,15 @@ def _tricks() -> list[str]:
     ]
 
 
-def _advice(versions: dict[str, str]) -> list[str]:
-    advice = [f"{name} {bad} {why}." for (name, bad), why in _BAD_RELEASES.items() if versions[name] == bad]
+def _compiler_verdict(wrong: list[WrongProgram]) -> str:
+    names = {program.name for program in wrong}
+    return f"{len(COMPILER_PROGRAMS) - len(names)} of {len(COMPILER_PROGRAMS)} small programs compute what NumPy does"
+
+
+def _advice(versions: dict[str, str], wrong: list[WrongProgram]) -> list[str]:
+    advice = release_advice(versions["jax"]) + [f"compiled wrongly: {program}" for program in wrong]
+    if wrong and len(advice) == len(wrong):
+        advice += ["this jax computes wrong numbers on this machine: take another release, and tell its makers."]
     if not is_double():
         advice += ['x64 is off: call jax.config.update("jax_enable_x64", True) before building a model.']
     return advice + flag_advice(versions["jax"], sets_marks(versions["jax"]))
