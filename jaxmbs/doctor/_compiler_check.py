@@ -1,5 +1,6 @@
 """A check of the compiler at hand: small programs, compiled in each way that users meet, against NumPy."""
 
+import contextlib
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -48,10 +49,21 @@ def wrong_ways(name: str) -> Iterator[WrongProgram]:
     for way, run in WAYS.items():
         if way == "mbs.batch" and not program.row:
             continue
-        with jax.enable_x64(True), jax.numpy_rank_promotion("allow"):
+        with _double_precision(), jax.numpy_rank_promotion("allow"):
             wrong = _number_wrong(np.asarray(run(program, x)), truth)
         if wrong:
             yield WrongProgram(name, way, wrong, truth.size)
+
+
+@contextlib.contextmanager
+def _double_precision():
+    """Of the whole process for a while: `jax.enable_x64` is one of a thread, and a batch runs on several."""
+    given = jax.config.values["jax_enable_x64"]
+    jax.config.update("jax_enable_x64", True)
+    try:
+        yield
+    finally:
+        jax.config.update("jax_enable_x64", given)
 
 
 def _number_wrong(found: np.ndarray, truth: np.ndarray) -> int:

@@ -1,5 +1,6 @@
 """The compiler computes what NumPy does; the check sees it where it does not."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -33,3 +34,15 @@ def test_one_wrong_lane_is_seen(monkeypatch, wrong):
     monkeypatch.setattr(check, "WAYS", {"a way": compile_wrongly})
     (found,) = check.wrong_ways("cumulative sum")
     assert (found.name, found.way, found.wrong, found.size) == ("cumulative sum", "a way", 1, 20_000)
+
+
+def test_it_runs_in_double_precision_and_leaves_the_precision_as_it_is():
+    given = jax.config.values["jax_enable_x64"]
+    try:
+        jax.config.update("jax_enable_x64", False)
+        assert (
+            list(check.wrong_ways("turned force, squared and summed")) == []
+            and not jax.config.values["jax_enable_x64"]
+        )
+    finally:
+        jax.config.update("jax_enable_x64", given)
