@@ -28,6 +28,7 @@ from ._unknowns import after_step, at_unknowns, normalised, rate_of_step
 
 _MOST_STEPS = 200  # trials of the line search included
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
+_AFAR = 1e-6  # steps that rounding alone asks for and that are longer follow a slope that is rounding as well
 _STEP_TOLERANCE = {8: 1e-11, 4: 1e-6}  # a trial nearer than this, relative to the coordinates, is the last
 
 _SINGULAR = {8: 1e-12, 4: 1e-5}  # of the singular values, largest entries one: what rounding leaves of a zero
@@ -136,6 +137,8 @@ def search_balance(system: System, psi, t, w, moving, weight):
         else:
             better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
         direction = newton_step(new, still, still * new.efforts)
+        is_rest = _is_rounding(system, still * (new.efforts + new.drift), scale)
+        direction = jnp.where(is_rest & ~(_largest(direction) < _AFAR), new.closing, direction)
         taken = (last.trial, new, loss, direction, jnp.ones_like(loss))
         kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length)
         psi, found, loss, direction, length = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
@@ -201,6 +204,15 @@ def newton_step(at: Balance, still, efforts):
     """Step (nv + ns,) that closes the loops and takes the efforts away; columns with still = 0 stay, or take what
     their entry of `efforts` says."""
     return at.Gamma @ _solve_slope(at.slope, still, -efforts - still * at.drift) + at.closing
+
+
+def _is_rounding(system, efforts, scale):
+    """True if efforts are rounding of their scale, at arms as long as the system."""
+    return _largest(efforts / scale) <= 16.0 * jnp.finfo(efforts.dtype).eps * (1.0 + system.length)
+
+
+def _largest(x):
+    return jnp.max(jnp.abs(x), initial=0.0)
 
 
 def _solve_slope(slope, still, right):

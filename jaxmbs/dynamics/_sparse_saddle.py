@@ -81,7 +81,7 @@ def _penalty_inverse(system, at, rows, mass, weight):
     sizes = jnp.concatenate([part.astype(dtype) for part in sizes])
     sizes = sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
-    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block)
+    C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block, mobility)
 
     maps = joint_maps(graph, at, length)
     each = zip(closures, _split_by_group(rows, C), strict=True)

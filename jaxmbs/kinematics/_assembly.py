@@ -12,6 +12,7 @@ from ._configuration import configuration
 from ._levenberg_marquardt import CLOSED_RESIDUAL, minimise_in_trace
 from ._linear_rows import joints_first, linear_rows, rows_of_numbers
 from ._poses import coordinate_rate, node_parameters, normalise, step_coordinates
+from ._rounding import residual_without_rounding
 from ._saddle_operator import stop_gradients
 
 
@@ -19,6 +20,12 @@ def linearise_rows(system: System, P, psi, t, free):
     """Residual of the positions (rows,), and its `linear_rows` in the free columns."""
     f, at = _at_pose(system, P, psi, t)
     return f, linear_rows(system, at, free, system.topology.position_rows)
+
+
+def linearise_for_search(system: System, P, psi, t, free):
+    """`linearise_rows`, the residual zero where it is rounding: no step follows from that."""
+    f, at = _at_pose(system, P, psi, t)
+    return residual_without_rounding(system, at, f), linear_rows(system, at, free, system.topology.position_rows)
 
 
 def newton_step(system: System, P, psi, t, free):
@@ -67,7 +74,7 @@ def _closed_coordinates(system, P, psi, t, free, search):
 
 
 def _residual_and_numbers(system, P, psi, t, free):
-    f, rows = linearise_rows(system, P, psi, t, free)
+    f, rows = linearise_for_search(system, P, psi, t, free)
     return f, rows.numbers
 
 

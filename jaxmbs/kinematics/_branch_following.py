@@ -16,7 +16,7 @@ from ..math._determinant import determinant_signs
 from ..math._rotation import quaternion_log, quaternion_product
 from ..math._spd import spd_inverse
 from ..model._system import System
-from ._assembly import linearise_rows
+from ._assembly import linearise_for_search
 from ._branches import branch_signs, coupled_blocks, loop_blocks, row_dependence
 from ._constraints import row_scale
 from ._linear_rows import FrontalRows
@@ -157,7 +157,7 @@ def _correct_step(way, step):
     """One correction of the trial, and the next step where it was the last one."""
     precision, end = way.motion.dtype.itemsize, step.share + step.length
     is_last = end > 1.0 - _SHORTEST_SHARE
-    f, rows = linearise_rows(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
+    f, rows = linearise_for_search(way.system, way.P, step.trial, way.place.t + end * way.duration, way.free)
     opening = jnp.where(step.passes == 0, f, step.opening)
     gap = f - (1.0 - end) * opening
     turn, mark = _correction(way, rows, gap)

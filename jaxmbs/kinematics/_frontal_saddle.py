@@ -231,7 +231,7 @@ def _compliances(system, at, rows, own, compliance):
     sizes = sizes.at[kinds.others].set(_other_rows(system, rows) ** 2 @ mobility)
     share = np.full(system.topology.num_rows, compliance)
     share[kinds.others] = max(compliance, BORDER_COMPLIANCE[own.dtype.itemsize])
-    return jnp.asarray(share, own.dtype) * largest_of_element(sizes, constraints.row_scale(system).block)
+    return jnp.asarray(share, own.dtype) * largest_of_element(sizes, constraints.row_scale(system).block, mobility)
 
 
 def _other_rows(system, rows):

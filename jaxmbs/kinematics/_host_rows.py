@@ -9,17 +9,20 @@ import numpy as np
 from ..checks import is_concrete
 from ..model._system import System
 from ..runtime import jit, not_tracing
+from . import _closures as closures
 from . import _constraints as constraints
 from ._configuration import configuration
 from ._elastic import mass_matrix
 from ._poses import node_parameters, step_coordinates
 from ._reaction_map import reaction_map
+from ._rounding import jacobian_without_rounding, residual_without_rounding
 from ._sparse_rows import evaluate_sparse_rows
 
 
 class RowEvaluation(NamedTuple):
     """Constraint rows at a pose, in NumPy: residual f, Jacobian A, rates f_t of the rows at rest, the map from the
-    multipliers to reactions, the mass matrix M, and the frames' positions (frames, 3).
+    multipliers to reactions, the mass matrix M, and the frames' positions (frames, 3).  Entries of f and A that are
+    rounding of their terms are zero.
 
     Where the system's linear solver is not dense, A is a sparse array of SciPy, and reactions and M have products.
     """
@@ -40,8 +43,10 @@ class RowEvaluation(NamedTuple):
 @jit(compile="quick")
 def _evaluation_program(system: System, psi, t):
     at = configuration(system, node_parameters(system), psi, t)
-    (f, A), f_t = constraints.residual_and_jacobian(system, at), constraints.time_rate(system, at)
-    return f, A, f_t, reaction_map(system, at), mass_matrix(system, at), at.x
+    parts, at = closures.residual_and_directions(system, at)
+    f = residual_without_rounding(system, at, constraints.rows_together(system, at, parts))
+    A = jacobian_without_rounding(system, at)
+    return f, A, constraints.time_rate(system, at), reaction_map(system, at), mass_matrix(system, at), at.x
 
 
 def evaluate_rows(system: System, psi, t) -> RowEvaluation:

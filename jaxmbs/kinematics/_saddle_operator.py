@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..math._linalg import NOISE
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import gather_static
@@ -105,11 +106,15 @@ def row_kinds(system: System) -> RowKinds:
     return RowKinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
 
 
-def largest_of_element(sizes, block):
-    """Sizes (rows,) where all rows of a closure element get the largest size among them."""
+def largest_of_element(sizes, block, mobility):
+    """Sizes (rows,) of `A diag(mobility) A^T` where all rows of an element get the largest size among them.
+
+    Elements whose rows hold rounding alone get the largest mobility of a column, so that they count as none.
+    """
     if not len(block):
         return sizes
-    largest = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block]
+    largest, most = jax.ops.segment_max(sizes, jnp.asarray(block), int(block.max()) + 1)[block], jnp.max(mobility)
+    largest = jnp.where(largest > NOISE[sizes.dtype.itemsize] * most, largest, jnp.maximum(most, 1e-18))
     # rows that vanish at a singular pose fade out, but not to a division by zero
     return jnp.maximum(largest, 1e-12 * jnp.max(sizes, initial=1e-18))
 

@@ -16,7 +16,8 @@ from ._configuration import configuration
 from ._elastic import mass_operator
 from ._joint_wrenches import joint_wrenches, wrenches_at_frames
 from ._poses import node_parameters
-from ._saddle_operator import closure_pattern, loop_entries
+from ._rounding import loop_entries_without_rounding, residual_without_rounding
+from ._saddle_operator import closure_pattern
 
 _TOGETHER = 8  # vectors of one product, so that one program serves any number
 
@@ -59,8 +60,9 @@ def evaluate_sparse_rows(system: System, psi, t):
 def _rows(system, psi, t):
     at = configuration(system, node_parameters(system), psi, t, inertias=False)
     parts, at = closures.residual_and_directions(system, at)
-    f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
-    return f, loop_entries(system, at).value, constraints.other_rows(system, at), f_t, at.x
+    f = residual_without_rounding(system, at, constraints.rows_together(system, at, parts))
+    values = loop_entries_without_rounding(system, at)
+    return f, values, constraints.other_rows(system, at), constraints.time_rate(system, at), at.x
 
 
 @jit(compile="quick")

@@ -14,8 +14,8 @@ from ._spd import spd_inverse, spd_solve
 #: Motions through singular poses (A02, 10 s) err 7e-10 m at 3e-10, 6e-10 here, 3e-9 at 1e-8, 3e-8 at 1e-7; a crank of
 #: a thousandth of the other links loses 1e-5 of its acceleration at 3e-10, 4e-11 here.
 PROXIMAL = {8: 3e-9, 4: 1e-5}
-#: Rows below this, of the largest mobility of a column, hold rounding alone (hinges on one line) and count as none.
-_NOISE = {8: 1e-16, 4: 1e-9}
+#: Rows whose squares are below this, of the largest mobility of a column, hold rounding alone (hinges on one line).
+NOISE = {8: 1e-16, 4: 1e-9}
 #: Proximal rounds that a saddle solve always makes, see `saddle_solve` (double, single).  They do for most; where
 #: light inertias stand beside heavy ones, and near singular poses, each gains less, so they go on while it gains
 #: (masses over twelve decades: 1e-3 -> 4e-15).  Rows that contradict each other come no nearer, and their multipliers
@@ -47,7 +47,7 @@ def _row_mobility(M, A, block):
     together = (block[:, None] == block[None, :]).astype(size.dtype)
     of_block = jnp.max(together * size[None, :], axis=1, initial=0.0)
     largest = jnp.max(mobility, initial=1e-18)
-    of_block = jnp.where(of_block > _NOISE[M.dtype.itemsize] * largest, of_block, largest)
+    of_block = jnp.where(of_block > NOISE[M.dtype.itemsize] * largest, of_block, largest)
     return jnp.maximum(of_block, 1e-12 * jnp.max(size, initial=1e-18))
 
 

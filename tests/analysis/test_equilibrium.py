@@ -171,6 +171,22 @@ def test_second_derivatives_and_batches():
     np.testing.assert_allclose(second, exact, rtol=1e-8)
 
 
+def test_a_pose_among_many_in_equilibrium_is_kept():
+    """A door whose hinge stands along gravity, in any direction: neither efforts nor slope are more than rounding."""
+    base, random = None, np.random.default_rng(0)
+    for _ in range(8):
+        up, p, c = random.normal(size=(3, 3))
+        b = mbs.SystemBuilder(gravity=9.81 * up)
+        b.body("door", 1.0, random.normal(size=3), (0.1, 0.1, 0.1))
+        b.joint("hinge", mbs.Revolute(up / np.linalg.norm(up)), "ground", "door", p, c)
+        system = b.build(like=base)
+        base = base or system
+        start = mbs.State.at(system, hinge=random.normal())
+        found = mbs.equilibrium(system, start)
+        assert found.ok
+        np.testing.assert_allclose(found.state.coordinates, start.coordinates, atol=1e-12)
+
+
 def _linkage(length, gravity, like=None):
     """A parallelogram, which rests in any pose without weight, in one with it."""
     b = mbs.SystemBuilder(gravity=(0.0, -gravity, 0.0))
