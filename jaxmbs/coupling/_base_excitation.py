@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..linear._condensation import interface_basis
+from ..linear._free_motions import motion_with
 from ..linear._system import LinearSystem
 from ..reductions._base import interface_first
 from ..typing import ArrayLike
@@ -45,14 +45,15 @@ def base_motion(
         ratios: damping ratios of the modes with the base fixed, one number or (modes,).
         displacement, velocity: initial ones of the interface (b,), default 0.
 
-    Raises: ValueError for accelerations that do not fit the interface.  Source: S1 (5)-(6), (42)-(43).
+    Raises: ValueError for accelerations that do not fit the interface; ModelError, if concrete, for coordinates that
+    the interface does not hold.  Source: S1 (5)-(6), (42)-(43).
     """
     acceleration = jnp.asarray(acceleration)
     if acceleration.ndim != 2 or acceleration.shape[1] != component.num_interface:
         raise ValueError(f"accelerations have shape {acceleration.shape}, not (times, {component.num_interface})")
     c = interface_first(component)
     K, M, b = c.stiffness, c.mass, c.num_interface
-    T = interface_basis(K, tuple(range(b)))
+    T = motion_with(c, tuple(range(b)))
     base = modal_motion(jnp.zeros(b, K.dtype), 0.0, acceleration, step, displacement, velocity)
     load = -(acceleration @ (M @ T)[b:].T)
     relative = modal_response(K=K[b:, b:], M=M[b:, b:], load=load, step=step, ratios=ratios)

@@ -4,27 +4,33 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..elements._base import as_real
 from ..errors import ModelError
+from ..linear._free_motions import free_coordinates, name_some
 from ..math._eigen import eigh
+from ..math._nan import nan_where
 from ..math._spd import spd_solve
-from ..runtime import jit
+from ..runtime import jit, lapack
 from ..typing import AnyArray
 from ._assembly import assemble_dense, sum_dense
 from ._structure import Structure, scatter_rows
 
 #: Softening, over the largest stiffening or softening, that is rounding.
 ROUNDING = {8: 1e-10, 4: 1e-4}
+#: Squared pivot of the stiffness over its diagonal, in units of rounding, that is taken for zero.
+_ZERO_PIVOT = 30
 
 
 class Buckling(NamedTuple):
     """Buckling of a structure.
 
     Attributes:
-        factors: (num,) by which the load must grow, ascending; infinite where the load does not buckle it.
+        factors: (num,) by which the load must grow, ascending; infinite where the load does not buckle it, NaN where
+            nothing holds the structure.
         shapes: (rows, num) of buckling, `x^T K x = 1`.
         displacements: (rows,) under the load itself, linear.
     """
@@ -62,7 +68,6 @@ def element_geometric_stiffness(structure: Structure, name: str, u: Array) -> Ar
     return group.map(lambda element, nodes, u: element.geometric_stiffness(nodes, u), structure.positions, at)
 
 
-@jit
 def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
     """Factors of a load (rows,) [N, N m] at which a held structure buckles, `(K + factor K_g) x = 0`.
 
@@ -70,26 +75,39 @@ def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
 
     A factor below one says that the structure has buckled under the load itself.  Repeated factors have derivatives.
 
-    Raises: ValueError for a load of another shape, or more factors than rows.
+    Raises: ValueError for a load of another shape, or more factors than rows; ModelError, if concrete, for a
+    structure that moves without strain: what nothing holds turns away under any compression.
     Source: Timoshenko and Gere, Theory of elastic stability (1961).
     """
     rows = structure.index.num_rows
     if not 0 < num <= rows:
         raise ValueError(f"the structure has {rows} rows, got num = {num}")
+    found = _buckling(structure, load, num)
+    if is_concrete(found) and np.isnan(found.factors[0]):
+        _refuse_free(structure, "buckling")
+    return found
+
+
+@jit
+def _buckling(structure, load, num):
     K, x = _under_load(structure, load)
     softening, shapes = eigh(geometric_stiffness(structure, x), K)
     # K_g x = -(1 / factor) K x: the most negative value is the lowest factor
+    lost = jnp.isnan(x[:1])
     buckles = softening[:num] < -ROUNDING[softening.dtype.itemsize] * jnp.max(jnp.abs(softening))
     factors = jnp.where(buckles, -1.0 / jnp.where(buckles, softening[:num], -1.0), jnp.inf)
-    return Buckling(factors, shapes[:, :num], x)
+    return Buckling(jnp.where(lost, jnp.nan, factors), shapes[:, :num], x)
 
 
 def stiffness_under_load(structure: Structure, load: AnyArray) -> Float[Array, "rows rows"]:
     """Stiffness (rows, rows) about a held structure under a load (rows,) [N, N m].
 
-    Raises: ValueError for a load of another shape; ModelError for a concrete load beyond buckling.
+    Raises: ValueError for a load of another shape; ModelError, if concrete, for a load beyond buckling and for a
+    structure that moves without strain.
     """
     K, x = _under_load(structure, load)
+    if is_concrete(x) and np.isnan(np.asarray(x)).any():
+        _refuse_free(structure, "preload")
     total = K + geometric_stiffness(structure, x)
     if is_concrete(total) and np.linalg.eigvalsh(np.asarray(total))[0] <= 0.0:
         factor = float(buckling(structure, load).factors[0])
@@ -98,9 +116,26 @@ def stiffness_under_load(structure: Structure, load: AnyArray) -> Float[Array, "
 
 
 def _under_load(structure, load):
-    """Stiffness (rows, rows) without load, and displacements (rows,) under it."""
+    """Stiffness (rows, rows) without load, and displacements (rows,) under it, NaN where nothing holds it."""
     (K,) = assemble_dense(structure, ("stiffness",))
     load = as_real(load).astype(K.dtype)
     if load.shape != (len(K),):
         raise ValueError(f"the structure has {len(K)} rows, got a load of shape {load.shape}")
-    return K, spd_solve(K, load)
+    fixed = lax.stop_gradient(K)
+    pivots = jnp.diagonal(lapack.cholesky(fixed)) ** 2 / jnp.diagonal(fixed)
+    is_held = jnp.min(pivots) > _ZERO_PIVOT * jnp.finfo(K.dtype).eps  # false for pivots that are NaN
+    return K, nan_where(~is_held, spd_solve(K, load))
+
+
+def _refuse_free(structure, what):
+    """Raises: ModelError with the coordinates that move without strain."""
+    (K,) = assemble_dense(structure, ("stiffness",))
+    count, rows = free_coordinates(K)
+    if count:
+        names = name_some(structure.labels, rows)
+        raise ModelError(
+            [
+                f"{what}: nothing holds {names}: motions without strain: {count}; hold nodes with "
+                'Structure(..., held={"node": "all"})'
+            ]
+        )

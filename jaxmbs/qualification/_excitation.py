@@ -7,10 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jaxtyping import Array
+from scipy.sparse.csgraph import connected_components
 
 from ..checks import is_concrete, number_faults
 from ..errors import ModelError
-from ..linear._condensation import interface_basis
+from ..linear._free_motions import motion_with, name_some
+from ..linear._rigid_flags import rigid_flags
+from ..math._nan import nan_where
 from ._inputs import BaseAcceleration, RandomForce
 
 
@@ -42,22 +45,56 @@ def input_faults(system, inputs, ratios, loss):
 
 
 def excitation_of(system, inputs):
-    """Motions of the base and forces (n, inputs) of all inputs."""
+    """Motions of the base and forces (n, inputs) of all inputs.
+
+    Raises: ModelError for coordinates that do not move by themselves, and for what nothing holds to the base.
+    """
     moved = [given for given in inputs.values() if isinstance(given, BaseAcceleration)]
     n, dtype = system.num_rows, system.dtype
     base = _moved_rows(system, moved[0].at) if moved and moved[0].at is not None else ()
-    T = interface_basis(system.stiffness, base) if base else None
+    T = motion_with(system, base) if base else None
     carried, forces, given = [], [], []
-    for one in inputs.values():
+    for name, one in inputs.items():
         pattern = jnp.zeros(n, dtype)
         if isinstance(one, BaseAcceleration):
             pattern = one.pattern(system)
-            pattern = pattern if T is None else T @ pattern[np.array(base)]
+            pattern = _held_motion(system, name, pattern) if T is None else T @ pattern[np.array(base)]
         carried.append(pattern)
         is_force = isinstance(one, RandomForce)
         forces.append(system.load(one.pattern) if is_force else jnp.zeros(n, dtype))
         given.append(one.pattern if is_force else None)
     return Excitation(base, jnp.stack(carried, 1), bool(base), jnp.stack(forces, 1), tuple(given))
+
+
+def _held_motion(system, name, pattern):
+    """The motion (n,) with the ground, NaN where it strains nothing and so moves nothing.
+
+    Raises: ModelError, if concrete, with the coordinates of each part that nothing holds to the ground.
+    """
+    parts = _connected_parts(system) if is_concrete(system) else [np.arange(system.num_rows)]
+    carried = jnp.stack([jnp.zeros_like(pattern).at[rows].set(pattern[rows]) for rows in parts], 1)
+    moves = jnp.any(system.mass @ carried != 0, axis=0)
+    for A in (system.stiffness, system.damping):
+        if A is not None:
+            moves = moves & rigid_flags(A, jnp.sum(carried * (A @ carried), axis=0), carried)
+    if is_concrete(moves) and np.any(np.asarray(moves)):
+        rows = np.concatenate([part for part, free in zip(parts, np.asarray(moves), strict=True) if free])
+        names = name_some(system.coordinates, rows[np.asarray(pattern)[rows] != 0])
+        raise ModelError(
+            [
+                f"input {name!r} moves the ground, and nothing holds {names} to it in this direction: give springs "
+                "to the ground, or name the coordinates that are moved, BaseAcceleration(..., at=[...])"
+            ],
+            "the question",
+        )
+    return nan_where(jnp.any(moves), pattern)
+
+
+def _connected_parts(system):
+    """Rows of the parts that no stiffness, damping or mass connects."""
+    matrices = [np.asarray(A) for A in (system.mass, system.stiffness, system.damping) if A is not None]
+    count, part = connected_components(np.any([A != 0 for A in matrices], axis=0), directed=False)
+    return [np.flatnonzero(part == k) for k in range(count)]
 
 
 def _moved_rows(system, at):

@@ -49,7 +49,7 @@ class SineResponse(eqx.Module):
     def amplitudes(self) -> Float[Array, "frequencies outputs"]:
         """Sizes (frequencies, outputs) of the responses."""
         size = self.response.real**2 + self.response.imag**2
-        return jnp.where(size > 0, jnp.sqrt(jnp.where(size > 0, size, 1.0)), 0.0)
+        return jnp.where(size == 0, 0.0, jnp.sqrt(jnp.where(size == 0, 1.0, size)))  # NaN stays NaN
 
     @property
     def peaks(self) -> Float[Array, " outputs"]:

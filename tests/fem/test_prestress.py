@@ -7,6 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import elements, fem
+from jaxmbs.errors import ModelError
 from jaxmbs.vibration import natural_modes
 
 N = 16
@@ -190,6 +191,23 @@ ELEMENTS = {
 def test_bad_input():
     with pytest.raises(ValueError, match="rows, got a load of shape"):
         fem.buckling(column({0: "all"}, n=2), np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("held", "names"),
+    [({}, "'0' x, '0' y"), ({0: "x y z"}, "'0' rx"), ({0: "x y z rx", N: "y"}, "'0' ry")],
+    ids=["nothing", "a ball", "a hinge"],
+)
+def test_what_moves_without_strain_is_named(held, names):
+    """A column that is free as a body, or turns about its supports, is unstable under any compression."""
+    structure = column(held)
+    end = np.zeros((structure.num_nodes, 6))
+    end[N, 0] = -1.0
+    load = fem.gather_rows(structure, end)
+    for question in (fem.buckling, lambda structure, load: fem.assemble(structure, preload=load)):
+        with pytest.raises(ModelError, match=f"nothing holds {names}.*motions without strain"):
+            question(structure, load)
+    assert np.isnan(jax.jit(lambda load: fem.buckling(structure, load).factors)(load)).all()
 
 
 @pytest.mark.long
