@@ -41,9 +41,9 @@ class Status(enum.IntEnum):
         11,
         "the friction of joints has no unique loads (they jam: reduce mu, or give the bearing more length)",
     )
-    DEPTH = (
+    VALIDITY = (
         12,
-        "a contact is pressed deeper than its `max_depth` at a saved time (raise its stiffness, or the bound)",
+        "a part of the model is beyond the range where its law holds, at a saved time (dynamics.validity names it)",
     )
 
     text: str

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ..forces._fields import value_faults
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
+from ..forces._validity import Margin
 from ..typing import ScalarLike
 
 
@@ -62,6 +63,15 @@ class AbstractBlock(eqx.Module):
     def has_sampled_form(self) -> bool:
         """True if the block may be built with `every=`."""
         return not self.internal_states or type(self).sample is not AbstractBlock.sample
+
+    def validity(self, s: States, t: ScalarLike) -> dict[str, Margin]:
+        """Margins of the states to the ends of the model by name; none by default."""
+        return {}
+
+    @property
+    def has_ends(self) -> bool:
+        """True if `validity` has margins."""
+        return type(self).validity is not AbstractBlock.validity
 
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..checks import may_be_nonzero, negative, not_positive
 from ..forces._base import AbstractLaw, AbstractPoseLaw
 from ..forces._fields import number, optional_number
+from ..forces._validity import Margin
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._dry_friction import DryFriction
 from ._hunt_crossley import HuntCrossley
@@ -55,6 +56,21 @@ class AbstractContact(AbstractLaw):
         normal = at.share * jax.vmap(self.force.force)(at.depth, -parting)
         return PointForces(at, -parting, sliding, normal, jnp.zeros_like(sliding))
 
+    def validity(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, *_: Any
+    ) -> dict[str, Margin]:
+        """Margins of the pair, and the depth that is left to `max_depth` [m]."""
+        ends = self.pair.validity(rotation, displacement)
+        if self.max_depth is None:
+            return ends
+        left = self.max_depth - jnp.max(self.pair.touch(rotation, displacement).depth)
+        return ends | {"depth": Margin(left, "m", "is pressed deeper than its max_depth")}
+
+    @property
+    def has_ends(self) -> bool:
+        """True for a bound on the depth, or margins of the pair."""
+        return self.max_depth is not None or self.pair.has_ends
+
     @property
     def stores(self) -> bool:
         return may_be_nonzero(self.force.stiffness)
@@ -96,7 +112,7 @@ class Contact(AbstractContact, AbstractPoseLaw):
         pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
         force: normal force by the depth.
         friction: `DryFriction`; None for smooth surfaces.  For `ContactLuGre` take a `BristleContact`.
-        max_depth: depth beyond which a motion has the status `DEPTH` [m], > 0; None for no bound.
+        max_depth: depth beyond which a motion has the status `VALIDITY` [m], > 0; None for no bound.
         wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
     """
 

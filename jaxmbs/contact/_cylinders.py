@@ -8,6 +8,7 @@ from jax import Array
 
 from ..checks import faults_if, not_positive
 from ..forces._fields import number
+from ..forces._validity import Margin
 from ..math._linalg import direction, safe_norm
 from ..typing import Convertible, Matrix3, Scalar, Vector3
 from ._pair import AbstractPair, Touch
@@ -36,6 +37,11 @@ class CylinderOnPlane(AbstractPair):
         lowest = centres - self.radius * direction(in_rim)[None]
         half = jnp.full(2, 0.5, displacement.dtype)
         return Touch(depth, jnp.stack([up, up]), lowest + depth[:, None] / 2 * up[None], half)
+
+    def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
+        """Angle of the axis to that of the plane, less a hundredth [rad]."""
+        angle = jnp.arcsin(jnp.clip(safe_norm(rotation[:2, 2]), 0.0, 1.0))
+        return {"tilt": Margin(angle - 0.01, "rad", "stands on an end, where no point of its rim is the lowest")}
 
     def area(self, depth: Array) -> Array:
         """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""

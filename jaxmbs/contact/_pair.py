@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..forces._fields import value_faults
+from ..forces._validity import Margin
 from ..typing import Matrix3, Vector3
 
 
@@ -46,6 +47,15 @@ class AbstractPair(eqx.Module):
     @abc.abstractmethod
     def area(self, depth: Float[Array, " k"]) -> Float[Array, " k"]:
         """Area [m^2] by which each force is divided to have a mean pressure, of positive depths."""
+
+    def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
+        """Margins of the pose to the ends of the model by name; none by default."""
+        return {}
+
+    @property
+    def has_ends(self) -> bool:
+        """True if `validity` has margins."""
+        return type(self).validity is not AbstractPair.validity
 
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""

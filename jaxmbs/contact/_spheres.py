@@ -7,6 +7,7 @@ from jax import Array
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..forces._fields import number
+from ..forces._validity import Margin
 from ..math._linalg import direction, safe_norm
 from ..typing import Convertible, Matrix3, Scalar, Vector3
 from ._pair import AbstractPair, Touch, round_touch
@@ -49,6 +50,11 @@ class SphereOnSphere(AbstractPair):
     def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
         depth = self.radius + self.other_radius - safe_norm(displacement)
         return round_touch(displacement, direction(displacement), depth, self.radius)
+
+    def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
+        """Distance of the centres, less a thousandth of both radii [m]."""
+        apart = safe_norm(displacement) - 1e-3 * (self.radius + self.other_radius)
+        return {"centres": Margin(apart, "m", "has both centres at one place, which gives no direction")}
 
     def area(self, depth: Array) -> Array:
         """The circle of Hertz, `pi r d` of the radius r of both: `1/r = 1/r1 + 1/r2`."""

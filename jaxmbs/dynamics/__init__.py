@@ -6,6 +6,7 @@ from ._energy import kinetic_energy, potential_energy
 from ._friction_verdict import FrictionLoads, joint_friction
 from ._newton_euler import forward_dynamics, mass_matrix
 from ._points import acceleration, angular_acceleration
+from ._validity import Validity, validity
 from .paper import (
     compliance_effort,
     generalised_momentum,
@@ -31,6 +32,7 @@ __all__ = [
     "CableResult",
     "ContactLoad",
     "FrictionLoads",
+    "Validity",
     "acceleration",
     "angular_acceleration",
     "cable_states",
@@ -58,4 +60,5 @@ __all__ = [
     "spring_vector",
     "state_equations",
     "total_effort",
+    "validity",
 ]

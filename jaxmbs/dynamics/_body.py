@@ -11,6 +11,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
+from ..forces._validity import Margin
 from ..kinematics._configuration import Configuration
 from ._loads import Loads
 
@@ -44,6 +45,10 @@ class AbstractBodies(eqx.Module):
     def weight(self, system, at, Gamma) -> Array:
         """Efforts (N,) of gravity on independent velocities, with Gamma (nv, N) of `velocity_map`; `at` is a
         `Configuration`.  Source: S2 (75)."""
+
+    def validity(self, system, at) -> tuple[tuple[str, ...], dict[str, Margin]]:
+        """Names of the bodies, and their margins (bodies,) to the ends of the model by name; none by default."""
+        return (), {}
 
     def strain_efforts(self, system, at, owners) -> tuple[Loads, tuple[Array, ...]]:
         """Loads of stiffness and damping inside the bodies, and a tuple of the array of their dampers' powers, or

@@ -6,13 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..forces import Cable, PathKinematics
-from ..kinematics._cable_rows import cable_places, cable_rows
+from ..forces import Cable
+from ..kinematics._cable_rows import cable_places, cable_rows, frames_of
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
 from ..kinematics._state import HasStates, State
-from ..math._spatial import cross
 from ..model._entry_points import map_states, states_of
 from ..model._internal_states import with_internal
 from ..model._system import System
@@ -115,8 +114,7 @@ def _of_rows(system, at, state):
     twist = frame_twists(system, at.V)
     for row, place in zip(cable_rows(system), cable_places(system), strict=True):
         R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
-        frames = PathKinematics(R, x, V[:, :3], V[:, 3:] + cross(V[:, :3], x))
-        tension = multipliers[place]
+        frames, tension = frames_of(R, x, V), multipliers[place]
         force, moment = row.law.unit_loads(R, x)
         loads = (tension * force, tension * moment)
         found[row.name] = _result(at, row.law.state(frames, tension), loads, row.law)

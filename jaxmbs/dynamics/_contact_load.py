@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ..contact._contact import AbstractContact, PointForces
 from ..errors import ModelError
-from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
+from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._state import State
 from ..model._entry_points import state_function
@@ -86,12 +86,6 @@ def contact_groups(system: System) -> list:
 def contact_of(law):
     """The law, or that of a law at internal states."""
     return getattr(law, "law", law)
-
-
-def deepest(system: System, at: VelocityKinematics, group) -> Array:
-    """Largest depth (n,) of each contact of a group."""
-    displacement = element_flows(system, group, at, at.V, at.u)[1]
-    return jax.vmap(lambda law, x: jnp.max(law.pair.touch(*x).depth))(contact_of(group.law), displacement)
 
 
 def _forces(system, at, group, k) -> tuple[AbstractContact, PointForces, Any]:

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..errors import ModelError
+from ..forces._validity import Margin
 from ..kinematics._configuration import at_rest
 from ..kinematics._elastic import (
     ElasticState,
@@ -26,6 +27,10 @@ from ..model._elastic import ElasticGroup
 from ..model._system import System
 from ._body import AbstractBodies
 from ._loads import Loads, on_columns
+
+#: Mean deflection over the radius of gyration up to which a body deforms by little: a tenth of the length at the tip
+#: of a cantilever.
+MOST_DEFLECTION = 0.1
 
 
 class ElasticBodies(AbstractBodies):
@@ -61,6 +66,17 @@ class ElasticBodies(AbstractBodies):
         kinetic = jnp.sum(jax.vmap(lambda body, s: body.kinetic_energy(s.q, s.flow))(body, s))
         moment = jnp.einsum("eij,ej->ei", s.R, jax.vmap(lambda body, q: body.first_moment(q))(body, s.q))
         return kinetic, body.inertia[:, 3, 3] @ (s.x[:, 0] + at.origin[None]) + jnp.sum(moment, axis=0)
+
+    def validity(self, system, at):
+        """Root of the mean square deflection, by mass, that is left to a tenth of the radius of gyration about the
+        floating frame [m]."""
+        body, s = self.group.body, elastic_state(system, self.group, at)
+        m, mass = s.q.shape[1], body.inertia[:, 3, 3]
+        bent = jnp.einsum("ei,eij,ej->e", s.q, body.inertia[:, -m:, -m:], s.q) / mass
+        size = jnp.trace(body.inertia[:, :3, :3], axis1=1, axis2=2) / (2.0 * mass)
+        left = MOST_DEFLECTION * jnp.sqrt(size) - jnp.sqrt(jnp.maximum(bent, 0.0))
+        end = "deforms by more than a tenth of its size, give it as several bodies or as a beam"
+        return self.group.names, {"deflection": Margin(left, "m", end)}
 
     def weight(self, system, at, Gamma):
         still = at_rest(system, at)

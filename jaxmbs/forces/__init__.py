@@ -42,6 +42,7 @@ from ._state_laws import (
     InternalState,
 )
 from ._table import Table
+from ._validity import Margin
 from ._worm_gear import WormGear
 from ._zener import Zener
 
@@ -84,6 +85,7 @@ __all__ = [
     "InternalState",
     "JointLuGre",
     "LuGre",
+    "Margin",
     "Maxwell",
     "Motor",
     "PD",

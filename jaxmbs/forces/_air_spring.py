@@ -8,6 +8,7 @@ from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond, fluid
 from ._fields import number
+from ._validity import Margin
 
 
 class AirSpring(AbstractScalarLaw):
@@ -47,6 +48,10 @@ class AirSpring(AbstractScalarLaw):
         n, ratio = self.exponent, self._ratio(x)
         gas = self.pressure * self.height * (ratio ** (1.0 - n) - 1.0) / (n - 1.0)
         return self.area * (gas + self.ambient * (x - self.length))
+
+    def validity(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> dict[str, Margin]:
+        """Height of the column of gas [m]."""
+        return {"height": Margin(self.height + x - self.length, "m", "has no gas left")}
 
     def bonds(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Bonds:
         """Gas on one side of the piston and the ambient on the other, both stores."""

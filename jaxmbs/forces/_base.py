@@ -21,6 +21,7 @@ from ..math._linalg import direction, safe_norm, skew
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._element_bonds import Bonds
 from ._fields import value_faults
+from ._validity import Margin
 
 
 class AbstractLaw(eqx.Module):
@@ -50,6 +51,16 @@ class AbstractLaw(eqx.Module):
         """Bonds of the graph inside the element by name, "Se:voltage -> 1:current", of the arguments of its effort;
         none where the law does not say.  "1:port" is the junction of its own flow."""
         return {}
+
+    def validity(self, *args: Any) -> dict[str, Margin]:
+        """Margins to the ends of the model by name, of the arguments of its effort: where one is negative the law
+        does not hold, and motions, equilibria and reactions say so.  By default there are none."""
+        return {}
+
+    @property
+    def has_ends(self) -> bool:
+        """True if `validity` has margins."""
+        return type(self).validity is not AbstractLaw.validity
 
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""

@@ -1,6 +1,7 @@
 """Element of a geometrically exact beam between two cross sections, by the screw from one to the other."""
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -9,6 +10,10 @@ from ..math._screw import screw_of_pose, screw_rate, wrench_of_screw_gradient
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw
 from ._fields import number, optional_number
+from ._validity import Margin
+
+#: Rotation [rad] between the sections of an element, below the half turn up to which the screw is known.
+MOST_TURN = 3.0
 
 
 class BeamElement(AbstractPoseLaw):
@@ -51,6 +56,15 @@ class BeamElement(AbstractPoseLaw):
         stretch = screw_of_pose(rotation, displacement) - self.screw
         return stretch @ self.stiffness @ stretch / 2
 
+    def validity(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> dict[str, Margin]:
+        """Rotation between the sections that is left to half a turn [rad]."""
+        skewed = rotation - rotation.T  # of size sqrt(8) sin(angle); the trace is 1 + 2 cos(angle)
+        angle = jnp.arctan2(jnp.sqrt(jnp.sum(skewed**2) / 2), jnp.trace(rotation) - 1.0)
+        end = "bends by nearly half a turn between its ends, give the beam more elements"
+        return {"turn": Margin(MOST_TURN - angle, "rad", end)}
+
     @property
     def dissipates(self) -> bool:
         return self.damping is not None
@@ -64,7 +78,7 @@ class BeamElement(AbstractPoseLaw):
             (any_concrete(_not_definite, self.stiffness), "stiffness must be symmetric and positive definite"),
             (any_concrete(lambda s: not np.any(s[:3]), self.screw), "screw must have a length without load"),
             (
-                any_concrete(lambda s: np.linalg.norm(s[3:]) > 3.0, self.screw),
+                any_concrete(lambda s: np.linalg.norm(s[3:]) > MOST_TURN, self.screw),
                 "screw must turn less than half a turn",
             ),
             (self.damping is not None and negative(self.damping), "damping must not be negative [s]"),

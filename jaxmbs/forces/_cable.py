@@ -18,6 +18,7 @@ from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 from ._signals import Constant, as_signal, value_and_rate
+from ._validity import Margin
 
 
 class Cable(CableRoute, AbstractPathLaw):
@@ -126,6 +127,10 @@ class Cable(CableRoute, AbstractPathLaw):
         """Length, tensions and wrap."""
         pull = self.pull(frames, t)
         return CableState.of(pull.path, pull.rate, pull.tension, pull.each_tension)
+
+    def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
+        """Margins of the path."""
+        return self.path_margins(self.path(frames.rotations, frames.positions))
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""

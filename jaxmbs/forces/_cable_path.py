@@ -117,9 +117,14 @@ class CablePath(NamedTuple):
     @property
     def is_tangent(self) -> Array:
         """True (m,) where a span touches its circles; false where none does, as from a point within a circle."""
+        return self.tangent_margin >= 0
+
+    @property
+    def tangent_margin(self) -> Array:
+        """Length (m,) by which a span may miss the tangents of its circles, less that by which it does [m]."""
         most = _TANGENT * jnp.where(self.spans > 0, self.spans, 1.0)
         across = [jnp.abs(dot(normal, self.end - self.start)) for normal in self.normals]
-        return jnp.maximum(*across) <= most
+        return most - jnp.maximum(*across)
 
     @property
     def length(self) -> Array:

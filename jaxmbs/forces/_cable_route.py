@@ -16,6 +16,10 @@ from ._base import PathKinematics
 from ._cable_path import CablePath, Circles, Layout, cable_path
 from ._cable_slopes import length_slopes
 from ._fields import number
+from ._validity import Margin
+
+#: Length of a span, of that of the whole cable, that is taken for none.
+_NO_LENGTH = 1e-9
 
 
 class CableState(NamedTuple):
@@ -84,6 +88,19 @@ class CableRoute(eqx.Module):
         circles = self._circles(rotations, positions)
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
+
+    def path_margins(self, path: CablePath) -> dict[str, Margin]:
+        """Margins of the path by name: of spans to their tangents [m] and to no length [m], of wraps [rad]."""
+        spans = tuple(f"span after element {k}" for k in range(len(path.spans)))
+        own = self.layout.circles
+        found = {
+            "tangent": Margin(path.tangent_margin, "m", "finds no tangent between its wheels", spans),
+            "span": Margin(path.spans - _NO_LENGTH * path.length, "m", "has ends at one place", spans),
+        }
+        if len(own):
+            wheels = tuple(f"element {k}" for k in own)
+            found["wrap"] = Margin(gather_static(path.wrap, own), "rad", "has left a wheel", wheels)
+        return found
 
     def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Components, Components]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""

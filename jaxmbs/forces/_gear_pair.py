@@ -15,6 +15,7 @@ from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._fields import number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
+from ._validity import Margin, tooth_margins
 
 
 class MeshState(NamedTuple):
@@ -29,6 +30,10 @@ class MeshState(NamedTuple):
     approach: Array
     force: Array
     pressure_angle: Array
+
+
+#: Angle between the axes of two gears up to which they count as parallel [rad].
+MOST_TILT = 0.1
 
 
 class GearPair(AbstractPathLaw):
@@ -91,6 +96,11 @@ class GearPair(AbstractPathLaw):
         first, second = self.radii
         return second - first if self.internal else first + second
 
+    @property
+    def transverse_angle(self) -> Array:
+        """Pressure angle across the axes [rad]."""
+        return jnp.arctan(jnp.tan(self.pressure_angle) / jnp.cos(self.helix_angle))
+
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
         """Forces and moments of both sides of the teeth."""
         sides, pull_back = jax.vjp(self._approach, frames.rotations, frames.positions)
@@ -106,6 +116,20 @@ class GearPair(AbstractPathLaw):
         """Energy of the pressed teeth [J]."""
         approach = self._approach(rotations, positions)
         return self.stiffness * jnp.sum(one_sided_integral(approach, self.transition))
+
+    def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
+        """Distances [m] to wheels whose teeth no longer reach into each other, or into their base circles, to teeth
+        pressed by a quarter of their pitch, and the angle that is left to axes that are not parallel [rad]."""
+        R, x = frames.rotations, frames.positions
+        axis, other, between = R[0, :, 2], R[1, :, 2], x[1] - x[0]
+        distance = safe_norm(between - jnp.dot(axis, between) * axis)
+        side = -1.0 if self.internal else 1.0
+        base = distance - self.centre_distance * jnp.cos(self.transverse_angle)
+        tilt = jnp.arctan2(safe_norm(jnp.cross(axis, other)), jnp.abs(jnp.dot(axis, other)))
+        return tooth_margins(self, side * (self.centre_distance - distance), self._approach(R, x)) | {
+            "base circles": Margin(base, "m", "has its wheels so near that they have no line of action"),
+            "tilt": Margin(MOST_TILT - tilt, "rad", "has axes that are not parallel"),
+        }
 
     def state(self, frames: PathKinematics, t: ScalarLike) -> MeshState:
         """Approach and forces of both sides."""
@@ -139,7 +163,7 @@ class GearPair(AbstractPathLaw):
         centre = between / jnp.where(distance > 0, distance, 1.0)
         across = jnp.cross(axis, centre)
         angle = jnp.stack([_angle(rotations[k, :, 0], centre, across) for k in range(2)])
-        transverse = jnp.arctan(jnp.tan(self.pressure_angle) / jnp.cos(self.helix_angle))
+        transverse = self.transverse_angle
         teeth = np.asarray(self.teeth, float)
         sign = -1.0 if self.internal else 1.0
         slip = climb * jnp.tan(self.helix_angle) / self.radii[0] * teeth[0]  # a shift along the axis turns the mesh
@@ -171,7 +195,9 @@ class GearPair(AbstractPathLaw):
         )
         if whole and is_concrete(self) and not found:
             pitch = np.pi * float(self.module) * np.cos(float(self.pressure_angle))
-            found += faults_if((float(self.backlash) >= pitch / 2, "backlash must be less than half a tooth pitch"))
+            found += faults_if(
+                (bool(float(self.backlash) >= pitch / 2), "backlash must be less than half a tooth pitch")
+            )
         return found
 
 

@@ -16,6 +16,11 @@ from ._element_bonds import Bonds, ElementBond, fluid
 from ._fields import as_law_function, number
 from ._signals import AbstractSignal, as_signal
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
+from ._validity import Margin
+
+#: Pressure of the atmosphere [Pa], from which pressures of oil count: below minus this the oil has turned to vapour.
+ATMOSPHERE = 101325.0
+EMPTY = "is below the pressure of vapour: its oil cavitates"
 
 
 def _opening(value):
@@ -85,8 +90,12 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         """Volumes of the chambers [m^3]."""
         if not self.varying:
             return self.volumes
-        volumes = self.volumes + (x - self.length) * self.areas * jnp.array([1.0, -1.0])
+        volumes = self._volumes(x)
         return jnp.where(volumes > 0.0, volumes, jnp.nan)
+
+    def _volumes(self, x):
+        """Volumes that vary (2,), negative beyond the end of the stroke [m^3]."""
+        return self.volumes + (x - self.length) * self.areas * jnp.array([1.0, -1.0])
 
     def flows(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Float[Array, "2"]:
         """Flows of the valve, or of a circuit, into the chambers [m^3/s]."""
@@ -119,6 +128,14 @@ class HydraulicCylinder(AbstractScalarStateLaw):
         p = jnp.stack([s["p0"], s["p1"]])
         oil = jnp.sum(self.chambers(x) * jnp.square(p)) / (2.0 * self.bulk_modulus)
         return oil if self.end_cushion is None else oil + self.end_cushion.potential(x, t)
+
+    def validity(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> dict[str, Margin]:
+        """Absolute pressures [Pa], and volumes of the chambers where they vary [m^3]."""
+        ends = {name: Margin(s[name] + ATMOSPHERE, "Pa", EMPTY) for name in ("p0", "p1")}
+        if self.varying:
+            left = self._volumes(x)
+            ends["volume"] = Margin(left, "m^3", "has no volume left in its chamber", ("0", "1"))
+        return ends
 
     def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
         """The valve's four edges, both chambers, the leakage between them and their pistons.

@@ -11,6 +11,7 @@ from ..typing import Convertible, Scalar, ScalarLike
 from ._base import PathKinematics
 from ._cable_route import CableRoute, CableState
 from ._signals import Constant, as_signal
+from ._validity import Margin
 
 
 class InextensibleCable(CableRoute):
@@ -48,6 +49,12 @@ class InextensibleCable(CableRoute):
         """The cable under a tension."""
         path, rate, *_ = self.length_and_rate(frames)
         return CableState.of(path, rate, tension, jnp.broadcast_to(tension, path.spans.shape))
+
+    def validity(self, frames: PathKinematics, tension: Scalar) -> dict[str, Margin]:
+        """Margins of the path, and the tension [N]."""
+        found = self.path_margins(self.path(frames.rotations, frames.positions))
+        end = "would have to push: give it a stiffness, so that it may become slack"
+        return found | {"tension": Margin(tension, "N", end)}
 
     def faults(self) -> list[str]:
         """Radii and length are positive."""

@@ -7,6 +7,7 @@ import jax
 from ..typing import Scalar, ScalarLike
 from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ._element_bonds import Bonds
+from ._validity import Margin
 
 #: Internal states of one element by name: arrays.
 States = dict[str, Any]
@@ -48,6 +49,15 @@ class LawAt(AbstractLaw):
     def bonds(self, *args: Any) -> Bonds:
         """Bonds of the graph inside the element, of (x, v, t)."""
         return self.law.bonds(*self._with_states(args))
+
+    def validity(self, *args: Any) -> dict[str, Margin]:
+        """Margins of the law, of (x, v, t)."""
+        return self.law.validity(*self._with_states(args))
+
+    @property
+    def has_ends(self) -> bool:
+        """That of the law."""
+        return self.law.has_ends
 
     def state_power(self, x: tuple, rates: States, t: ScalarLike) -> Scalar:
         """Power [W] that goes into the stored energy by the rates of the states, at constant x and time."""

@@ -14,6 +14,7 @@ from ..typing import Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._friction_laws import tanh_over
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
+from ._validity import Margin, tooth_margins
 
 
 class PitchPoint(NamedTuple):
@@ -77,6 +78,13 @@ class AbstractPitchPointMesh(AbstractPathLaw):
         push = push + jnp.sum(normal) * mu * tanh_over(slip * slip) * slip * teeth.sliding
         force = jnp.stack([-push, push])
         return force, jnp.cross(arms, force)
+
+    def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
+        """Distances [m] to wheels whose teeth no longer reach into each other, and to teeth pressed by a quarter of
+        their pitch."""
+        approach = self._pitch_point(frames.rotations, frames.positions).approach
+        nearer = (jnp.sum(approach) + self.backlash) / (2.0 * jnp.sin(self.pressure_angle))
+        return tooth_margins(self, nearer, approach)
 
     def potential(self, rotations: Float[Array, "2 3 3"], positions: Float[Array, "2 3"], t: ScalarLike) -> Scalar:
         """Energy of the pressed teeth [J]."""

@@ -13,6 +13,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from ._validity import Margin
+
 
 @dataclasses.dataclass(frozen=True)
 class AbstractPort(abc.ABC):
@@ -71,6 +73,11 @@ class AbstractPort(abc.ABC):
     def stored_effort(self, law, displacement, flow, t) -> Array:
         """Part (num_flows,) of the effort that derives from the potential; only the shape of the flow is used."""
         return -jax.grad(lambda flow: self.storage_power(law, displacement, flow, t))(jnp.zeros_like(flow))
+
+    def validity(self, law, displacement, flow, t) -> dict[str, Margin]:
+        """Margins of the law by name."""
+        x, v = self.arguments(displacement, flow)
+        return law.validity(*x, *v, t)
 
     def slope(self, law, displacement, flow, t) -> Array:
         """Minus the derivative (num_flows, num_flows) of the stored effort along the flows of the element."""

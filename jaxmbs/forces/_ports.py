@@ -255,6 +255,10 @@ class PathPort(AbstractPort):
         wrench, storing = law.wrench_and_storage_power(frames, t)
         return _moments_first(wrench), storing
 
+    def validity(self, law, displacement, flow, t):
+        law, frames = self.law_and_motion(law, displacement, flow)
+        return law.validity(frames, t)
+
     def law_and_motion(self, law, displacement, flow):
         """The law as it acts now, and the motion of its frames."""
         return law, PathKinematics(*displacement, *_spins_and_velocities(flow))

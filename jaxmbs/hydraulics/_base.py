@@ -17,8 +17,10 @@ from jaxtyping import Array, Float
 from ..blocks import AbstractBlock
 from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
+from ..forces._hydraulic_cylinder import ATMOSPHERE, EMPTY
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
+from ..forces._validity import Margin
 from ..typing import Scalar, ScalarLike
 
 
@@ -66,6 +68,10 @@ class AbstractStorage(AbstractNode):
     def output(self, u: Any, s: States, t: ScalarLike) -> Array:
         """The pressure [Pa]."""
         return s["p"]
+
+    def validity(self, s: States, t: ScalarLike) -> dict[str, Margin]:
+        """Absolute pressure [Pa]: oil that is pulled apart fills with vapour, which is not in the model."""
+        return {"pressure": Margin(s["p"] + ATMOSPHERE, "Pa", EMPTY)}
 
     def stored(self, p: ScalarLike) -> Scalar:
         """Energy [J] at pressure p, the integral of `p capacity(p)` from none."""

@@ -11,6 +11,7 @@ from ..blocks import AbstractBlock
 from ..forces._element_bonds import Bonds
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
+from ..forces._validity import Margin
 from ..typing import Scalar, ScalarLike
 from ._base import AbstractNode, AbstractStorage
 
@@ -39,6 +40,15 @@ class Junction(AbstractNode):
     def output(self, u: Any, s: States, t: ScalarLike) -> Array:
         """The pressure [Pa]."""
         return self.node.output(0.0, s, t)
+
+    def validity(self, s: States, t: ScalarLike) -> dict[str, Margin]:
+        """As the node."""
+        return self.node.validity(s, t)
+
+    @property
+    def has_ends(self) -> bool:
+        """As the node."""
+        return self.node.has_ends
 
     def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> Bonds:
         """As the node."""

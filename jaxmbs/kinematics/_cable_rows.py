@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
+from ..forces import PathKinematics
 from ..math._spatial import cross
 from ..model._rows import CableRow
 from ..model._system import System
@@ -15,6 +16,11 @@ from ._wrench_targets import WrenchTargets
 def cable_rows(system: System) -> list[CableRow]:
     """Rows of inextensible cables."""
     return [row for row in system.rows if isinstance(row, CableRow)]
+
+
+def frames_of(R, x, V) -> PathKinematics:
+    """Poses and velocities of frames (n, ...) from the twists V (n, 6) of their bodies about the origin."""
+    return PathKinematics(R, x, V[:, :3], V[:, 3:] + cross(V[:, :3], x))
 
 
 def cable_residual(system: System, row: CableRow, psi, t):

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from ..dynamics._validity import validity
 from ..kinematics._constraint_rows import constraint_jacobian, constraint_residual
 from ..model._system import System
 from ..ode._failure import describe_end, mean_step
 from ..status import Status
-from ._contact_depth import deep_contacts
 from ._infinite_rates import describe_infinite_rates
 from ._motion import Motion
 from ._stiffest_mode import describe_stiffest_mode
@@ -32,8 +32,9 @@ def explain(system: System, motion: Motion, t0: float) -> str:
         text += describe_stiffest_mode(system, end, mean_step(t0, end.t, num_steps))
     if motion.status in _MAY_BE_RATES and system.topology.internal:
         text += describe_infinite_rates(system, motion, mean_step(t0, end.t, num_steps))
-    if motion.status == Status.DEPTH:
-        text += f"; too deep: {', '.join(deep_contacts(system, motion))}"
+    if motion.status == Status.VALIDITY:
+        faults = validity(system, motion.states).faults() or validity(system, end).faults()
+        text += f": {'; '.join(faults)}"
     if not (system.has_constraints and np.isfinite(end.coordinates).all()):
         return text
     open_rows, singular = _open(system, end), _singular(system, end)

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..dynamics._validity import has_ends, is_outside
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._state import State
 from ..math._nan import nan_where
@@ -13,7 +14,6 @@ from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded
 from ._accounts import diagnose, jam_code, mask_failed, observe, result_code
-from ._contact_depth import bounded_contacts, is_too_deep
 from ._event_record import event_record
 from ._hybrid import HybridEquations
 from ._motion import Motion
@@ -55,7 +55,9 @@ def motion_of(
         at = configuration(equations.system, equations.P, psi, t)
         here, second, internal = equations.split(p)
         u = here.velocities_of(at, second)
-        return (psi, u, internal), observe(here.system, with_velocities(here.system, at, u))
+        at = with_velocities(here.system, at, u)
+        outside = is_outside(here.system, at) if has_ends(here.system) else None
+        return (psi, u, internal), observe(here.system, at), outside
 
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed
@@ -63,7 +65,7 @@ def motion_of(
     filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, *(psi, p, work)[:parts]), there, strict=True)]
     first = (start.t, *y0[:parts])
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
-    found, observed = map_chunked(sample, rows)
+    found, observed, outside = map_chunked(sample, rows)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
     lost = jnp.concatenate([gone, ~arrived[None]])
     found = jax.tree.map(lambda x: jnp.concatenate([x[:1], nan_where(lost, x[1:])]), found)
@@ -82,8 +84,8 @@ def motion_of(
     if equations.system.friction is not None:
         code = jam_code(equations.system, code, end)
     kept = succeeded(code) | (code == Status.ENERGY)
-    if bounded_contacts(system := equations.system):
-        code = jnp.where(succeeded(code) & is_too_deep(system, (states, end)), Status.DEPTH, code)
+    if outside is not None:
+        code = jnp.where(succeeded(code) & jnp.any(outside), Status.VALIDITY, code)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
     record = None
     if events is not None:

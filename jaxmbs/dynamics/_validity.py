@@ -1,0 +1,139 @@
+"""Ends of the models of a mechanism: which of its parts are beyond theirs at a state, by what and where.
+
+Force elements, blocks and elastic bodies say where their models end by margins, positive inside
+(`AbstractLaw.validity`).  Motions evaluate them at every saved time and at the end, where all kinematics are at hand.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+from jaxtyping import Bool, Float
+
+from ..forces._validity import Margin
+from ..kinematics._cable_rows import cable_places, cable_rows, frames_of
+from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
+from ..kinematics._element_flows import element_flows
+from ..kinematics._poses import frame_twists
+from ..kinematics._state import HasStates, State
+from ..model._entry_points import map_states, states_of
+from ..model._internal_states import with_internal
+from ..model._system import System
+from ..runtime import gather_static, jit
+from ._bodies import bodies_of
+from ._newton_euler import accelerations
+
+
+class Validity(eqx.Module):
+    """Margins of a mechanism at a state, or along a motion with leading axes.
+
+    Attributes:
+        t: (...) times [s].
+        margins: by name of the part, then of the margin, `validity.margins["strap"]["wrap"].value` (..., places).
+    """
+
+    t: Float[Array, "..."]
+    margins: dict[str, dict[str, Margin]]
+
+    @property
+    def ok(self) -> Bool[Array, "..."]:
+        """True (...) where every model holds."""
+        shape = jnp.shape(self.t)
+        parts = [m.value.reshape(*shape, -1) for part in self.margins.values() for m in part.values()]
+        return jnp.all(jnp.concatenate([jnp.ones((*shape, 1)), *parts], axis=-1) >= 0, axis=-1)
+
+    def faults(self) -> list[str]:
+        """Parts that are beyond the end of their model, a sentence each with the time where that is first so and the
+        largest excess."""
+        return [
+            sentence
+            for name, part in self.margins.items()
+            for margin in part.values()
+            for sentence in _sentences(name, margin, np.asarray(self.t))
+        ]
+
+
+def _sentences(name, margin, t):
+    values = np.asarray(margin.value).reshape(t.size, -1)
+    for k, place in enumerate(margin.places or ("",)):
+        if not np.any(beyond := values[:, k] < 0):
+            continue
+        first, most = t.reshape(-1)[np.argmax(beyond)], -np.min(values[beyond, k])
+        yield f"{name!r} {margin.end}{place and f' ({place})'}, by {most:.3g} {margin.unit}, first at {first:.6g} s"
+
+
+def validity(system: System, state: State | HasStates) -> Validity:
+    """Margins to the ends of the models of all parts: cables, contacts, gears, oil, beams, elastic bodies.
+
+    Args:
+        state: a State, a Motion, or states with leading axes, which the answer has too.
+    """
+    return _validity(system, states_of(system, state))
+
+
+@jit(compile="quick")
+def _validity(system, states):
+    def of_one(state):
+        here, state = with_internal(system, state.internal), lax.stop_gradient(state)
+        return _by_name(margins_at(here, with_velocities(here, at_state(here, state), state.velocities)))
+
+    return Validity(states.t, map_states(of_one, states))
+
+
+def _by_name(parts):
+    return {
+        name: jax.tree.map(lambda x, k=k: x[k], part.margins)
+        for part in parts
+        if part.margins
+        for k, name in enumerate(part.names)
+    }
+
+
+class _Margins(NamedTuple):
+    """Margins by name of parts of one kind, stacked (parts, ...)."""
+
+    names: tuple[str, ...]
+    margins: dict[str, Margin]
+
+
+def has_ends(system: System) -> bool:
+    """True if some part of the system has margins (static)."""
+    laws = any(group.law.has_ends for group in system.forces)
+    blocks = any(element.block.has_ends for element in system.blocks)
+    return laws or blocks or bool(system.elastic) or bool(cable_rows(system))
+
+
+def is_outside(system: System, at: VelocityKinematics) -> Array:
+    """True () if some part is beyond the end of its model; no derivative."""
+    values = [m.value for part in margins_at(system, at) for m in part.margins.values()]
+    return jnp.any(jnp.concatenate([jnp.ravel(lax.stop_gradient(x)) for x in values]) < 0)
+
+
+def margins_at(system: System, at: VelocityKinematics) -> list[_Margins]:
+    """Margins of all parts; the system is at its internal states."""
+    found = []
+    for group in system.forces:
+        if group.law.has_ends:
+            _, x, flow = element_flows(system, group, at, at.V, at.u)
+            port = group.port
+            margins = jax.vmap(lambda law, x, f, port=port: port.validity(law, x, f, at.t))(group.law, x, flow)
+            found.append(_Margins(group.names, margins))
+    for element in system.blocks:
+        if element.block.has_ends:
+            alone = element.block.validity(element.s or {}, at.t)
+            found.append(_Margins(element.names, jax.tree.map(lambda x: x[None], alone)))
+    found += [_Margins(*bodies.validity(system, at)) for bodies in bodies_of(system)]
+    return found + (_of_rows(system, at) if cable_rows(system) else [])
+
+
+def _of_rows(system, at):
+    """Margins of inextensible cables, whose tensions are multipliers of the motion."""
+    multipliers, twist, found = accelerations(system, at)[1], frame_twists(system, at.V), []
+    for row, place in zip(cable_rows(system), cable_places(system), strict=True):
+        R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
+        margins = row.law.validity(frames_of(R, x, V), multipliers[place])
+        found.append(_Margins((row.name,), jax.tree.map(lambda x: x[None], margins)))
+    return found
