@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
 from ..math._vector import Components, cross, dot, norm
+from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._cable_friction import tension_ratios
@@ -29,7 +30,8 @@ class Cable(CableRoute, AbstractPathLaw):
     motion without friction and damping keeps its energy.  With friction the tensions of the spans differ by
     `exp(mu wrap tanh(slip / slip_speed))` at each element (Euler and Eytelwein), and their mean by length is the
     tension of the elastic law: friction takes energy at every slip.  Wheels have no friction in their bearings unless
-    their joints do.  A wheel that the cable has left would pull at it: `dynamics.cable_states` tells.
+    their joints do.  A cable leaves a wheel between two points, goes straight past it and comes back; a wheel beside
+    another one would pull at a cable that has left it, which `validity` says.
 
     Attributes:
         kinds: of each element, "point", "sheave", "cylinder" or "sphere".
@@ -126,11 +128,11 @@ class Cable(CableRoute, AbstractPathLaw):
     def state(self, frames: PathKinematics, t: ScalarLike) -> CableState:
         """Length, tensions and wrap."""
         pull = self.pull(frames, t)
-        return CableState.of(pull.path, pull.rate, pull.tension, pull.each_tension)
+        return CableState.of(self.layout, pull.path, pull.rate, pull.tension, pull.each_tension)
 
     def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
         """Margins of the path."""
-        return self.path_margins(self.path(frames.rotations, frames.positions))
+        return self.path_margins(frames.rotations, frames.positions)
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""
@@ -157,10 +159,11 @@ class Cable(CableRoute, AbstractPathLaw):
         layout, motion = self.layout, tuple(Components.of(part) for part in frames[1:])
         ends = zip((path.start, path.end), layout.ends(motion), strict=True)
         first, second = (v + cross(w, point - x) for point, (x, w, v) in ends)
-        parting = dot(path.directions, second - first)
-        bend = path.wrap + _bend_at_points(layout, path)
+        spans, arc, directions = path.mixed(layout)
+        parting = dot(directions, second - first)
+        bend = path.wrap + _bend_at_points(layout, directions)
         grip = self.friction * jnp.where(bend > 0, bend, 0.0)
-        share = path.spans + sum(layout.ends(path.arc)) / 2
+        share = spans + sum(layout.ends(arc)) / 2
         share = share / jnp.sum(share)
         ratios = tension_ratios(grip, share, parting, paid, self.slip_speed, self.closed)
         return tension * ratios / jnp.sum(share * ratios)
@@ -220,7 +223,14 @@ class CablePull(NamedTuple):
         """Forces [N] and moments [N m] (n, 3) on the frames, in world axes, each about its frame's origin."""
         force, moment, path = self.on_places * -self.tension, self.on_turns * -self.tension, self.path
         if self.tensions is not None:
-            pull = path.directions * (self.tensions - self.tension)
+            more = self.tensions - self.tension
+            pull = path.directions * more
+            if (past := path.bypass) is not None:
+                pull = pull * layout.at_spans(past.wheel, 1.0)
+                both = gather_static(more, layout.before_free_wheels) + gather_static(more, layout.free_wheels)
+                straight = past.directions * (past.direct * both / 2)
+                force = force + layout.at_elements(straight, layout.before_free_wheels)
+                force = force - layout.at_elements(straight, layout.after_free_wheels)
             first, second = layout.ends(Components.of(frames.positions))
             force = force + layout.after(pull) - layout.before(pull)
             on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
@@ -234,9 +244,9 @@ class _PaidOut(Constant):
     rate: Array
 
 
-def _bend_at_points(layout, path):
+def _bend_at_points(layout, directions):
     """Angles (n,) by which the cable changes direction at points between its ends, zero at circles and ends."""
-    before, after = layout.of_inner(path.directions, path.directions)
+    before, after = layout.of_inner(directions, directions)
     points = layout.inner(layout.elements("point")) > 0
     sine, cosine = norm(cross(before, after)), dot(before, after)
     return layout.from_inner(jnp.arctan2(jnp.where(points, sine, 0.0), jnp.where(points, cosine, 1.0)))

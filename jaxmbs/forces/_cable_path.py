@@ -12,12 +12,18 @@ import numpy as np
 from jax import Array
 
 from ..math._vector import Components, cross, dot, norm, unit
+from ..runtime import gather_static
+from ._cable_bypass import Bypass, bypass
 from ._common_tangent import common_tangents
 
 #: Wraps between minus this angle and a full turn less it are told apart from the directions alone [rad].
-_LEAST_WRAP = np.pi / 2
+LEAST_WRAP = np.pi / 2
 #: Cosine of the angle between a span and the radius at its end that still counts as a right one.
 _TANGENT = 1e-4
+
+
+#: Sine of the angle between the neighbours of a sphere, seen from its centre, below which they are in line with it.
+_IN_LINE = 1e-6
 
 
 class Layout(NamedTuple):
@@ -45,6 +51,42 @@ class Layout(NamedTuple):
         """True if a span joins two circles."""
         following = self.kinds[1:] + self.kinds[:1] * self.is_closed
         return any("point" not in pair for pair in zip(self.kinds, following, strict=False))
+
+    @property
+    def free_wheels(self) -> np.ndarray:
+        """Indices of the circles between two points, which the cable may leave."""
+        n = len(self.kinds)
+        beside = [(self.kinds[k - 1], self.kinds[(k + 1) % n]) for k in range(n)]
+        return np.array([k for k in self.circles if beside[k] == ("point", "point")], int)
+
+    def free_wheels_of(self, kind: str) -> np.ndarray:
+        """Those of a kind."""
+        return np.array([k for k in self.free_wheels if self.kinds[k] == kind], int)
+
+    @property
+    def before_free_wheels(self) -> np.ndarray:
+        """Indices of the points before them, and of the spans from these."""
+        return (self.free_wheels - 1) % len(self.kinds)
+
+    @property
+    def after_free_wheels(self) -> np.ndarray:
+        """Indices of the points after them."""
+        return (self.free_wheels + 1) % len(self.kinds)
+
+    def at_spans(self, values, default: float):
+        """Values (k,) of the free wheels at both of their spans (m,), the default at others; of a pytree."""
+        return self._spread(values, default, len(self.kinds) - (not self.is_closed), self.before_free_wheels)
+
+    def at_elements(self, values, places: np.ndarray, default: float = 0.0):
+        """Values (k,) of the free wheels at the elements `places` (k,), the default at others (n,); of a pytree."""
+        return self._spread(values, default, len(self.kinds), places, twice=False)
+
+    def _spread(self, values, default, size, places, twice=True):
+        source = np.full(size, len(places))
+        source[places] = np.arange(len(places))
+        if twice:
+            source[self.free_wheels] = np.arange(len(places))
+        return jax.tree.map(lambda x: gather_static(jnp.append(x, default), source), values)
 
     def ends(self, values):
         """Values (m,) of the elements where each span begins, and of those where it ends; of a pytree with leaves
@@ -104,6 +146,10 @@ class CablePath(NamedTuple):
         wrap: (n,) angle about each element, zero at points; negative where the cable has left it [rad].
         arc: (n,) length on each element [m].
         normals: unit vectors (m,) from the axes to both ends of the spans, zero at points.
+        axes: unit vectors (n,) about which the cable turns, zero at points.
+        bypass: straight ways past the wheels between two points; None where no wheel is.
+
+    All but the length are those of the way over all wheels, also those that the cable has left.
     """
 
     start: Components
@@ -113,6 +159,8 @@ class CablePath(NamedTuple):
     wrap: Array
     arc: Array
     normals: tuple[Components, Components]
+    axes: Components
+    bypass: Bypass | None
 
     @property
     def is_tangent(self) -> Array:
@@ -128,8 +176,37 @@ class CablePath(NamedTuple):
 
     @property
     def length(self) -> Array:
-        """Whole length [m]."""
-        return jnp.sum(self.spans) + jnp.sum(self.arc)
+        """Whole length, straight past wheels that it has left [m]."""
+        over = jnp.sum(self.spans) + jnp.sum(self.arc)
+        return over if self.bypass is None else over - self.bypass.saved
+
+    def touching_points(self, layout: Layout) -> tuple[Components, Components]:
+        """Beginnings and ends (m,) of the spans; past a wheel that the cable has left both are the point of the
+        straight way that is next to them."""
+        if self.bypass is None:
+            return self.start, self.end
+        own, past = self.bypass.wheel, self.bypass.directions
+        first, middle = (
+            jax.tree.map(lambda x, k=k: gather_static(x, k), points)
+            for points, k in ((self.start, layout.before_free_wheels), (self.end, layout.before_free_wheels))
+        )
+        point = first + past * dot(past, middle - first)
+        mixed = []
+        for ends, k in ((self.start, layout.free_wheels), (self.end, layout.before_free_wheels)):
+            here = jax.tree.map(lambda x, k=k: gather_static(x, k), ends)
+            new = here * own + point * (1.0 - own)
+            mixed.append(jax.tree.map(lambda x, y, k=k: x.at[k].set(y), ends, new))
+        return mixed[0], mixed[1]
+
+    def mixed(self, layout: Layout) -> tuple[Array, Array, Components]:
+        """Lengths of spans (m,) and arcs (n,), and directions (m,) of spans, of the way that the cable takes."""
+        if self.bypass is None:
+            return self.spans, self.arc, self.directions
+        own, other = layout.at_spans(self.bypass.wheel, 1.0), layout.at_spans(self.bypass.direct, 0.0)
+        half = layout.at_spans(self.bypass.length / 2, 0.0)
+        arc = self.arc * layout.at_elements(self.bypass.wheel, layout.free_wheels, 1.0)
+        along = layout.at_spans(self.bypass.directions, 0.0)
+        return self.spans * own + half * other, arc, self.directions * own + along * other
 
 
 def cable_path(layout: Layout, circles: Circles) -> CablePath:
@@ -144,7 +221,9 @@ def cable_path(layout: Layout, circles: Circles) -> CablePath:
     if "cylinder" in layout.kinds:
         start, end, arc = _climb_cylinders(layout, circles, start, end, arc)
     span = end - start
-    return CablePath(start, end, norm(span), unit(span), wrap, arc, (leaving, arriving))
+    spans = norm(span)
+    past = bypass(layout, circles.place, spans, arc, wrap) if len(layout.free_wheels) else None
+    return CablePath(start, end, spans, unit(span), wrap, arc, (leaving, arriving), circles.axis, past)
 
 
 def _axes_on_spheres(layout, circles):
@@ -152,9 +231,20 @@ def _axes_on_spheres(layout, circles):
     their own axis: the geodesic is in that plane."""
     own, (first, second) = layout.elements("sphere"), layout.ends(circles.place)
     span = second - first
-    across = unit(cross(layout.before(span), layout.after(span)) * -own)
-    side = jnp.where(dot(across, circles.axis) < 0, -own, own)
-    return across * side + circles.axis * (1.0 - own)
+    before, after = layout.before(span), layout.after(span)
+    normal = cross(after, before)
+    side = jnp.where(dot(normal, circles.axis) < 0, -own, own)
+    # in line with the centre the neighbours have no plane: it is that of the line and the given axis
+    least = _IN_LINE**2 * dot(before, before) * dot(after, after)
+    is_line = dot(normal, normal) <= least
+    along = unit(after)
+    upright = circles.axis - along * dot(along, circles.axis)
+    across = unit(_where(is_line, upright, normal * side)) * own
+    return across + circles.axis * (1.0 - own)
+
+
+def _where(condition, a, b):
+    return Components(*(jnp.where(condition, x, y) for x, y in zip(a, b, strict=True)))
 
 
 def _wraps(layout, circles, arriving, leaving):
@@ -162,7 +252,7 @@ def _wraps(layout, circles, arriving, leaving):
     inner, points = layout.inner(circles), layout.inner(layout.elements("point"))
     arriving, leaving = layout.of_inner(arriving, leaving)
     angle = jnp.arctan2(dot(inner.axis, cross(arriving, leaving)), dot(arriving, leaving) + points)
-    angle = jnp.where(angle < -_LEAST_WRAP, angle + 2 * np.pi, angle)
+    angle = jnp.where(angle < -LEAST_WRAP, angle + 2 * np.pi, angle)
     return layout.from_inner(angle + 2 * np.pi * inner.turns)
 
 

@@ -13,13 +13,11 @@ from ..math._vector import Components, dot
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar
 from ._base import PathKinematics
+from ._cable_margins import path_margins
 from ._cable_path import CablePath, Circles, Layout, cable_path
 from ._cable_slopes import length_slopes
 from ._fields import number
 from ._validity import Margin
-
-#: Length of a span, of that of the whole cable, that is taken for none.
-_NO_LENGTH = 1e-9
 
 
 class CableState(NamedTuple):
@@ -29,7 +27,7 @@ class CableState(NamedTuple):
         length: from end to end along the path, or around [m]; rate [m/s].
         tension: () the mean along the cable [N].
         tensions: (m,) of each span between two elements, in order [N].
-        wrap: (n,) angle about each element [rad], zero at ends; negative where the path has left it.
+        wrap: (n,) angle about each element [rad], zero at ends; negative where the cable has left it.
         points: (m, 2, 3) world points where each span begins and ends [m].
         is_tangent: (m,) true where a span touches its wheels, false where they have no such span.
     """
@@ -43,9 +41,10 @@ class CableState(NamedTuple):
     is_tangent: Array
 
     @classmethod
-    def of(cls, path: CablePath, rate, tension, tensions) -> "CableState":
+    def of(cls, layout: Layout, path: CablePath, rate, tension, tensions) -> "CableState":
         """The state of a cable along a path."""
-        points = jnp.stack([path.start.rows, path.end.rows], axis=1)
+        start, end = path.touching_points(layout)
+        points = jnp.stack([start.rows, end.rows], axis=1)
         return cls(path.length, rate, tension, tensions, path.wrap, points, path.is_tangent)
 
 
@@ -89,18 +88,10 @@ class CableRoute(eqx.Module):
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
 
-    def path_margins(self, path: CablePath) -> dict[str, Margin]:
-        """Margins of the path by name: of spans to their tangents [m] and to no length [m], of wraps [rad]."""
-        spans = tuple(f"span after element {k}" for k in range(len(path.spans)))
-        own = self.layout.circles
-        found = {
-            "tangent": Margin(path.tangent_margin, "m", "finds no tangent between its wheels", spans),
-            "span": Margin(path.spans - _NO_LENGTH * path.length, "m", "has ends at one place", spans),
-        }
-        if len(own):
-            wheels = tuple(f"element {k}" for k in own)
-            found["wrap"] = Margin(gather_static(path.wrap, own), "rad", "has left a wheel", wheels)
-        return found
+    def path_margins(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> dict[str, Margin]:
+        """Margins of the path through frames of these poses, by name."""
+        circles = self._circles(rotations, positions)
+        return path_margins(self.layout, circles, cable_path(self.layout, circles))
 
     def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Components, Components]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""

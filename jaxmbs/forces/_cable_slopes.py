@@ -26,10 +26,19 @@ def length_slopes(layout, circles, path) -> tuple[Components, Components]:
         span = path.end - path.start
         pull = pull + n * one + m * other
         on_first, on_second = cross(n * one, span), cross(m * other, span)
+    if path.bypass is not None:
+        share = layout.at_spans(path.bypass.wheel, 1.0)
+        pull = pull * share
+        on_first, on_second = (x if x is None else x * share for x in (on_first, on_second))
     turn_first, turn_second = cross(pull, path.start - first), cross(path.end - second, pull)
     if on_first is not None:
         turn_first, turn_second = turn_first + on_first, turn_second + on_second
-    return layout.before(pull) - layout.after(pull), layout.before(turn_second) + layout.after(turn_first)
+    on_places = layout.before(pull) - layout.after(pull)
+    if path.bypass is not None:
+        past = path.bypass.directions * path.bypass.direct
+        on_places = on_places + layout.at_elements(past, layout.after_free_wheels)
+        on_places = on_places - layout.at_elements(past, layout.before_free_wheels)
+    return on_places, layout.before(turn_second) + layout.after(turn_first)
 
 
 def _contact_multipliers(layout, circles, path):

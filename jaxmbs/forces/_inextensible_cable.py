@@ -48,11 +48,11 @@ class InextensibleCable(CableRoute):
     def state(self, frames: PathKinematics, tension: Scalar) -> CableState:
         """The cable under a tension."""
         path, rate, *_ = self.length_and_rate(frames)
-        return CableState.of(path, rate, tension, jnp.broadcast_to(tension, path.spans.shape))
+        return CableState.of(self.layout, path, rate, tension, jnp.broadcast_to(tension, path.spans.shape))
 
     def validity(self, frames: PathKinematics, tension: Scalar) -> dict[str, Margin]:
         """Margins of the path, and the tension [N]."""
-        found = self.path_margins(self.path(frames.rotations, frames.positions))
+        found = self.path_margins(frames.rotations, frames.positions)
         end = "would have to push: give it a stiffness, so that it may become slack"
         return found | {"tension": Margin(tension, "N", end)}
 

@@ -28,8 +28,7 @@ def free_coordinates(stiffness: AnyArray) -> tuple[int, np.ndarray]:
 def name_some(labels: Sequence[tuple[str, str]], rows: np.ndarray) -> str:
     """Names of coordinates in words, `"0" x, "0" y and 28 more`."""
     words = [" ".join(filter(None, (repr(labels[k][0]), labels[k][1]))) for k in rows[:_NAMED]]
-    more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
-    return ", ".join(words) + more
+    return ", ".join(words) + (f" and {len(rows) - _NAMED} more" if rows[_NAMED:].any() else "")
 
 
 def motion_with(system, base: RowsLike) -> Float[Array, "n b"]:
