@@ -39,12 +39,13 @@ FACES = {
         with_library_calls warn_of_wrong_release without_tricks without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
-        CableResult ContactLoad FrictionLoads acceleration angular_acceleration cable_states compliance_effort
-        contact_load forward_dynamics generalised_momentum gravity_effort gyristor_field gyristor_field_direct
+        CableResult ContactLoad FrictionLoads Validity acceleration angular_acceleration cable_states
+        compliance_effort contact_load forward_dynamics generalised_momentum gravity_effort gyristor_field
+        gyristor_field_direct
         hamiltonian hamiltonian_slopes independent_rates inertia_field joint_friction kinetic_energy mass_matrix
         potential_energy resistance_effort resistance_field
         source_effort spring_displacement spring_kic spring_kic_second spring_vector state_equations
-        total_effort
+        total_effort validity
     """,
     "jaxmbs.kinematics": """
         Instant Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
@@ -147,8 +148,8 @@ FACES = {
         AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
         BeamElement BeamSection BearingFriction BevelGear BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
         ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable
-        InternalState JointLuGre LuGre Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave
-        SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
+        InternalState JointLuGre LuGre Margin Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp
+        Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.hydraulics": """
         AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump

@@ -34,7 +34,8 @@ class CableResult(eqx.Module):
             from a point within a wheel's circle: the path is then none.
         force, moment: (n, 3) load of each element on its body, in world axes [N, N m], the moment about the frame's
             origin: that of a sheave turns its wheel.
-        sheaves: indices of the elements that are no points (static).
+        sheaves: indices of the elements that are no points; free: of those between two points, which the cable may
+            leave (static).
     """
 
     length: Float[Array, "..."]
@@ -47,11 +48,12 @@ class CableResult(eqx.Module):
     force: Float[Array, "... n 3"]
     moment: Float[Array, "... n 3"]
     sheaves: tuple[int, ...] = eqx.field(static=True)
+    free: tuple[int, ...] = eqx.field(static=True, default=())
 
     @property
     def has_left(self) -> Array:
-        """True (..., n) for sheaves that the path has left, where the law no longer holds: its wrap is negative, and
-        the sheave would pull at the cable."""
+        """True (..., n) for sheaves that the cable has left: its wrap is negative.  Past those that stand between two
+        points it goes straight; one beside another sheave would pull at it, there the law no longer holds."""
         own = np.isin(np.arange(self.wrap.shape[-1]), self.sheaves)
         return (self.wrap < 0) & own
 
@@ -61,8 +63,9 @@ class CableResult(eqx.Module):
         return self.tension <= 0.0
 
     def faults(self) -> list[str]:
-        """Sheaves that the cable has left, and spans that touch no wheel, one sentence each, in words."""
+        """Sheaves that the cable cannot leave and has left, and spans that touch no wheel, one sentence each."""
         left = np.asarray(self.has_left).reshape(-1, self.wrap.shape[-1])
+        left = left & ~np.isin(np.arange(left.shape[1]), self.free)
         lowest = np.asarray(self.wrap).reshape(left.shape).min(axis=0)
         missing = ~np.asarray(self.is_tangent).reshape(-1, self.is_tangent.shape[-1]).all(axis=0)
         return [
@@ -123,5 +126,5 @@ def _of_rows(system, at, state):
 
 def _result(at, seen, loads, law):
     seen = seen._replace(points=seen.points + at.origin[None, None])
-    sheaves = tuple(int(k) for k in law.layout.circles)
-    return CableResult(*(jnp.asarray(part) for part in seen), *loads, sheaves=sheaves)
+    sheaves, free = (tuple(int(k) for k in own) for own in (law.layout.circles, law.layout.free_wheels))
+    return CableResult(*(jnp.asarray(part) for part in seen), *loads, sheaves=sheaves, free=free)

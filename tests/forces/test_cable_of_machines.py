@@ -53,7 +53,7 @@ def test_atwood_and_a_pulley_block():
     np.testing.assert_allclose([rates["load z"], rates["other z"]], [24.0 / LOAD - G, 12.0 - G], rtol=1e-6)
     lifted = mbs.dynamics.cable_states(system, mbs.State.at(system, {"one z": 1.2, "two z": 1.2}))["atwood"]
     np.testing.assert_allclose(lifted.wrap[1], -2 * (np.arccos(0.1 / np.hypot(0.1, 0.2)) - np.arctan(0.5)), rtol=1e-9)
-    assert lifted.has_left[1] and lifted.is_slack and "has left" in lifted.faults()[0]
+    assert lifted.has_left[1] and lifted.is_slack and not lifted.faults()
 
 
 @pytest.mark.long

@@ -90,6 +90,11 @@ CASES = {
         "system nan inside: it has no cable, and no number is given",
         "state nan inside: as before",
     ),
+    "dynamics.validity": case(
+        lambda z: call(z.bars, z.state),
+        "system nan inside: no part of it has an end, and no number is given",
+        "state nan inside: as before",
+    ),
     "reaction.reactions": case(lambda z: call(z.bars, z.state, "world", "child", {"A": np.ones(6)}, "dense")),
     "reaction.reaction_bonds": case(lambda z: call(z.bars, z.state, {"A": np.ones(6)}, "dense")),
     "jaxmbs.reactions": case(lambda z: call(z.bars, z.state)),

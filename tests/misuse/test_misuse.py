@@ -36,7 +36,7 @@ EXEMPT = {
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
-        analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
+        dynamics.Validity analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
@@ -49,7 +49,7 @@ EXEMPT = {
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
         forces.AbstractPathLaw forces.PathKinematics
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
-        forces.InternalState model.InternalStates
+        forces.InternalState forces.Margin model.InternalStates
         contact.AbstractPair contact.Touch
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
@@ -115,7 +115,7 @@ LONG = """
     forces.GearPair qualification.BaseAcceleration
     qualification.RandomForce jaxmbs.random_response qualification.random_response qualification.sine_response
     qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
-    forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load
+    forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load dynamics.validity
     kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
     forces.WormGear forces.InextensibleCable
 """.split()
