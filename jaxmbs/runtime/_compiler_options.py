@@ -46,15 +46,15 @@ def compiler_options(compile: str, backend: str, often: bool = False) -> dict:
 
 @functools.cache
 def _chosen(compile, backend, often, off):
-    wanted = _QUICK if compile == "quick" else _OFTEN if often else _FULL
+    wanted = _OFTEN if often and compile == "full" else _FULL if compile == "full" else _QUICK
     known = set(known_options(backend)) - {OPTIONS[trick] for trick in off & OPTIONS.keys()}
     return {name: value for name, value in wanted.items() if name in known and not is_given(name)}
 
 
 def check_kind(compile: str) -> None:
-    """Raises: ValueError for another kind of program than "full" and "quick"."""
-    if compile not in ("full", "quick"):
-        raise ValueError(f"compile must be 'full' or 'quick', got {compile!r}")
+    """Raises: ValueError for another kind of program than "full", "quick" and "tape"."""
+    if compile not in ("full", "quick", "tape"):
+        raise ValueError(f"compile must be 'full', 'quick' or 'tape', got {compile!r}")
 
 
 @functools.cache

@@ -12,6 +12,7 @@ import jax
 from ._compile_log import start_listening
 from ._compiler_options import check_kind, compiler_options
 from ._small_call import MARKING, should_mark
+from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
 from ._tracing import not_tracing
 from ._tricks import OFF, is_on
 
@@ -35,7 +36,9 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
 
     Args:
         compile: "full", or "quick" for programs that run a few times: compiled in half the time, run two to
-            four times as long.  They are also traced with fewer equations, see `spatial`.
+            four times as long.  They are also traced with fewer equations, see `spatial`.  "tape": not compiled at
+            all but run by a small machine of the library's, where its operations, double precision and one CPU allow
+            it; else as "quick".
 
     Raises: ValueError for another `compile`.
 
@@ -57,12 +60,18 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     def outer(backend, off):
         return eqx.filter_jit(traced, compiler_options=compiler_options(compile, backend))
 
+    on_tape = TapeFunction(traced) if compile == "tape" else None
+
     @functools.wraps(function)
     def compiled(*args, **kwargs):
         start_listening()
         if not not_tracing():
             return inner(*args, **kwargs)
         with compile_kind(compile):
+            if on_tape and tapes_work():
+                found = on_tape.call(args, kwargs)
+                if found is not UNSUPPORTED:
+                    return found
             return outer(jax.default_backend(), OFF.value)(*args, **kwargs)
 
     return compiled
@@ -72,8 +81,8 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
 def compile_kind(compile: str):
     """Trace a program that is compiled with `compiler_options`, unless it is part of one of the user's."""
     backend = jax.default_backend()
-    marked = not_tracing() and should_mark(backend, compiler_options(compile, backend))
-    with SMALL_PROGRAM(compile == "quick" or SMALL_PROGRAM.value), MARKING(marked), garbage_collection_paused():
+    marked = compile != "tape" and not_tracing() and should_mark(backend, compiler_options(compile, backend))
+    with SMALL_PROGRAM(compile != "full" or SMALL_PROGRAM.value), MARKING(marked), garbage_collection_paused():
         yield
 
 

@@ -33,6 +33,10 @@ EXPANDED_PRODUCT = 512
 #: made one kernel (`trajectory_gradient.py`).
 LIBRARY_PRODUCT = 4096
 
+#: Doubles of the arena of a tape, beyond which a program is compiled: large arrays run through memory once for every
+#: operation of a tape (`first_answers.py`).
+TAPE_DOUBLES = 4_000_000
+
 # ----------------------------------------------------------------------------------------------- dense linear algebra
 #: Columns of a positive definite matrix that are eliminated one by one; larger matrices go by blocks of `SPD_BLOCK`
 #: (`reactions.py`): a rank-one update of a large matrix is bound by memory, a block's update is a product.

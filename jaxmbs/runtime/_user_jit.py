@@ -16,8 +16,10 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Any:
 
     Args:
         function: None makes a decorator.
-        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run two to
-            four times as long.
+        compile: "full"; "quick" for programs that run a few times: compiled in half the time, run two to four
+            times as long; "tape" for first answers: not compiled at all but run by a small machine of the library's,
+            a few times slower than "full", in double precision on the CPU (elsewhere, and where the function calls
+            back to Python, as "quick").
 
     Raises: ValueError for another `compile`.
     """

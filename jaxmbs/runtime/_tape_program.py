@@ -1,0 +1,85 @@
+"""Functions run by tapes: traced once for each structure of their arguments, as `equinox.filter_jit` does it."""
+
+import threading
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import numpy as np
+
+from . import _tuning as tuning
+from ._tricks import OFF
+from .tape import Tape, UnsupportedError, is_available
+
+_LARGEST_CACHE = 256  # programs of a function; the oldest go
+
+
+class _Program(NamedTuple):
+    """A tape, and how its results become what the function returns."""
+
+    tape: Tape
+    structure: Any
+    static: Any
+
+
+def tapes_work() -> bool:
+    """True where programs may run on tapes: in double precision on one CPU, with nothing of JAX's debugging on."""
+    values = jax.config.values
+    return (
+        is_available()
+        and values["jax_enable_x64"]
+        and not any(values[name] for name in ("jax_debug_nans", "jax_debug_infs", "jax_disable_jit"))
+        and jax.default_backend() == "cpu"
+        and jax.device_count() == 1
+    )
+
+
+class TapeFunction:
+    """A function that runs on tapes; `call` returns `UNSUPPORTED` for arguments with which it cannot."""
+
+    def __init__(self, function: Callable):
+        self._function = function
+        self._programs: dict[Any, _Program | None] = {}
+        self._lock = threading.Lock()
+
+    def call(self, args: tuple, kwargs: dict) -> Any:
+        """What the function returns, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
+        dynamic, static = eqx.partition((args, kwargs), _is_array)
+        leaves, structure = jax.tree.flatten(dynamic)
+        static_leaves, static_structure = jax.tree.flatten(static)
+        shapes = tuple((x.shape, np.dtype(x.dtype), getattr(x, "weak_type", False)) for x in leaves)
+        key = (structure, shapes, static_structure, tuple(static_leaves), OFF.value)
+        with self._lock:
+            if key not in self._programs:
+                while len(self._programs) >= _LARGEST_CACHE:
+                    self._programs.pop(next(iter(self._programs)))
+                self._programs[key] = self._trace(leaves, structure, static)
+            program = self._programs[key]
+        if program is None:
+            return UNSUPPORTED
+        found = jax.device_put(program.tape(*leaves))
+        return eqx.combine(jax.tree.unflatten(program.structure, found), program.static)
+
+    def _trace(self, leaves, structure, static):
+        found = []
+
+        def flat(*leaves):
+            args, kwargs = eqx.combine(jax.tree.unflatten(structure, leaves), static)
+            dynamic, fixed = eqx.partition(self._function(*args, **kwargs), eqx.is_array)
+            found[:] = jax.tree.structure(dynamic), fixed
+            return jax.tree.leaves(dynamic)
+
+        traced = jax.make_jaxpr(flat)(*leaves)
+        try:
+            tape = Tape(traced)
+        except UnsupportedError:
+            return None
+        return _Program(tape, *found) if tape.num_doubles <= tuning.TAPE_DOUBLES else None
+
+
+UNSUPPORTED = object()
+
+
+def _is_array(x):
+    return isinstance(x, jax.Array | np.ndarray)

@@ -1,0 +1,114 @@
+"""Rules of primitives that work number by number."""
+
+import numpy as np
+
+from ._flatten import Atom, Operation, UnsupportedError
+from ._memory import Value
+from ._rearrange import take
+from ._writer import Writer, rule
+
+_UNARY = {
+    **{name: name.upper() for name in ("neg", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")},
+    **{name: name.upper() for name in ("asinh", "acosh", "atanh", "sqrt", "rsqrt", "cbrt", "exp", "exp2", "expm1")},
+    **{name: name.upper() for name in ("log", "log1p", "logistic", "erf", "erfc", "lgamma", "abs", "sign")},
+    **{name: name.upper() for name in ("floor", "ceil")},
+    "is_finite": "ISFINITE",
+    "signbit": "SIGNBIT",
+}
+_BINARY = {
+    **{name: name.upper() for name in ("add", "sub", "mul", "div", "max", "min", "pow", "rem", "atan2", "nextafter")},
+    **{name: name.upper() for name in ("eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor")},
+    **{"add_any": "ADD", "eq_to": "EQ", "lt_to": "LT", "le_to": "LE"},
+}
+_OF_INTEGERS = {"ADD": "IADD", "SUB": "ISUB", "MUL": "IMUL", "DIV": "IDIV", "REM": "IREM"}
+
+
+@rule(*_UNARY)
+def _unary(writer, operation, values):
+    return [_write(writer, _UNARY[operation.name], operation, values)]
+
+
+@rule(*_BINARY)
+def _binary(writer, operation, values):
+    op, kind = _BINARY[operation.name], operation.inputs[0].dtype
+    if kind.kind not in "iu" or op not in _OF_INTEGERS:
+        return [_write(writer, op, operation, values)]
+    bits = 8 * kind.itemsize * (-1 if kind.kind == "u" else 1)
+    return [_write(writer, _OF_INTEGERS[op], operation, values, x0=bits)]
+
+
+@rule("square")
+def _square(writer, operation, values):
+    if operation.inputs[0].dtype.kind != "f":
+        raise UnsupportedError("square of whole numbers")
+    return [_write(writer, "SQUARE", operation, values)]
+
+
+@rule("integer_pow")
+def _integer_pow(writer, operation, values):
+    if operation.inputs[0].dtype.kind != "f":
+        raise UnsupportedError("powers of whole numbers")
+    y = operation.params["y"]
+    return [_write(writer, *(("SQUARE",) if y == 2 else ("POWER",)), operation, values, x0=y)]
+
+
+@rule("round")
+def _round(writer, operation, values):
+    op = "ROUND_EVEN" if int(operation.params["rounding_method"]) == 1 else "ROUND_AWAY"
+    return [_write(writer, op, operation, values)]
+
+
+@rule("not")
+def _not(writer, operation, values):
+    if operation.inputs[0].dtype.kind == "u":
+        raise UnsupportedError("bits of whole numbers without sign")
+    return [_write(writer, "NOT" if operation.inputs[0].dtype == bool else "NOTBITS", operation, values)]
+
+
+@rule("convert_element_type")
+def _convert(writer, operation, values):
+    old, new = operation.inputs[0].dtype, operation.outputs[0].dtype
+    if new.kind == "b" and old.kind != "b":
+        op = "TRUTH"
+    elif old.kind == "f" and new.kind in "iu":
+        op = f"TO_{new.name.upper()}"
+    elif old.kind in "iu" and new in (np.int32, np.uint32) and new != old:
+        op = f"WRAP_{new.name.upper()}"
+    else:
+        return [Value(values[0].buffer, values[0].place, values[0].is_splat)]
+    return [_write(writer, op, operation, values)]
+
+
+@rule("select_n")
+def _select(writer, operation, values):
+    if len(values) == 2:
+        return values[1:]
+    if len(values) > 3:
+        raise UnsupportedError("select_n of more than two cases")
+    return [_write(writer, "SELECT", operation, values)]
+
+
+@rule("clamp")
+def _clamp(writer, operation, values):
+    return [_write(writer, "CLAMP", operation, values)]
+
+
+def _write(writer: Writer, op: str, operation: Operation, values: list[Value], **fields: int) -> Value:
+    """An instruction of up to three operands; one number where all of them are."""
+    out = operation.outputs[0]
+    values = [_matched(writer, value, atom, out) for value, atom in zip(values, operation.inputs, strict=True)]
+    is_splat = all(value.is_splat for value in values)
+    result = writer.new(1 if is_splat else out.size)
+    result.is_splat = is_splat
+    places = dict(zip("abc", (value.place for value in values), strict=False))
+    splat = sum(value.is_splat << k for k, value in enumerate(values))
+    writer.emit(op, 1 if is_splat else out.size, out=result.place, splat=splat, **places, **fields)
+    return result
+
+
+def _matched(writer: Writer, value: Value, atom: Atom, out: Atom) -> Value:
+    """An operand with axes of length one, spread over those of the result."""
+    if value.is_splat or atom.shape == out.shape or not atom.shape:
+        return value
+    places = np.broadcast_to(np.arange(atom.size).reshape(atom.shape), out.shape)
+    return take(writer, value, places, is_temporary=True)

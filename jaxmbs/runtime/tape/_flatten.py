@@ -1,0 +1,116 @@
+"""From a traced program to one list of operations: calls are inlined, and what nothing needs is left out."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jax.extend.core import ClosedJaxpr, Literal
+
+#: Calls that are replaced by what they call.
+_CALLS = {
+    *("jit", "pjit", "closed_call", "core_call", "core_closed_call", "custom_jvp_call", "custom_vjp_call"),
+    *("custom_vjp_call_jaxpr", "checkpoint", "remat", "remat2", "custom_vmap_call", "custom_lin", "composite"),
+}
+#: Primitives of equinox that are a small program of their own.
+_SMALL_PROGRAMS = {"maybe_set", "select_if_vmap", "vprim"}
+_DTYPES = tuple(map(np.dtype, ("bool", "int32", "uint32", "int64", "float64")))
+
+
+class UnsupportedError(Exception):
+    """An operation or a type of number that the tape does not have."""
+
+
+class Atom:
+    """An array of the program: its shape and type, and its numbers if they are known."""
+
+    __slots__ = ("shape", "dtype", "size", "constant")
+
+    def __init__(self, aval: Any, constant: Any = None):
+        if aval.dtype not in _DTYPES:
+            raise UnsupportedError(f"numbers of type {aval.dtype}")
+        self.shape, self.dtype, self.constant = tuple(aval.shape), np.dtype(aval.dtype), constant
+        self.size = int(np.prod(self.shape, dtype=np.int64))
+
+
+class Operation(NamedTuple):
+    """A primitive of JAX with its parameters, and the arrays that it takes and makes."""
+
+    name: str
+    params: dict
+    inputs: list[Atom]
+    outputs: list[Atom]
+
+
+def flatten(program: Any, inputs: Sequence[Atom]) -> tuple[list[Operation], list[Atom]]:
+    """The operations of a jaxpr in order, without those that nothing needs, and its results.
+
+    Raises: UnsupportedError for numbers of single precision and other types that the tape does not have.
+    """
+    operations: list[Operation] = []
+    results = _inline(program, inputs, operations)
+    needed, kept = {id(atom) for atom in results}, []
+    for operation in reversed(operations):
+        if any(id(atom) in needed for atom in operation.outputs):
+            kept.append(operation)
+            needed.update(id(atom) for atom in operation.inputs)
+    return kept[::-1], results
+
+
+def _inline(program, inputs, operations):
+    jaxpr, constants = (program.jaxpr, program.consts) if isinstance(program, ClosedJaxpr) else (program, ())
+    if any("Callback" in type(effect).__name__ or "Debug" in type(effect).__name__ for effect in jaxpr.effects):
+        raise UnsupportedError("a callback")
+    env = dict(zip(jaxpr.invars, inputs, strict=True))
+    env |= {variable: _constant(value) for variable, value in zip(jaxpr.constvars, constants, strict=True)}
+
+    def read(variable):
+        return (
+            _constant(np.asarray(variable.val, variable.aval.dtype))
+            if isinstance(variable, Literal)
+            else env[variable]
+        )
+
+    for equation in jaxpr.eqns:
+        args = [read(variable) for variable in equation.invars]
+        called = _called(equation, args)
+        if called is not None:
+            results = _inline(*called, operations)
+        else:
+            results = [Atom(variable.aval) for variable in equation.outvars]
+            operations.append(Operation(_name(equation), equation.params, args, results))
+        env |= zip(equation.outvars, results, strict=True)
+    return [read(variable) for variable in jaxpr.outvars]
+
+
+def _constant(value):
+    value = np.asarray(value)
+    if value.dtype.kind in "iu" and value.size and np.max(np.abs(value.astype(np.float64))) > 2.0**53:
+        raise UnsupportedError("whole numbers beyond 2^53")
+    return Atom(value, value)
+
+
+def _name(equation):
+    return "signbit" if _is_signbit(equation) else equation.primitive.name
+
+
+def _is_signbit(equation):
+    """True for `jnp.signbit`, which looks at the bits of a number."""
+    return equation.params.get("name") == "signbit" and equation.invars[0].aval.dtype == np.float64
+
+
+def _called(equation, args):
+    """The program that an equation calls and its arguments, or None if it is no call."""
+    name, params = equation.primitive.name, equation.params
+    if name in _CALLS and not _is_signbit(equation):
+        program = next(params[key] for key in ("jaxpr", "call_jaxpr", "fun_jaxpr", "call") if key in params)
+        return program, args
+    if name in ("custom_linear_solve", "linear_solve"):
+        lengths = params["const_lengths"]
+        first = lengths.matvec + lengths.vecmat
+        sides = first + lengths.solve + lengths.transpose_solve
+        return params["jaxprs"].solve, args[first : first + lengths.solve] + args[sides:]
+    if name in _SMALL_PROGRAMS:
+        shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
+        return jax.make_jaxpr(lambda *x: equation.primitive.impl(*x, **params))(*shapes), args
+    return None

@@ -1,0 +1,79 @@
+"""Operations on constants, done while a tape is written."""
+
+import operator
+from typing import Any
+
+import numpy as np
+
+from ._flatten import Operation
+
+LARGEST = 4096  # numbers of a result that is kept as a constant
+
+_FUNCTIONS = {
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "max": np.maximum,
+    "min": np.minimum,
+    "and": np.bitwise_and,
+    "or": np.bitwise_or,
+    "eq": np.equal,
+    "ne": np.not_equal,
+    "lt": np.less,
+    "le": np.less_equal,
+    "gt": np.greater,
+    "ge": np.greater_equal,
+    "neg": np.negative,
+    "abs": np.abs,
+    "sqrt": np.sqrt,
+    "copy": np.asarray,
+    "copy_p": np.asarray,
+    "stop_gradient": np.asarray,
+}
+
+
+def folded(operation: Operation, constants: list[np.ndarray]) -> np.ndarray | None:
+    """The result of an operation on constants, or None if it is left to the machine."""
+    if len(operation.outputs) != 1 or operation.outputs[0].size > LARGEST:
+        return None
+    with np.errstate(all="ignore"):
+        found = _found(operation, constants)
+    return None if found is None else np.asarray(found).astype(operation.outputs[0].dtype)
+
+
+def _found(operation: Operation, constants: list[np.ndarray]) -> Any:
+    name, params, out = operation.name, operation.params, operation.outputs[0]
+    if name in _FUNCTIONS:
+        return _FUNCTIONS[name](*constants)
+    if name == "div" and out.dtype.kind == "f":
+        return np.divide(*constants)
+    if name == "not" and out.dtype.kind == "b":
+        return np.logical_not(*constants)
+    if name == "convert_element_type" and (constants[0].dtype.kind in "biu" or out.dtype.kind in "bf"):
+        return constants[0].astype(out.dtype)
+    if name == "select_n" and len(constants) == 3:
+        return np.where(*operator.itemgetter(0, 2, 1)(constants))
+    if name in ("reshape", "squeeze", "expand_dims"):
+        return constants[0].reshape(out.shape)
+    if name == "broadcast_in_dim":
+        return np.broadcast_to(spread_axes(constants[0], params["broadcast_dimensions"], len(out.shape)), out.shape)
+    if name == "concatenate":
+        return np.concatenate(constants, params["dimension"])
+    if name == "transpose":
+        return np.transpose(constants[0], params["permutation"])
+    if name == "iota":
+        return iota(params["dimension"], out.shape)
+    return None
+
+
+def spread_axes(array: np.ndarray, dimensions: Any, rank: int) -> np.ndarray:
+    """An array of more axes, its own at `dimensions`, the others of length one."""
+    shape = [1] * rank
+    for axis, length in zip(dimensions, array.shape, strict=True):
+        shape[axis] = length
+    return array.reshape(shape)
+
+
+def iota(dimension: int, shape: tuple[int, ...]) -> np.ndarray:
+    """Numbers 0, 1, 2 ... along one axis."""
+    return np.broadcast_to(spread_axes(np.arange(shape[dimension]), (dimension,), len(shape)), shape)

@@ -1,0 +1,95 @@
+"""Rules of products of matrices, of factors of small ones, and of what LAPACK does on the host."""
+
+import numpy as np
+
+from ._flatten import UnsupportedError
+from ._rearrange import places_of
+from ._reduce import _wrapped
+from ._writer import rule
+
+
+@rule("dot_general")
+def _dot(writer, operation, values):
+    ((sum_a, sum_b), (batch_a, batch_b)), (A, B) = operation.params["dimension_numbers"], operation.inputs
+    if A.size == 0 or B.size == 0:
+        return [writer.arena.constant(np.zeros(operation.outputs[0].shape))]
+    in_a, rows, along_a = _grouped(A.shape, batch_a, sum_a)
+    in_b, columns, along_b = _grouped(B.shape, batch_b, sum_b)
+    a, b, result = (
+        writer.dense(values[0], A.size),
+        writer.dense(values[1], B.size),
+        writer.new(operation.outputs[0].size),
+    )
+    strides = [_stride(places) for places in (rows, along_a, columns, along_b)]
+    place = {"out": result.place, "a": a, "b": b, "x0": in_a.size}
+    size = rows.size, columns.size, along_a.size
+    if None not in strides:
+        table = writer.arena.table(size, strides, in_a, in_b)
+        writer.emit("DOT", operation.outputs[0].size, **place, table=table)
+    else:
+        table = writer.arena.table(in_a, in_b, rows, columns, along_a, along_b)
+        sizes = dict(zip(("x1", "x2", "x3"), size, strict=True))
+        writer.emit("DOT_TABLE", operation.outputs[0].size, **place, **sizes, table=table)
+    return [_wrapped(writer, operation, result)]
+
+
+def _grouped(shape, batch, summed):
+    """Places of an array's numbers by its axes of the batch, its own, and those that are summed over."""
+    own = [axis for axis in range(len(shape)) if axis not in (*batch, *summed)]
+    lengths = [int(np.prod([shape[axis] for axis in axes], dtype=np.int64)) for axes in (batch, own, summed)]
+    places = places_of(shape).transpose(*batch, *own, *summed).reshape(lengths)
+    return places[:, 0, 0], places[0, :, 0], places[0, 0, :]
+
+
+def _stride(places):
+    """The distance of places that are regular, else None."""
+    step = int(places[1] - places[0]) if places.size > 1 else 1
+    return step if np.array_equal(places, step * np.arange(places.size)) else None
+
+
+@rule("cholesky")
+def _cholesky(writer, operation, values):
+    (array,) = operation.inputs
+    if operation.params.get("symmetrize_input"):
+        raise UnsupportedError("cholesky of what is made symmetric")
+    place, result, N = writer.dense(values[0], array.size), writer.new(array.size), array.shape[-1]
+    writer.emit("CHOLESKY", array.size, out=result.place, a=place, x0=array.size // N**2, x1=N)
+    return [result]
+
+
+@rule("triangular_solve")
+def _triangular_solve(writer, operation, values):
+    (A, B), params = operation.inputs, operation.params
+    N, is_left = A.shape[-1], params["left_side"]
+    sides = B.size // (N * (A.size // N**2))
+    a, b, result = writer.dense(values[0], A.size), writer.dense(values[1], B.size), writer.new(B.size)
+    mode = params["lower"] + 2 * params["transpose_a"] + 4 * params["unit_diagonal"] + 8 * (not is_left)
+    fields = {"x0": A.size // N**2, "x1": N, "x2": sides, "mode": mode}
+    writer.emit("TRIANGULAR", B.size, out=result.place, a=a, b=b, **fields)
+    return [result]
+
+
+@rule("lu")
+def _lu(writer, operation, values):
+    (array,) = operation.inputs
+    place = writer.dense(values[0], array.size)
+    results = [writer.new(atom.size) for atom in operation.outputs]
+    rows, columns = array.shape[-2:]
+    fields = {"b": results[1].place, "c": results[2].place, "x0": array.size // (rows * columns)}
+    writer.emit("LU", array.size, out=results[0].place, a=place, x1=rows, x2=columns, **fields)
+    return results
+
+
+@rule("eigh", "svd", "qr", "householder_product", "geqrf")
+def _host(writer, operation, values):
+    """By NumPy: one call with the places of the operands and results."""
+    if operation.name not in ("eigh", "svd") or operation.params.get("subset_by_index") is not None:
+        raise UnsupportedError(operation.name)
+    (array,) = operation.inputs
+    place = writer.dense(values[0], array.size)
+    results = [writer.new(atom.size) for atom in operation.outputs]
+    params = {name: operation.params[name] for name in ("full_matrices", "compute_uv") if name in operation.params}
+    shapes = [(place, array.shape)], [(r.place, o.shape) for r, o in zip(results, operation.outputs, strict=True)]
+    writer.host_calls.append((operation.name, params, shapes))
+    writer.emit("HOST", 1, x0=len(writer.host_calls) - 1)
+    return results

@@ -1,0 +1,47 @@
+"""The machine in C, built when the library is installed."""
+
+import ctypes
+import functools
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ._opcodes import CODE
+
+LIBRARY = Path(__file__).parent / "machine.so"
+_HOST = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p)
+
+
+@functools.cache
+def machine() -> ctypes.CDLL | None:
+    """The machine, or None where it was not built or is that of another release."""
+    try:
+        library = ctypes.CDLL(str(LIBRARY))
+    except OSError:
+        return None
+    library.tape_num_ops.restype = ctypes.c_int64
+    return library if library.tape_num_ops() == len(CODE) else None
+
+
+def is_available() -> bool:
+    """True if this installation has the machine."""
+    return machine() is not None
+
+
+def run(
+    code: np.ndarray, starts: np.ndarray, tables: np.ndarray, arena: np.ndarray, host: Callable[[int], None]
+) -> None:
+    """Run a tape over an arena, which it changes; Python's lock is free meanwhile but for `host` calls by number."""
+    failed: list[BaseException] = []
+
+    def call(number, _):
+        try:
+            host(number)
+        except BaseException as error:  # ctypes prints what a callback raises, and goes on
+            failed.append(error)
+
+    pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (code, starts, tables, arena)]
+    machine().tape_run(*pointers, _HOST(call))
+    if failed:
+        raise failed[0]

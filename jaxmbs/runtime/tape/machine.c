@@ -1,0 +1,510 @@
+/* The tape machine: runs the instructions of a tape over an arena of doubles.
+ *
+ * Every number is a double, integers and truth values too.  Offsets count doubles from the start of the arena; `table`
+ * offsets count whole numbers from the start of the tables.  An operand whose bit is set in `splat` is one number that
+ * stands for many.  Nothing is allocated and nothing global is written, so that one tape may run in several threads,
+ * each with an arena of its own.  Results are those of IEEE arithmetic, and of XLA where IEEE leaves a choice: a NaN
+ * wins in max and min, an index out of range is clamped or left out, int32 wraps round.  Only numbers below 2e-308,
+ * which XLA takes for zero, stay what they are.
+ */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+enum {
+#define OP(name) name,
+#include "opcodes.h"
+#undef OP
+  NUM_OPS
+};
+
+typedef struct {
+  int64_t op, mode, n, out, a, b, c, splat, x0, x1, x2, x3, table;
+} Instruction;
+
+typedef void (*Host)(int64_t call, double *arena);
+
+typedef struct {
+  const Instruction *code;
+  const int64_t *starts; /* of each tape in the code, and the end of the last one */
+  const int64_t *tables;
+  double *M;
+  Host host;
+} Machine;
+
+static void run(const Machine *m, int64_t tape);
+
+int64_t tape_num_ops(void) { return NUM_OPS; }
+
+void tape_run(const Instruction *code, const int64_t *starts, const int64_t *tables, double *arena, Host host) {
+  Machine m = {code, starts, tables, arena, host};
+  run(&m, 0);
+}
+
+/* ------------------------------------------------------------------------------------------------------ small parts */
+static double power(double x, int64_t y) {
+  uint64_t left = y < 0 ? -(uint64_t)y : (uint64_t)y;
+  double result = 1.0;
+  for (; left; left >>= 1, x *= x)
+    if (left & 1) result *= x;
+  return y < 0 ? 1.0 / result : result;
+}
+
+static double to_integer(double x, double low, double high) { return x != x ? 0.0 : x < low ? low : x > high ? high : trunc(x); }
+
+/* x modulo 2^32, with a sign where bits is 32 and without where it is -32; as it is for 64 bits. */
+static double wrapped(int64_t x, int64_t bits) {
+  return bits == 32 ? (double)(int32_t)(uint32_t)(uint64_t)x : bits == -32 ? (double)(uint32_t)(uint64_t)x : (double)x;
+}
+
+static void fill(double *to, double x, int64_t n) {
+  for (int64_t k = 0; k < n; k++) to[k] = x;
+}
+
+static void copy(double *to, const double *from, int64_t n, int is_splat) {
+  if (is_splat)
+    fill(to, *from, n);
+  else if (to != from)
+    memmove(to, from, (size_t)n * sizeof(double));
+}
+
+/* Start of a slice: (stride, largest index, place of the index) for each of `dims` axes; indices are clamped. */
+static int64_t slice_start(const int64_t *t, int64_t dims, const double *M) {
+  int64_t start = 0;
+  for (int64_t d = 0; d < dims; d++, t += 3) {
+    double v = M[t[2]];
+    start += (v < 0 ? 0 : v > (double)t[1] ? t[1] : (int64_t)v) * t[0];
+  }
+  return start;
+}
+
+/* Start of a row of a gather or scatter: clamps indices and says whether all were in range. */
+static int64_t row_start(const int64_t *slots, int64_t dims, const double *index, int *is_good) {
+  int64_t start = 0;
+  *is_good = 1;
+  for (int64_t d = 0; d < dims; d++, slots += 2) {
+    double v = index[d];
+    int64_t k = (int64_t)v;
+    if (v < 0) k = 0, *is_good = 0;
+    if (v > (double)slots[1]) k = slots[1], *is_good = 0;
+    start += k * slots[0];
+  }
+  return start;
+}
+
+static int is_before(const double *key, int64_t stride, int64_t p, int64_t q, int64_t keys, int64_t step) {
+  for (int64_t k = 0; k < keys; k++, key += step) {
+    double x = key[p * stride], y = key[q * stride];
+    if (x < y || (y != y && x == x)) return 1;
+    if (y < x || (x != x && y == y)) return 0;
+  }
+  return 0;
+}
+
+/* Order of K entries by merging, equal ones as they are; order and spare hold K whole numbers. */
+static void merge_sort(int64_t *order, int64_t *spare, int64_t K, const double *key, int64_t stride, int64_t keys, int64_t step) {
+  for (int64_t k = 0; k < K; k++) order[k] = k;
+  for (int64_t width = 1; width < K; width *= 2) {
+    for (int64_t low = 0; low < K; low += 2 * width) {
+      int64_t middle = low + width < K ? low + width : K, high = low + 2 * width < K ? low + 2 * width : K;
+      int64_t p = low, q = middle;
+      for (int64_t k = low; k < high; k++)
+        spare[k] = p < middle && (q >= high || !is_before(key, stride, order[q], order[p], keys, step)) ? order[p++] : order[q++];
+    }
+    memcpy(order, spare, (size_t)K * sizeof(int64_t));
+  }
+}
+
+/* ----------------------------------------------------------------------------------------------------- linear algebra */
+/* Lower factors of `batch` matrices (N, N), in place; NaN where one is not positive definite. */
+static void cholesky(double *o, int64_t batch, int64_t N) {
+  for (int64_t z = 0; z < batch; z++, o += N * N) {
+    int is_good = 1;
+    for (int64_t j = 0; j < N; j++) {
+      double d = o[j * N + j];
+      for (int64_t k = 0; k < j; k++) d -= o[j * N + k] * o[j * N + k];
+      if (!(d > 0)) is_good = 0;
+      d = sqrt(d);
+      o[j * N + j] = d;
+      for (int64_t r = j + 1; r < N; r++) {
+        double v = o[r * N + j];
+        for (int64_t k = 0; k < j; k++) v -= o[r * N + k] * o[j * N + k];
+        o[r * N + j] = v / d;
+      }
+      fill(o + j * N + j + 1, 0.0, N - j - 1);
+    }
+    if (!is_good) fill(o, NAN, N * N);
+  }
+}
+
+/* Solves with triangular matrices A (N, N): x (of N numbers `along` apart, K of them `beside` apart), in place. */
+static void triangular(double *x, const double *A, int64_t N, int64_t K, int64_t along, int64_t beside, int is_lower, int is_transposed, int is_unit) {
+  int is_forward = is_lower != is_transposed;
+  for (int64_t q = 0; q < N; q++) {
+    int64_t r = is_forward ? q : N - 1 - q, from = is_forward ? 0 : r + 1, to = is_forward ? r : N;
+    for (int64_t k = from; k < to; k++) {
+      double v = is_transposed ? A[k * N + r] : A[r * N + k];
+      for (int64_t c = 0; c < K; c++) x[r * along + c * beside] -= v * x[k * along + c * beside];
+    }
+    if (!is_unit)
+      for (int64_t c = 0; c < K; c++) x[r * along + c * beside] /= A[r * N + r];
+  }
+}
+
+/* Factors of one matrix (R, C) by rows, in place; pivots (min(R, C)) and the permutation (R) of rows. */
+static void lu(double *o, double *pivots, double *order, int64_t R, int64_t C) {
+  for (int64_t k = 0; k < R; k++) order[k] = (double)k;
+  for (int64_t k = 0; k < R && k < C; k++) {
+    int64_t best = k;
+    for (int64_t r = k + 1; r < R; r++)
+      if (fabs(o[r * C + k]) > fabs(o[best * C + k])) best = r;
+    pivots[k] = (double)best;
+    if (best != k) {
+      double row = order[k];
+      order[k] = order[best], order[best] = row;
+      for (int64_t c = 0; c < C; c++) {
+        double v = o[k * C + c];
+        o[k * C + c] = o[best * C + c], o[best * C + c] = v;
+      }
+    }
+    for (int64_t r = k + 1; r < R; r++) {
+      double f = o[r * C + k] / o[k * C + k];
+      o[r * C + k] = f;
+      for (int64_t c = k + 1; c < C; c++) o[r * C + c] -= f * o[k * C + c];
+    }
+  }
+}
+
+/* A product of (m, k) and (n, k) at regular strides. */
+static double *product(double *o, const double *A, const double *B, const int64_t *size, const int64_t *stride) {
+  const int64_t m = size[0], n = size[1], k = size[2], am = stride[0], ak = stride[1], bn = stride[2], bk = stride[3];
+  for (int64_t p = 0; p < m; p++, A += am, o += n)
+    if (bn == 1 && n > 3) {
+      fill(o, 0.0, n);
+      for (int64_t j = 0; j < k; j++) {
+        const double x = A[j * ak], *b = B + j * bk;
+        for (int64_t q = 0; q < n; q++) o[q] += x * b[q];
+      }
+    } else
+      for (int64_t q = 0; q < n; q++) {
+        const double *b = B + q * bn;
+        double sum = 0.0;
+        for (int64_t j = 0; j < k; j++) sum += A[j * ak] * b[j * bk];
+        o[q] = sum;
+      }
+  return o;
+}
+
+/* ------------------------------------------------------------------------------------------------------- instructions */
+#define UNARY(OP, E)                                                                    \
+  case OP: {                                                                            \
+    if (i->splat & 1) {                                                                 \
+      const double x = *a;                                                              \
+      fill(o, (E), n);                                                                  \
+    } else                                                                              \
+      for (int64_t k = 0; k < n; k++) {                                                 \
+        const double x = a[k];                                                          \
+        o[k] = (E);                                                                     \
+      }                                                                                 \
+    break;                                                                              \
+  }
+#define BINARY(OP, E)                                                                   \
+  case OP: {                                                                            \
+    if (n == 1) {                                                                       \
+      const double x = *a, y = *b;                                                      \
+      *o = (E);                                                                         \
+    } else if ((i->splat & 3) == 0)                                                     \
+      for (int64_t k = 0; k < n; k++) {                                                 \
+        const double x = a[k], y = b[k];                                                \
+        o[k] = (E);                                                                     \
+      }                                                                                 \
+    else if ((i->splat & 3) == 2) {                                                     \
+      const double y = *b;                                                              \
+      for (int64_t k = 0; k < n; k++) {                                                 \
+        const double x = a[k];                                                          \
+        o[k] = (E);                                                                     \
+      }                                                                                 \
+    } else if ((i->splat & 3) == 1) {                                                   \
+      const double x = *a;                                                              \
+      for (int64_t k = 0; k < n; k++) {                                                 \
+        const double y = b[k];                                                          \
+        o[k] = (E);                                                                     \
+      }                                                                                 \
+    } else {                                                                            \
+      const double x = *a, y = *b;                                                      \
+      fill(o, (E), n);                                                                  \
+    }                                                                                   \
+    break;                                                                              \
+  }
+/* Of (outer, x0, x1) numbers over the axis in the middle; r is what was found so far. */
+#define REDUCE(OP, START, E)                                                            \
+  case OP: {                                                                            \
+    const int64_t K = i->x0, inner = i->x1;                                             \
+    for (int64_t p = 0; p < n / inner; p++, a += K * inner, o += inner)                 \
+      for (int64_t c = 0; c < inner; c++) {                                             \
+        double r = (START);                                                             \
+        for (int64_t k = 0; k < K; k++) {                                               \
+          const double x = a[k * inner + c];                                            \
+          r = (E);                                                                      \
+        }                                                                               \
+        o[c] = r;                                                                       \
+      }                                                                                 \
+    break;                                                                              \
+  }
+#define ARGUMENT(OP, IS_BETTER)                                                         \
+  case OP: {                                                                            \
+    const int64_t K = i->x0, inner = i->x1;                                             \
+    for (int64_t p = 0; p < n / inner; p++, a += K * inner, o += inner)                 \
+      for (int64_t c = 0; c < inner; c++) {                                             \
+        int64_t best = 0;                                                               \
+        double y = a[c];                                                                \
+        for (int64_t k = 1; k < K; k++) {                                               \
+          const double x = a[k * inner + c];                                            \
+          if ((IS_BETTER) || (x != x && y == y)) y = x, best = k;                       \
+        }                                                                               \
+        o[c] = (double)best;                                                            \
+      }                                                                                 \
+    break;                                                                              \
+  }
+#define CUMULATIVE(OP, E)                                                               \
+  case OP: {                                                                            \
+    const int64_t K = i->x0, inner = i->x1, step = i->mode ? -inner : inner;            \
+    for (int64_t p = 0; p < n / (K * inner); p++)                                       \
+      for (int64_t c = 0; c < inner; c++) {                                             \
+        int64_t k = (p * K + (i->mode ? K - 1 : 0)) * inner + c;                        \
+        double r = a[k];                                                                \
+        o[k] = r;                                                                       \
+        for (int64_t q = 1; q < K; q++) {                                               \
+          k += step;                                                                    \
+          const double x = a[k];                                                        \
+          r = (E);                                                                      \
+          o[k] = r;                                                                     \
+        }                                                                               \
+      }                                                                                 \
+    break;                                                                              \
+  }
+
+static void step(const Machine *m, const Instruction *i) {
+  double *const M = m->M, *o = M + i->out;
+  const double *a = M + i->a, *b = M + i->b, *c = M + i->c;
+  const int64_t n = i->n, *t = m->tables + i->table;
+  switch (i->op) {
+    case COPY: copy(o, a, n, i->splat & 1); break;
+      UNARY(NEG, -x)
+      UNARY(SIN, sin(x))
+      UNARY(COS, cos(x))
+      UNARY(TAN, tan(x))
+      UNARY(ASIN, asin(x))
+      UNARY(ACOS, acos(x))
+      UNARY(ATAN, atan(x))
+      UNARY(SINH, sinh(x))
+      UNARY(COSH, cosh(x))
+      UNARY(TANH, tanh(x))
+      UNARY(ASINH, asinh(x))
+      UNARY(ACOSH, acosh(x))
+      UNARY(ATANH, atanh(x))
+      UNARY(SQRT, sqrt(x))
+      UNARY(RSQRT, 1.0 / sqrt(x))
+      UNARY(CBRT, cbrt(x))
+      UNARY(EXP, exp(x))
+      UNARY(EXP2, exp2(x))
+      UNARY(EXPM1, expm1(x))
+      UNARY(LOG, log(x))
+      UNARY(LOG1P, log1p(x))
+      UNARY(LOGISTIC, 1.0 / (1.0 + exp(-x)))
+      UNARY(ERF, erf(x))
+      UNARY(ERFC, erfc(x))
+      UNARY(LGAMMA, lgamma(x))
+      UNARY(ABS, fabs(x))
+      UNARY(SIGN, x > 0 ? 1.0 : x < 0 ? -1.0 : x)
+      UNARY(FLOOR, floor(x))
+      UNARY(CEIL, ceil(x))
+      UNARY(ROUND_AWAY, round(x))
+      UNARY(ROUND_EVEN, nearbyint(x))
+      UNARY(SQUARE, x *x)
+      UNARY(POWER, power(x, i->x0))
+      UNARY(ISFINITE, isfinite(x) ? 1.0 : 0.0)
+      UNARY(SIGNBIT, signbit(x) ? 1.0 : 0.0)
+      UNARY(NOT, x == 0.0)
+      UNARY(NOTBITS, (double)(~(int64_t)x))
+      UNARY(TRUTH, x != 0.0)
+      UNARY(TO_INT32, to_integer(x, -2147483648.0, 2147483647.0))
+      UNARY(TO_INT64, to_integer(x, -9223372036854775808.0, 9223372036854774784.0))
+      UNARY(TO_UINT32, to_integer(x, 0.0, 4294967295.0))
+      UNARY(WRAP_INT32, wrapped((int64_t)x, 32))
+      UNARY(WRAP_UINT32, wrapped((int64_t)x, -32))
+      BINARY(ADD, x + y)
+      BINARY(SUB, x - y)
+      BINARY(MUL, x *y)
+      BINARY(DIV, x / y)
+      BINARY(MAX, (x > y || x != x) ? x : y)
+      BINARY(MIN, (x < y || x != x) ? x : y)
+      BINARY(POW, pow(x, y))
+      BINARY(REM, fmod(x, y))
+      BINARY(ATAN2, atan2(x, y))
+      BINARY(NEXTAFTER, nextafter(x, y))
+      BINARY(EQ, x == y)
+      BINARY(NE, x != y)
+      BINARY(LT, x < y)
+      BINARY(LE, x <= y)
+      BINARY(GT, x > y)
+      BINARY(GE, x >= y)
+      BINARY(AND, (double)((int64_t)x & (int64_t)y))
+      BINARY(OR, (double)((int64_t)x | (int64_t)y))
+      BINARY(XOR, (double)((int64_t)x ^ (int64_t)y))
+      BINARY(IADD, wrapped((int64_t)((uint64_t)(int64_t)x + (uint64_t)(int64_t)y), i->x0))
+      BINARY(ISUB, wrapped((int64_t)((uint64_t)(int64_t)x - (uint64_t)(int64_t)y), i->x0))
+      BINARY(IMUL, wrapped((int64_t)((uint64_t)(int64_t)x * (uint64_t)(int64_t)y), i->x0))
+      BINARY(IDIV, y == 0.0 ? -1.0 : wrapped((int64_t)trunc(x / y), i->x0))
+      BINARY(IREM, y == 0.0 ? x : fmod(x, y) + 0.0)
+    case SELECT: { /* a is the predicate; b where it is false, c where it is true */
+      const int sb = (i->splat & 2) != 0, sc = (i->splat & 4) != 0;
+      if (i->splat & 1)
+        copy(o, *a != 0.0 ? c : b, n, *a != 0.0 ? sc : sb);
+      else
+        for (int64_t k = 0; k < n; k++) o[k] = a[k] != 0.0 ? c[sc ? 0 : k] : b[sb ? 0 : k];
+      break;
+    }
+    case CLAMP: { /* b between a and c */
+      const int sa = (i->splat & 1) != 0, sb = (i->splat & 2) != 0, sc = (i->splat & 4) != 0;
+      for (int64_t k = 0; k < n; k++) {
+        const double low = a[sa ? 0 : k], x = b[sb ? 0 : k], high = c[sc ? 0 : k], y = x < low ? low : x;
+        o[k] = y > high ? high : y;
+      }
+      break;
+    }
+    case TAKE:
+      for (int64_t k = 0; k < n; k++) o[k] = a[t[k]];
+      break;
+    case PAD: /* b is the padding; places below zero take it */
+      for (int64_t k = 0; k < n; k++) o[k] = t[k] < 0 ? *b : a[t[k]];
+      break;
+    case JOIN: /* x0 parts: place, splat, rows, length of a row, start, stride of rows in the result */
+      for (int64_t q = 0; q < i->x0; q++, t += 6) {
+        const double *from = M + t[0];
+        for (int64_t r = 0; r < t[2]; r++, from += t[1] ? 0 : t[3]) copy(o + t[4] + r * t[5], from, t[3], (int)t[1]);
+      }
+      break;
+    case SLICE: { /* x0 axes with an index; then the places, or contiguous where mode is 1 */
+      const double *from = a + slice_start(t, i->x0, M);
+      t += 3 * i->x0;
+      if (i->mode)
+        copy(o, from, n, 0);
+      else
+        for (int64_t k = 0; k < n; k++) o[k] = from[t[k]];
+      break;
+    }
+    case UPDATE: { /* a with x1 numbers of b written into it */
+      copy(o, a, n, 0);
+      o += slice_start(t, i->x0, M);
+      t += 3 * i->x0;
+      if (i->mode)
+        copy(o, b, i->x1, (i->splat & 2) != 0);
+      else
+        for (int64_t k = 0; k < i->x1; k++) o[t[k]] = b[i->splat & 2 ? 0 : k];
+      break;
+    }
+    case GATHER: /* x0 rows by x1 indices of b; windows of x2; c is what stands for rows out of range where mode is 1 */
+    case SCATTER: { /* the same of updates c into a; mode 1 leaves rows out of range out, x3 is how they are combined */
+      const int64_t rows = i->x0, dims = i->x1, width = i->x2;
+      const int64_t *base = t + 2 * dims, *row_place = base + rows, *window = row_place + rows, *window_place = window + width;
+      if (i->op == SCATTER) copy(o, a, n, 0);
+      for (int64_t r = 0; r < rows; r++) {
+        int is_good;
+        const int64_t start = base[r] + row_start(t, dims, b + r * dims, &is_good);
+        const int is_out = i->mode && !is_good;
+        if (i->op == GATHER) {
+          double *to = o + row_place[r];
+          for (int64_t k = 0; k < width; k++) to[window_place[k]] = is_out ? *c : a[start + window[k]];
+        } else if (!is_out)
+          for (int64_t k = 0; k < width; k++) {
+            double *to = o + start + window[k];
+            const double x = *to, y = c[i->splat & 4 ? 0 : row_place[r] + window_place[k]];
+            *to = i->x3 == 0 ? y : i->x3 == 1 ? x + y : i->x3 == 2 ? x * y : i->x3 == 3 ? ((y < x || y != y) ? y : x) : ((y > x || y != y) ? y : x);
+          }
+      }
+      break;
+    }
+      REDUCE(SUM, 0.0, r + x)
+      REDUCE(PROD, 1.0, r *x)
+      REDUCE(RMAX, -INFINITY, (x > r || x != x) ? x : r)
+      REDUCE(RMIN, INFINITY, (x < r || x != x) ? x : r)
+      REDUCE(ALL, 1.0, r != 0.0 && x != 0.0)
+      REDUCE(ANY, 0.0, r != 0.0 || x != 0.0)
+      ARGUMENT(ARGMAX, x > y)
+      ARGUMENT(ARGMIN, x < y)
+      CUMULATIVE(CUMSUM, r + x)
+      CUMULATIVE(CUMPROD, r *x)
+      CUMULATIVE(CUMMAX, (x > r || x != x) ? x : r)
+      CUMULATIVE(CUMMIN, (x < r || x != x) ? x : r)
+    case SORT: { /* x0 arrays (outer, x1, x2) from t one after another by x3 keys; then to; c: 3 x1 numbers to work in */
+      const int64_t K = i->x1, inner = i->x2, arrays = i->x0;
+      int64_t *order = (int64_t *)(M + i->c), *spare = order + K;
+      double *row = M + i->c + 2 * K;
+      for (int64_t p = 0; p < n / (K * inner); p++)
+        for (int64_t q = 0; q < inner; q++) {
+          const int64_t at = p * K * inner + q;
+          merge_sort(order, spare, K, a + at, inner, i->x3, n);
+          for (int64_t array = 0; array < arrays; array++) {
+            const double *from = a + array * n + at;
+            for (int64_t k = 0; k < K; k++) row[k] = from[order[k] * inner];
+            for (int64_t k = 0; k < K; k++) o[array * n + at + k * inner] = row[k];
+          }
+        }
+      break;
+    }
+    case DOT: /* x0 products; table: sizes (m, n, k), strides (4), starts in a and in b */
+      for (int64_t z = 0; z < i->x0; z++) o = product(o, a + t[7 + z], b + t[7 + i->x0 + z], t, t + 3);
+      break;
+    case DOT_TABLE: { /* x0 products of (x1, x3) and (x2, x3): starts in a, b, places of rows, of columns, of sums */
+      const int64_t *in_a = t, *in_b = in_a + i->x0, *am = in_b + i->x0, *bn = am + i->x1, *ak = bn + i->x2, *bk = ak + i->x3;
+      for (int64_t z = 0; z < i->x0; z++)
+        for (int64_t p = 0; p < i->x1; p++)
+          for (int64_t q = 0; q < i->x2; q++) {
+            const double *x = a + in_a[z] + am[p], *y = b + in_b[z] + bn[q];
+            double sum = 0.0;
+            for (int64_t k = 0; k < i->x3; k++) sum += x[ak[k]] * y[bk[k]];
+            *o++ = sum;
+          }
+      break;
+    }
+    case CHOLESKY:
+      copy(o, a, n, 0);
+      cholesky(o, i->x0, i->x1);
+      break;
+    case TRIANGULAR: /* x0 systems of x1 unknowns and x2 right sides b; mode: 1 lower, 2 transposed, 4 unit, 8 from right */
+      copy(o, b, n, 0);
+      for (int64_t z = 0; z < i->x0; z++, o += i->x1 * i->x2, a += i->x1 * i->x1) {
+        const int is_right = (i->mode & 8) != 0, is_transposed = ((i->mode & 2) != 0) != is_right;
+        triangular(o, a, i->x1, i->x2, is_right ? 1 : i->x2, is_right ? i->x1 : 1, i->mode & 1, is_transposed, (i->mode & 4) != 0);
+      }
+      break;
+    case LU: { /* x0 matrices (x1, x2); pivots go to b, permutations to c */
+      const int64_t R = i->x1, C = i->x2;
+      copy(o, a, n, 0);
+      for (int64_t z = 0; z < i->x0; z++) lu(o + z * R * C, M + i->b + z * (R < C ? R : C), M + i->c + z * R, R, C);
+      break;
+    }
+    case WHILE: /* a is what tape x0 leaves as condition; x1 is the body */
+      for (run(m, i->x0); *a != 0.0; run(m, i->x0)) run(m, i->x1);
+      break;
+    case SCAN: { /* n turns of tape x0, backwards where mode is 1; x1 inputs and x2 outputs: (stack, row, length, splat) */
+      for (int64_t turn = 0; turn < n; turn++) {
+        const int64_t k = i->mode ? n - 1 - turn : turn, *row = t;
+        for (int64_t q = 0; q < i->x1; q++, row += 4) copy(M + row[1], M + row[0] + k * row[2], row[2], 0);
+        run(m, i->x0);
+        for (int64_t q = 0; q < i->x2; q++, row += 4) copy(M + row[0] + k * row[2], M + row[1], row[2], (int)row[3]);
+      }
+      break;
+    }
+    case COND: /* the tape of x0 that a names */
+      run(m, t[*a < 0 ? 0 : *a >= (double)i->x0 ? i->x0 - 1 : (int64_t)*a]);
+      break;
+    case HOST: m->host(i->x0, M); break;
+  }
+}
+
+static void run(const Machine *m, int64_t tape) {
+  const Instruction *end = m->code + m->starts[tape + 1];
+  for (const Instruction *i = m->code + m->starts[tape]; i < end; i++) step(m, i);
+}

@@ -1,0 +1,129 @@
+"""Tapes compute what XLA does, in every operation that they have."""
+
+import concurrent.futures
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax import lax
+
+from jaxmbs.runtime import jit
+from jaxmbs.runtime.tape import Tape, UnsupportedError, is_available
+from jaxmbs.runtime.tape._opcodes import CODE
+
+from .programs import PROGRAMS, X
+
+pytestmark = pytest.mark.skipif(not is_available(), reason="this installation was made without a C compiler")
+TAPES = {}
+
+
+def tape_of(name):
+    if name not in TAPES:
+        function, args = PROGRAMS[name]
+        with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
+            TAPES[name] = Tape(jax.make_jaxpr(function)(*args))
+    return TAPES[name]
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_is_that_of_xla(name):
+    """Twice, so that nothing of the first run is left in the arena; infinities, NaN and signs of zero too."""
+    function, args = PROGRAMS[name]
+    tape = tape_of(name)
+    tape(*(np.ones_like(arg) for arg in args))
+    found = tape(*args)
+    with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
+        want = [np.asarray(x) for x in jax.tree.leaves(jax.jit(function)(*args))]
+    for a, b in zip(found, want, strict=True):
+        assert (a.shape, a.dtype) == (b.shape, b.dtype)
+        np.testing.assert_allclose(
+            a, b, rtol=1e-12, atol=1e-14 * np.max(np.abs(b), initial=0.0, where=np.isfinite(b))
+        )
+
+
+def test_the_programs_have_every_operation():
+    used = {code for name in PROGRAMS for code in tape_of(name)._code[:, 0]}
+    assert {name for name, code in CODE.items() if code not in used} == set()
+
+
+def test_a_loop_changes_its_log_in_place():
+    """Nothing is copied: the log of a motion is written row by row, in loops and branches inside of each other."""
+
+    def write(k, log):
+        row = lambda log: lax.dynamic_update_slice(log, jnp.ones((1, 1000)) * k, (k, 0))  # noqa: E731
+        return lax.cond(k % 2 == 0, row, lambda log: log, log)
+
+    def run(x):
+        log = jnp.zeros((64, 1000)) + x
+        return lax.fori_loop(0, 8, lambda j, log: lax.fori_loop(0, 8, lambda k, log: write(8 * j + k, log), log), log)
+
+    tape = Tape(jax.make_jaxpr(run)(1.0))
+    np.testing.assert_array_equal(tape(1.0)[0], jax.jit(run)(1.0))
+    assert tape.num_doubles < 1.2 * 64_000
+    copies = tape._code[tape._code[:, 0] == CODE["COPY"]]
+    assert sum(copies[:, 2] == 64_000) == 1  # the start, one number that is spread
+
+
+@pytest.mark.parametrize(
+    ("function", "arg", "reason"),
+    [
+        (lambda x: x + 1, np.float32(1.0), "float32"),
+        (lambda x: jnp.fft.fft(x), np.ones(4), "complex128|fft"),
+        (lambda x: jax.random.normal(jax.random.key(0)) + x, 1.0, "key|random|uint"),
+        (lambda x: (jax.debug.print("{}", x), x)[1], 1.0, "callback"),
+        (lambda x: x + jnp.int64(2**60 + 1), 1, "2.53"),
+    ],
+)
+def test_what_tapes_do_not_have_is_named(function, arg, reason):
+    with pytest.raises(UnsupportedError, match=reason):
+        Tape(jax.make_jaxpr(function)(arg))
+
+
+def test_threads_share_a_tape():
+    function, _ = PROGRAMS["linear algebra"]
+    S, b = np.eye(3) * 2.0, np.ones((3, 2))
+    tape = Tape(jax.make_jaxpr(function)(S, b))
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda k: tape(S * k, b)[1], range(1, 200)))
+    for k, x in zip(range(1, 200), found, strict=True):
+        np.testing.assert_allclose(x, b / (2 * k), rtol=1e-13)
+
+
+# ---------------------------------------------------------------------------------------------------- jit(compile=)
+def test_jit_runs_on_a_tape(monkeypatch):
+    """Arguments that are no arrays are static; results are arrays of JAX; derivatives work as ever."""
+    count = []
+
+    @jit(compile="tape")
+    def f(x, name, scale=1.0):
+        count.append(name)
+        return {"value": scale * jnp.sum(jnp.sin(x)), "name": name}
+
+    monkeypatch.setattr("jaxmbs.runtime._jit.compiler_options", lambda *_: pytest.fail("compiled"))
+    for _ in range(3):
+        found = f(X, "static", scale=jnp.asarray(2.0))
+    assert isinstance(found["value"], jax.Array) and found["name"] == "static" and count == ["static"]
+    np.testing.assert_allclose(found["value"], 2.0 * np.sum(np.sin(X)), rtol=1e-14)
+    f(X[:2], "static")
+    f(X, "another")
+    assert count == ["static", "static", "another"]
+    monkeypatch.undo()
+    np.testing.assert_allclose(jax.grad(lambda x: f(x, "a")["value"])(X), np.cos(X), rtol=1e-14)
+    np.testing.assert_allclose(jax.jit(lambda x: f(x, "a")["value"])(X), np.sum(np.sin(X)), rtol=1e-14)
+
+
+def test_jit_compiles_what_a_tape_cannot_run():
+    np.testing.assert_allclose(
+        jit(lambda x: jnp.abs(jnp.fft.fft(x)), compile="tape")(np.ones(4)), [4, 0, 0, 0], atol=1e-15
+    )
+    with jax.enable_x64(False):
+        assert jit(lambda x: x + 1, compile="tape")(jnp.float32(1.0)).dtype == jnp.float32
+
+
+def test_an_error_of_the_function_comes_through():
+    def wrong(x):
+        raise ValueError("in words")
+
+    with pytest.raises(ValueError, match="in words"):
+        jit(wrong, compile="tape")(X)
