@@ -7,6 +7,7 @@ import jax
 from ._compiler_options import OPTIONS, SMALL_LOOPS, is_given, known_options
 from ._small_call import sets_marks
 from ._tricks import TRICKS, is_on, needed_tricks
+from .tape import is_available
 
 
 class TrickState(NamedTuple):
@@ -41,10 +42,13 @@ def _obstacle(name):
     """The reason why a trick does nothing here, or an empty text."""
     backend = jax.default_backend()
     if (
-        name in (*OPTIONS, "small_call", "small_products", "chunked_maps", "sequential_lapack", "library_calls")
+        name
+        in (*OPTIONS, "small_call", "small_products", "chunked_maps", "sequential_lapack", "library_calls", "tape")
         and backend != "cpu"
     ):
         return f"for the CPU alone, not for {backend}"
+    if name == "tape" and not is_available():
+        return "made without a C compiler; with one, install again"
     option = OPTIONS.get(name, "")
     if option and option not in known_options(backend):
         return f"the XLA of jax {jax.__version__} does not know {option}"

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from . import _tuning as tuning
-from ._tricks import OFF
+from ._tricks import OFF, is_on
 from .tape import Tape, UnsupportedError, is_available
 
 _LARGEST_CACHE = 256  # programs of a function; the oldest go
@@ -27,7 +27,8 @@ def tapes_work() -> bool:
     """True where programs may run on tapes: in double precision on one CPU, with nothing of JAX's debugging on."""
     values = jax.config.values
     return (
-        is_available()
+        is_on("tape")
+        and is_available()
         and values["jax_enable_x64"]
         and not any(values[name] for name in ("jax_debug_nans", "jax_debug_infs", "jax_disable_jit"))
         and jax.default_backend() == "cpu"

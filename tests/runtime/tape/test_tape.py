@@ -2,12 +2,14 @@
 
 import concurrent.futures
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import lax
 
+import jaxmbs as mbs
 from jaxmbs.runtime import jit
 from jaxmbs.runtime.tape import Tape, UnsupportedError, is_available
 from jaxmbs.runtime.tape._opcodes import CODE
@@ -127,3 +129,24 @@ def test_an_error_of_the_function_comes_through():
 
     with pytest.raises(ValueError, match="in words"):
         jit(wrong, compile="tape")(X)
+
+
+@pytest.mark.user
+def test_motions_and_gradients_on_tapes_are_those_of_xla():
+    """A pendulum's motion with its load, and the derivative by its mass and length."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    b.body("bob", mass=2.0, com=(0.5, 0, 0), inertia=0.01)
+    b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+    system = b.build()
+
+    def load(scale):
+        places = lambda s: (s.mass, s.com)  # noqa: E731
+        changed = eqx.tree_at(places, system, (system.mass * scale[0], system.com * scale[1]))
+        motion = mbs.simulate(changed, mbs.State.at(system, pin=0.3), ts=jnp.linspace(0.0, 0.5, 5))
+        return jnp.sum(mbs.reactions(changed, motion)["pin"].force ** 2)
+
+    x = np.array([1.1, 0.9])
+    value, slope = jit(jax.value_and_grad(load), compile="tape")(x)
+    wanted, wanted_slope = jit(jax.value_and_grad(load), compile="quick")(x)
+    np.testing.assert_allclose(value, wanted, rtol=1e-9)
+    np.testing.assert_allclose(slope, wanted_slope, rtol=1e-8)
