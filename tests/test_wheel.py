@@ -1,6 +1,7 @@
 """A built wheel holds all that the demo needs."""
 
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -9,6 +10,23 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
+MACHINE = "jaxmbs/runtime/tape/machine.so"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("compiler", ["", "false"])
+def test_a_wheel_has_the_tape_machine_where_there_is_a_c_compiler(tmp_path, compiler):
+    """Without one it is made all the same, for any platform."""
+    copy = tmp_path / "copy"
+    shutil.copytree(ROOT / "jaxmbs", copy / "jaxmbs", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, copy)
+    environment = {**os.environ, "CC": compiler} if compiler else os.environ
+    build = [sys.executable, "-m", "pip", "wheel", str(copy), "--no-deps", "--quiet", "--wheel-dir", str(tmp_path)]
+    subprocess.run(build, check=True, timeout=600, env=environment)
+    (wheel,) = tmp_path.glob("jaxmbs-*.whl")
+    assert (MACHINE in zipfile.ZipFile(wheel).namelist()) == (compiler != "false")
+    assert wheel.name.endswith("none-any.whl") == (compiler == "false")
 
 
 @pytest.mark.long

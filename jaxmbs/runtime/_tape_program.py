@@ -12,8 +12,6 @@ from . import _tuning as tuning
 from ._tricks import OFF, is_on
 from .tape import Tape, UnsupportedError, is_available
 
-_LARGEST_CACHE = 256  # programs of a function; the oldest go
-
 
 class _Program(NamedTuple):
     """A tape, and how its results become what the function returns."""
@@ -53,7 +51,7 @@ class TapeFunction:
         key = (structure, shapes, static_structure, tuple(static_leaves), OFF.value)
         with self._lock:
             if key not in self._programs:
-                while len(self._programs) >= _LARGEST_CACHE:
+                while len(self._programs) >= tuning.TAPES_KEPT:
                     self._programs.pop(next(iter(self._programs)))
                 self._programs[key] = self._trace(leaves, structure, static)
             program = self._programs[key]

@@ -36,6 +36,10 @@ LIBRARY_PRODUCT = 4096
 #: Doubles of the arena of a tape, beyond which a program is compiled: large arrays run through memory once for every
 #: operation of a tape (`first_answers.py`).
 TAPE_DOUBLES = 4_000_000
+#: Numbers of a constant that is computed while a tape is written (`first_answers.py`).
+FOLDED_CONSTANT = 4096
+#: Tapes that a function keeps, for as many shapes and static arguments; the oldest go (`first_answers.py`).
+TAPES_KEPT = 256
 
 # ----------------------------------------------------------------------------------------------- dense linear algebra
 #: Columns of a positive definite matrix that are eliminated one by one; larger matrices go by blocks of `SPD_BLOCK`

@@ -79,5 +79,5 @@ def test_quick_programs_are_small_ones():
 
 
 def test_unknown_kind():
-    with pytest.raises(ValueError, match="'full' or 'quick'"):
+    with pytest.raises(ValueError, match="'full', 'quick' or 'tape'"):
         jit(lambda x: x, compile="slow")

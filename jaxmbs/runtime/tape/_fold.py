@@ -1,15 +1,15 @@
 """Operations on constants, done while a tape is written."""
 
 import operator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from .. import _tuning as tuning
 from ._flatten import Operation
 
-LARGEST = 4096  # numbers of a result that is kept as a constant
-
-_FUNCTIONS = {
+_FUNCTIONS: dict[str, Callable] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
@@ -34,7 +34,7 @@ _FUNCTIONS = {
 
 def folded(operation: Operation, constants: list[np.ndarray]) -> np.ndarray | None:
     """The result of an operation on constants, or None if it is left to the machine."""
-    if len(operation.outputs) != 1 or operation.outputs[0].size > LARGEST:
+    if len(operation.outputs) != 1 or operation.outputs[0].size > tuning.FOLDED_CONSTANT:
         return None
     with np.errstate(all="ignore"):
         found = _found(operation, constants)

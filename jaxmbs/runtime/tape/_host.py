@@ -1,5 +1,6 @@
 """What the machine leaves to NumPy: decompositions of matrices."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -29,4 +30,4 @@ def _svd(matrix: np.ndarray, full_matrices: bool, compute_uv: bool) -> list[np.n
     return [s, u, vh]
 
 
-_FUNCTIONS = {"eigh": _eigh, "svd": _svd}
+_FUNCTIONS: dict[str, Callable[..., list[np.ndarray]]] = {"eigh": _eigh, "svd": _svd}

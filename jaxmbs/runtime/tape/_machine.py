@@ -42,6 +42,8 @@ def run(
             failed.append(error)
 
     pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (code, starts, tables, arena)]
-    machine().tape_run(*pointers, _HOST(call))
+    library = machine()
+    assert library is not None  # a tape is made where there is one
+    library.tape_run(*pointers, _HOST(call))
     if failed:
         raise failed[0]
