@@ -64,17 +64,27 @@ class CampbellDiagram(eqx.Module):
         return 2 * (a * b.conj()).imag / jnp.where(size > 0, size, 1.0)
 
     def critical_speeds(self, order: ArrayLike = 1.0) -> Float[Array, " m"]:
-        """The first speed (m,) [rad/s] at which the frequency of each mode is `order` times the speed, by a straight
-        line between the speeds given; NaN where there is none."""
+        """The lowest speed (m,) [rad/s] at which the frequency of each mode is `order` times the speed, whether it
+        crosses that line from above or from below; NaN where there is none.  See `crossings`."""
+        found = self.crossings(order)
+        first = jnp.argmin(jnp.where(jnp.isnan(found), jnp.inf, found), axis=0)
+        return jnp.take_along_axis(found, first[None], axis=0)[0]
+
+    def crossings(self, order: ArrayLike = 1.0) -> Float[Array, "steps m"]:
+        """All speeds (S - 1, m) [rad/s] at which the frequency of each mode is `order` times the speed, one between
+        each two speeds given, by a straight line between them; NaN where there is none.
+
+        A mode that meets the line at one of the speeds, crossing or touching it, has that speed.  One that touches it
+        between two speeds is not seen, nor one that does not oscillate at standstill.
+        """
         over = self.roots.imag - as_dtype(order, self.speeds.dtype) * self.speeds[:, None]
         before, after = over[:-1], over[1:]
-        crosses = (before > 0) & (after <= 0)
-        step = jnp.argmax(crosses, axis=0)[None]
-        b, a = (jnp.take_along_axis(part, step, axis=0)[0] for part in (before, after))
-        low, high = self.speeds[step[0]], self.speeds[step[0] + 1]
-        found = jnp.any(crosses, axis=0)
-        share = b / jnp.where(found, b - a, 1.0)
-        return jnp.where(found, low + share * (high - low), jnp.nan)
+        met = before.at[1:].set(jnp.nan) == 0  # at the first speed; at others it is the end of the interval before
+        crosses = (before * after < 0) | (after == 0) & (self.roots.imag[1:] > 0) | met & (self.roots.imag[:-1] > 0)
+        crosses = crosses & ~jnp.isnan(before + after)
+        low, high = self.speeds[:-1, None], self.speeds[1:, None]
+        share = before / jnp.where(crosses & (before != after), before - after, 1.0)
+        return jnp.where(crosses, jnp.where(before == after, high, low + share * (high - low)), jnp.nan)
 
     def _row(self, name):
         if name not in self.coordinates:

@@ -59,10 +59,21 @@ class AbstractBlock(eqx.Module):
         """
         return self.output(u, s, t), {}
 
+    def sampled(self, period: float) -> "AbstractBlock":
+        """The block that takes its place where it is built with `every=` a known period [s]: itself, by its `sample`,
+        or one that holds samples."""
+        return self
+
+    def sampling_faults(self, period: ScalarLike) -> list[str]:
+        """Faults of the block where it is built with `every=` this positive period [s], one message each."""
+        return []
+
     @property
     def has_sampled_form(self) -> bool:
         """True if the block may be built with `every=`."""
-        return not self.internal_states or type(self).sample is not AbstractBlock.sample
+        kind = type(self)
+        own = kind.sample is not AbstractBlock.sample or kind.sampled is not AbstractBlock.sampled
+        return not self.internal_states or own
 
     def validity(self, s: States, t: ScalarLike) -> dict[str, Margin]:
         """Margins of the states to the ends of the model by name; none by default."""

@@ -10,15 +10,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, faults_if, may_be_nonzero, not_positive
+from ..checks import any_concrete, faults_if, is_concrete, may_be_nonzero, not_positive
 from ..forces._fields import number
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
 from ..runtime import as_array
-from ..typing import Convertible, Scalar, ScalarLike
+from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 from ._zero_order_hold import canonical_matrices, lag_share, zero_order_hold
 
+_MOST_SAMPLES = 10_000  # that a sampled delay holds, as states of the motion
 _MOST_PADE = 10  # the coefficients of a higher order lose the digits that it would gain
 
 
@@ -194,6 +195,10 @@ class Delay(AbstractBlock):
     It is right to about a radian per degree, `omega duration < pade`, and feeds a part of the input through at once.
     At the start the input is taken as constant before.
 
+    Sampled, with `every=`, it is a shift register without any approximation: its output at a sample is what its input
+    held a time ago, the sample of `ceil(duration / period)` periods before.  A duration that is no whole number of
+    periods thus acts as the next longer one; both must be known numbers, and the register has no derivatives by them.
+
     Attributes:
         duration: > 0 [s].
         pade: degree, 1 to 10 (static).
@@ -229,13 +234,20 @@ class Delay(AbstractBlock):
         b = a * jnp.asarray([(-1.0) ** k for k in range(self.pade + 1)], a.dtype)
         return jnp.dot(b[:-1] - d * a[:-1], s["x"]) + d * u
 
-    def sample(
-        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
-    ) -> tuple[Float[Array, "..."], States]:
-        """Output, and the states of an input that is held for a period."""
-        A, B = canonical_matrices(jnp.asarray(self._coefficients[:-1], s["x"].dtype))
-        F, G = zero_order_hold(A, B, jnp.asarray(period) / self.duration)
-        return self.output(u, s, t), {"x": F @ s["x"] + G[:, 0] * u}
+    def sampled(self, period: float) -> AbstractBlock:
+        """The register of samples."""
+        return ShiftRegister(_delay_periods(self.duration, period))
+
+    def sampling_faults(self, period: ScalarLike) -> list[str]:
+        """The number of samples must be known, and few enough to be states."""
+        if not is_concrete(self.duration, period):
+            return ["the number of samples that a Delay holds must be known: duration and every= cannot be traced"]
+        if not_positive(self.duration):
+            return []
+        count = _delay_periods(self.duration, period)
+        return faults_if(
+            (count > _MOST_SAMPLES, f"a Delay of {count} periods holds more than {_MOST_SAMPLES} samples")
+        )
 
     def faults(self) -> list[str]:
         """Sign of the duration, and the degree."""
@@ -244,3 +256,40 @@ class Delay(AbstractBlock):
             (not_positive(self.duration), "duration must be positive"),
             (not is_degree, f"pade must be a whole number from 1 to {_MOST_PADE}, got {self.pade!r}"),
         )
+
+
+class ShiftRegister(AbstractBlock):
+    """The input a number of samples ago; before the start it is that of the start.
+
+    Attributes:
+        count: of samples (static).
+    """
+
+    count: int = eqx.field(static=True)
+
+    @property
+    def is_feedthrough(self) -> bool:
+        return False
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        return {"x": InternalState((self.count,))}
+
+    def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
+        """The input of the start, throughout."""
+        return {"x": jnp.full(self.count, u)}
+
+    def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
+        """The oldest sample."""
+        return s["x"][-1]
+
+    def sample(
+        self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
+    ) -> tuple[Float[Array, "..."], States]:
+        """The oldest sample, and all of them one place on."""
+        return s["x"][-1], {"x": jnp.concatenate([jnp.reshape(u, 1), s["x"][:-1]])}
+
+
+def _delay_periods(duration: ArrayLike, period: ArrayLike) -> int:
+    """Number of periods after which a signal that is sampled has been delayed; nearly whole ones are whole."""
+    return max(1, math.ceil(float(duration) / float(period) * (1 - 1e-9)))

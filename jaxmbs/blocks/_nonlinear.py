@@ -113,9 +113,13 @@ class RateLimit(AbstractBlock):
         self, u: Float[Array, "..."], s: States, t: ScalarLike, period: ScalarLike
     ) -> tuple[Float[Array, "..."], States]:
         """The value, and that after a period of an input that is held."""
-        change = lag_share(period / self.time_constant) * (u - s["value"])
-        lower, upper = self._limits
-        return s["value"], {"value": s["value"] + clip(change, period * lower, period * upper)}
+        gap, (lower, upper) = u - s["value"], self._limits
+        rate = jnp.where(gap > 0, upper, lower)
+        limited = jnp.clip(gap / rate - self.time_constant, 0.0, period)  # time at the limit
+        way = rate * limited
+        return s["value"], {
+            "value": s["value"] + way + lag_share((period - limited) / self.time_constant) * (gap - way)
+        }
 
     def output(self, u: Float[Array, "..."], s: States, t: ScalarLike) -> Float[Array, "..."]:
         """The value."""

@@ -112,10 +112,19 @@ def _sampling_faults(item):
     if any_concrete(lambda x: ~(np.isfinite(x) & (x > 0.0)), item.every):
         return [f"every= must be a positive period in seconds, got {item.every}"]
     kind, states = type(item.block).__name__, [name for name, *_ in block_layout(item.block)]
-    return faults_if(
-        (not item.block.has_sampled_form, f"{kind} has states and no sampled form: define `sample(u, s, t, period)`"),
-        ("output" in states, "a sampled block holds its output as the state 'output': call its own state otherwise"),
-    )
+    return [
+        *item.block.sampling_faults(item.every),
+        *faults_if(
+            (
+                not item.block.has_sampled_form,
+                f"{kind} has states and no sampled form: define `sample(u, s, t, period)`",
+            ),
+            (
+                "output" in states,
+                "a sampled block holds its output as the state 'output': call its own state otherwise",
+            ),
+        ),
+    ]
 
 
 def _is_real(value):
@@ -311,11 +320,12 @@ def make_blocks(model: Model) -> tuple[BlockElement, ...]:
             reads.append(read if isinstance(read, str) else len(functions))
             functions += [] if isinstance(read, str) else [as_signal(read)]
         drives = tuple(_field_of(one, model)[0] for one in drives_of(item))
-        layout = block_layout(item.block)
+        block = item.block if item.every is None else item.block.sampled(item.every)
+        layout = block_layout(block)
         sampling: dict[str, Any] = {}
         if item.every is not None:
             layout += (("output", (), ""),)
             sampling = {"period": number(item.every), "rhythm": rhythms[name]}
         connections = tuple(reads), tuple(functions), drives
-        found.append(BlockElement(name, item.block, *connections, layout, is_early=is_early, **sampling))
+        found.append(BlockElement(name, block, *connections, layout, is_early=is_early, **sampling))
     return tuple(found)

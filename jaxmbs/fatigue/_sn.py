@@ -23,7 +23,7 @@ class SN(eqx.Module):
         slope: > 0, the exponent; below the knee `second_slope`.
         knee: stress at which the second slope begins, > 0; the curve is continuous there.
         second_slope: > 0, of stresses below the knee.
-        limit: stress below which a cycle does no damage.
+        limit: stress below which a cycle does no damage; above the knee it leaves the first slope alone.
         ranges: true if intercept, knee and limit refer to stress ranges.
 
     Raises: ModelError for numbers that are not positive and a knee without a second slope, or the reverse.
@@ -57,9 +57,15 @@ class SN(eqx.Module):
         sn = self.in_amplitudes()
         if sn.knee is None:
             return [(1 / sn.intercept, sn.slope, sn.limit, None)]
+        # of a limit above the knee the second slope has nothing
         at_knee = sn.knee**sn.slope / sn.intercept
-        low = (at_knee * sn.knee**-sn.second_slope, sn.second_slope, sn.limit, sn.knee)
         start = sn.knee if sn.limit is None else jnp.maximum(sn.knee, sn.limit)
+        low = (
+            at_knee * sn.knee**-sn.second_slope,
+            sn.second_slope,
+            sn.limit,
+            start,
+        )  # nothing if the limit is higher
         return [low, (1 / sn.intercept, sn.slope, start, None)]
 
     def damage(self, amplitudes: ArrayLike) -> Array:

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import jaxmbs as mbs
 from jaxmbs import analysis, flexible, forces
@@ -121,3 +122,42 @@ def test_no_steady_motion_at_any_speed_is_an_error():
     b.force("rub", forces.LuGre(1.0, 1e5, 1.0), joint="out")
     with pytest.raises(mbs.SimulationError, match=r"no steady motion .* moving=\['spin'\]"):
         analysis.campbell(b.build(), [1.0, 2.0], "spin")
+
+
+def diagram(speeds, frequencies):
+    """A diagram of given frequencies (S, m)."""
+    roots, speeds = 1j * jnp.asarray(frequencies, complex), jnp.asarray(speeds, float)
+    count = roots.shape[1]
+    return analysis.CampbellDiagram(
+        speeds, roots, jnp.ones((len(speeds), 1, count), complex), jnp.ones(len(speeds), bool), ("x",)
+    )
+
+
+def test_critical_speeds_from_above_and_from_below_at_speeds_and_twice():
+    up, down = [0.5, 1.9, 3.6, 5.0], [3.0, 2.5, 2.0, 1.5]
+    there_and_back = [2.0, 1.5, 3.5, 3.0]  # crosses between 1 and 2, 2 and 3, 3 and 4
+    on_speed, touch, above = [2.0, 2.0, 2.0, 2.0], [2.0, 2.0, 4.0, 5.0], [2.0, 3.0, 4.0, 5.0]
+    columns = np.array([up, down, there_and_back, on_speed, touch, above, [0.0, 0.0, 0.0, 0.0]]).T
+    found = diagram([1.0, 2.0, 3.0, 4.0], columns)
+    wanted = [2 + 0.1 / 0.7, 2 + 0.5 / 1.5, 1 + 1.0 / 1.5, 2.0, 2.0, np.nan, np.nan]
+    np.testing.assert_allclose(found.critical_speeds(), wanted, rtol=1e-14)
+    crossings = np.asarray(found.crossings())
+    np.testing.assert_allclose(crossings[:, 2], [1 + 1.0 / 1.5, 2.5, 3 + 0.5 / 1.5], rtol=1e-14)
+    assert np.isnan(crossings[1:, 3]).all() and np.isfinite(crossings[0, 3])
+    np.testing.assert_allclose(found.critical_speeds(order=0.5)[[0, 1]], [1.0, 3.5])  # one at the first speed
+    standing = diagram([0.0, 1.0, 2.0], np.array([[0.0, 0.5, 1.0], [0.0, 2.0, 1.0]]).T)
+    np.testing.assert_allclose(standing.critical_speeds(), [np.nan, 1.5])  # no mode at rest
+
+
+def test_all_crossings_of_smooth_curves_against_brentq():
+    """Random polynomials as frequencies: as many crossings as SciPy finds, and their slope by the speeds' scale."""
+    speeds, rng = np.linspace(0.5, 10.0, 4001), np.random.default_rng(0)
+    for order in (1.0, 2.0, 7.0):
+        curve = np.polynomial.Polynomial.fit([0, 3, 5, 7, 10.5], order * rng.uniform(0, 10.0, 5), 4)
+        over = lambda s: curve(s) - order * s  # noqa: E731, B023
+        ends = [(a, b) for a, b in zip(speeds[:-1], speeds[1:], strict=True) if over(a) * over(b) < 0]
+        wanted = [brentq(over, a, b) for a, b in ends]
+        found = np.asarray(diagram(speeds, curve(speeds)[:, None]).crossings(order)[:, 0])
+        np.testing.assert_allclose(found[np.isfinite(found)], wanted, rtol=1e-5)
+    slope = jax.grad(lambda a: diagram([1.0, 5.0], jnp.array([[0.5], [2.5]]) * a + 1.0).critical_speeds()[0])(1.5)
+    np.testing.assert_allclose(slope, 1.0 / (1.0 - 0.5 * 1.5) ** 2 * 0.5, rtol=1e-9)  # 1 / (1 - a / 2)

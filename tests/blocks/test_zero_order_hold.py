@@ -5,7 +5,8 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.interpolate import pade
+import pytest
+from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete, dlsim, tf2ss
 
 from jaxmbs.blocks import PI, PID, Delay, FirstOrder, RateLimit, StateSpace, TransferFunction
@@ -42,13 +43,34 @@ def test_linear_blocks_are_those_of_scipy():
     np.testing.assert_allclose(found, of_scipy([[-1 / 0.08]], [[3 / 0.08]], [[1.0]], [[0.0]], [0.4]), rtol=1e-11)
 
 
-def test_a_delay_is_the_approximation_of_scipy_and_stays_at_rest():
-    block = Delay(0.5, 3)
-    numerator, denominator = pade([(-0.5) ** k / math.factorial(k) for k in range(7)], 3)
-    found = outputs(block, {"x": jnp.zeros(3)})
-    wanted = of_scipy(*tf2ss(numerator.coeffs, denominator.coeffs), np.zeros(3))
-    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(outputs(block, block.start(jnp.asarray(2.0), 0.0), 2.0 * np.ones(9)), 2.0, rtol=1e-12)
+@pytest.mark.parametrize(
+    "duration, count",
+    [(0.05, 1), (0.2, 4), (4 * 0.05, 4), (0.1 + 0.2, 6), (0.21, 5), (0.0499, 1), (5.0, 100)],
+)
+def test_a_delay_gives_back_what_was_held_a_time_ago(duration, count):
+    """Exact samples, a part of a period counted as a whole one; before the start the input of the start."""
+    delay = Delay(duration, 3).sampled(PERIOD)
+    found = outputs(delay, delay.start(jnp.asarray(INPUTS[0]), 0.0))
+    held = [INPUTS[max(0, math.floor((n * PERIOD - duration) / PERIOD + 1e-9))] for n in range(len(INPUTS))]
+    np.testing.assert_array_equal(found, held)
+    np.testing.assert_array_equal(found, np.r_[np.full(count, INPUTS[0]), INPUTS][: len(INPUTS)])
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.1, 0.14, 0.2, 0.5, 5.0, -0.03, -0.1, -0.4, 0.0])
+@pytest.mark.parametrize("period", [0.01, 0.2, 1.0])
+def test_a_limited_rate_is_the_solution_under_a_held_input(gap, period):
+    block = RateLimit(0.7, 0.4, time_constant=0.2)
+    rate = lambda t, y: np.clip((gap - y) / 0.2, -0.4, 0.7)  # noqa: E731
+    wanted = solve_ivp(rate, (0.0, period), [0.0], rtol=1e-10, atol=1e-12, max_step=period / 50).y[0, -1]
+    found = block.sample(jnp.asarray(gap), {"value": jnp.zeros(())}, 0.0, jnp.asarray(period))[1]["value"]
+    np.testing.assert_allclose(found, wanted, rtol=1e-7, atol=1e-10)
+
+
+def test_integrals_of_controllers_are_those_of_held_errors():
+    e = -INPUTS
+    for block in (PI(2.0, 3.0), PID(2.0, 3.0)):
+        found = outputs(block, {name: jnp.zeros(()) for name in block.internal_states})
+        np.testing.assert_allclose(found, 2.0 * e + 3.0 * PERIOD * (np.cumsum(e) - e), rtol=1e-12, atol=1e-12)
 
 
 def test_short_periods_approach_the_rate_of_the_block():

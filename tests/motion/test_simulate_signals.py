@@ -135,3 +135,26 @@ def test_a_chain_of_blocks_of_every_kind_is_that_of_scipy(solver):
     np.testing.assert_allclose(motion.states.coordinates[:, 0], expected[0], rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(motion.internal("loop.integral"), expected[5], rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(motion.internal("late.x").T, expected[3:5], rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("duration, samples", [(0.2, 4), (0.17, 4), (0.05, 1)])
+def test_a_sampled_delay_holds_samples(duration, samples):
+    """A step comes out so many samples later, whole, and nothing before; what is traced is refused."""
+    period = 0.05
+
+    def build(duration):
+        b = mbs.SystemBuilder(gravity=(0, 0, 0))
+        b.body("m", 1.0)
+        b.joint("x", mbs.Prismatic("x"), "ground", "m")
+        b.measure("one", lambda at: jnp.where(at.t > 0.0975, 1.0, 0.0))
+        b.block("late", blocks.Delay(duration), reads="one", every=period)
+        return b.build()
+
+    system = build(duration)
+    motion = mbs.simulate(system, mbs.State.at(system), ts=np.arange(10) * period + 1e-3)
+    np.testing.assert_array_equal(mbs.signals(system, motion)["late"], np.arange(10) >= 2 + samples)
+    with pytest.raises(mbs.ModelError, match="block 'late'.*cannot be traced"):
+        jax.jit(lambda d: build(d).gravity)(duration)
+    with pytest.raises(mbs.ModelError, match="up to 10000 samples"):
+        build(1e4)

@@ -99,7 +99,7 @@ def rods(cards: list[Card], deck: DeckContext) -> Groups:
 def conrods(cards: list[Card], deck: DeckContext) -> Groups:
     """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
     made: Groups = {}
-    values = lambda card: (card.integer(2, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))  # noqa: E731
+    values = lambda card: (card.integer(4, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))  # noqa: E731
     for (mid, area, nsm), own in group_cards(cards, values).items():
         name = f"CONROD {own[0].integer(1, 'EID')}"
         if not deck.has_material(f"MAT1 {mid}"):
@@ -109,7 +109,7 @@ def conrods(cards: list[Card], deck: DeckContext) -> Groups:
         if not area > 0 or nsm < 0:
             own[0].fault("A must be positive and NSM must not be negative")
         deck.properties[name] = BeamProperty(area, 0.0, 0.0, 0.0, nsm, None, f"MAT1 {mid}")
-        made[name] = RodGroup(tuple(node_indices(card, deck, 3, 2) for card in own), element_ids(own), name)
+        made[name] = RodGroup(tuple(node_indices(card, deck, 2, 2) for card in own), element_ids(own), name)
     return made
 
 

@@ -94,7 +94,7 @@ def test_rods_bars_and_defaults_say_the_same_as_others(tmp_path):
     """CONROD as CROD with PROD, RBAR as RBE2, BAROR as what it spares, a long line as its continuations."""
     grids = BAR + "GRID,3,,1.,1.,.2\nGRID,4,,1.5,.5,.3\nGRID,5,,.3,.2,.1\n"
     pairs = [
-        ("CONROD,7,1,1,2,2.-4,,,3.\n", "PROD,8,1,2.-4,,,3.\nCROD,7,8,1,2\n"),
+        ("CONROD,7,1,2,1,2.-4,,,3.\n", "PROD,8,1,2.-4,,,3.\nCROD,7,8,1,2\n"),
         ("CBAR,1,1,1,2,0.,1.,0.\nRBAR,3,2,3,123456\n", "CBAR,1,1,1,2,0.,1.,0.\nRBE2,3,2,123456,3\n"),
         ("CBAR,1,1,1,2,0.,1.,0.\nRBAR,3,3,2,,123456,12\n", "CBAR,1,1,1,2,0.,1.,0.\nRBE2,3,2,12,3\n"),
         (
@@ -164,7 +164,7 @@ WRONG = {
     "there is no GRID 50": "RBAR,7,1,50,123456\n",
     "there is no PBAR 3 or PBARL 3": "CBAR,2,3,1,2,0.,1.,0.\nCBAR,3,3,2,1,0.,1.,0.\n",
     "there is no PBAR 4 or PBARL 4, but a PBEAM 4": "PBEAM,4,1,1.,1.,1.,,1.\nCBAR,2,4,1,2,0.,1.,0.\n",
-    "there is no MAT1 5": "CONROD,7,5,1,2,1.\n",
+    "there is no MAT1 5": "CONROD,7,1,2,5,1.\n",
     "BAROR .* duplicate BAROR": "BAROR,,1\nBAROR,,1\n",
     "M must not be negative": "PMASS,3,-1.\n",
     "no number must|must not be negative": "CDAMP2,3,-1.,1,1\n",
