@@ -1,13 +1,14 @@
 """Checks of values before anything is traced: are they concrete, and are they admissible?"""
 
 import difflib
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
 import jax
 import numpy as np
 
-from .errors import UnknownNameError
+from .errors import ModelError, UnknownNameError
 
 #: Numbers from here on have squares that are not finite.
 LARGEST = 1e150
@@ -39,13 +40,13 @@ def faults_if(*checks: tuple[bool, str]) -> list[str]:
 
 
 def negative(value: Any) -> bool:
-    """True if any concrete entry is negative."""
-    return any_concrete(lambda x: x < 0, value)
+    """True if any concrete entry is negative, or NaN."""
+    return any_concrete(lambda x: ~(x >= 0), value)
 
 
 def not_positive(value: Any) -> bool:
-    """True if any concrete entry is zero or negative."""
-    return any_concrete(lambda x: x <= 0, value)
+    """True if any concrete entry is zero, negative or NaN."""
+    return any_concrete(lambda x: ~(x > 0), value)
 
 
 def number_faults(what: str, value: Any, positive: bool = False) -> list[str]:
@@ -63,6 +64,49 @@ def number_faults(what: str, value: Any, positive: bool = False) -> list[str]:
     return []
 
 
+def as_flag(what: str, value: Any) -> bool:
+    """The value of a switch.  Raises: ModelError for what is neither true nor false, as the text "no"."""
+    if not is_flag(value):
+        raise ModelError([flag_fault(what, value)], "the question")
+    return bool(value)
+
+
+def is_flag(value: Any) -> bool:
+    """True for the values of a switch: true, false, and the whole numbers 1 and 0."""
+    return np.shape(value) == () and not isinstance(value, float | str | bytes) and value in (False, True)
+
+
+def flag_fault(what: str, value: Any) -> str:
+    """A sentence: a switch has no such value."""
+    return f"{what} must be True or False, not {value!r}"
+
+
+#: Whole numbers from here on are no counts of anything: arrays of so many entries cannot be.
+LARGEST_COUNT = 2**31
+
+
+def count_faults(what: str, value: Any, least: int = 0) -> list[str]:
+    """A sentence if the value is no whole number from `least` on that can count something."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
+        return [f"{what} must be a whole number, not {value!r}"]
+    if value < least:
+        return [f"{what} must be a whole number of at least {least}, not {value}"]
+    return [f"{what} is too large: {_short(value)}"] if value >= LARGEST_COUNT else []
+
+
+def check_count(what: str, value: Any, least: int = 0) -> None:
+    """Raises: ModelError for what is no whole number from `least` on."""
+    faults = count_faults(what, value, least)
+    if faults:
+        raise ModelError(faults, "the question")
+
+
+def _short(value):
+    """A whole number as text; of one with many digits the number of these."""
+    size = value.bit_length() * np.log10(2.0)
+    return str(value) if size < 30 else f"a number of {int(size) + 1} digits"
+
+
 def in_range(values: Any) -> bool:
     """True if all concrete numbers are finite and their squares, too."""
     return bool(np.all(np.abs(np.asarray(values, float)) < LARGEST))
@@ -70,7 +114,7 @@ def in_range(values: Any) -> bool:
 
 def not_increasing(points: Any) -> bool:
     """True if concrete abscissae do not increase strictly."""
-    return any_concrete(lambda x: np.diff(x) <= 0, points)
+    return any_concrete(lambda x: ~(np.diff(x) > 0), points)
 
 
 def are_axes(rows: Any) -> bool:
@@ -84,10 +128,19 @@ def are_axes(rows: Any) -> bool:
     return bool(unit and np.all(np.linalg.det(rows) > 0))
 
 
-def refuse_complex(value: Any) -> None:
-    """TypeError for complex numbers, whose imaginary part a conversion would drop in silence."""
-    if any(np.iscomplexobj(leaf) for leaf in jax.tree.leaves(value)):
-        raise TypeError("real numbers are needed, got complex ones")
+def require_reals(value: Any) -> None:
+    """Refuse what a conversion to real numbers would take in silence, or fail on without words.
+
+    Raises: TypeError for complex numbers, whose imaginary part would be dropped, and for text, "0.3"; ValueError for
+    whole numbers that no float holds.
+    """
+    for leaf in jax.tree.leaves(value):
+        if np.iscomplexobj(leaf):
+            raise TypeError("real numbers are needed, got complex ones")
+        if isinstance(leaf, str | bytes) or getattr(getattr(leaf, "dtype", None), "kind", None) in ("S", "U"):
+            raise TypeError(f"real numbers are needed, got the text {leaf!r}")
+        if isinstance(leaf, int) and abs(leaf) >= 2**1023:
+            raise ValueError(f"a finite number is needed, got {_short(leaf)}")
 
 
 def no_such(what: str, name: Any, among: Iterable[str]) -> str:
@@ -97,6 +150,38 @@ def no_such(what: str, name: Any, among: Iterable[str]) -> str:
     if near:
         return f"there is no {what} {name!r}: did you mean {' or '.join(map(repr, near))}?"
     return f"there is no {what} {name!r}; there are: {', '.join(names) or 'none'}"
+
+
+def repeated(names: Iterable[Any]) -> list:
+    """Names that are given more than once, each once."""
+    names = list(names)
+    try:
+        counts = Counter(names)
+    except TypeError:  # lists, which cannot be counted by their hashes
+        return [name for k, name in enumerate(names) if names.count(name) > 1 and name not in names[:k]]
+    return [name for name, count in counts.items() if count > 1]
+
+
+def list_faults(what: str, names: Any) -> list[str]:
+    """A sentence if a list of names is one text, which would be read by its letters, or no list, or has one twice."""
+    if isinstance(names, str | bytes):
+        return [f"{what}: names are given in a list, {[names]!r}"]
+    if not isinstance(names, Iterable):
+        return [f"{what}: names are given in a list, not {names!r}"]
+    twice = ", ".join(map(repr, repeated(names)[:5]))
+    return [f"{what}: {twice} stands there twice; give each name once"] if twice else []
+
+
+def distinct_names(what: str, names: Any) -> tuple:
+    """The names of a question, each of them once.
+
+    Raises: ModelError for one text, for what is no list, and for a name that is given twice.
+    """
+    given = tuple(names) if isinstance(names, Iterable) and not isinstance(names, str | bytes) else ()
+    faults = list_faults(what, given or names)
+    if faults:
+        raise ModelError(faults, "the question")
+    return given
 
 
 def place_of(what: str, name: Any, among: Iterable[str]) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from ..batching._result import design_status
+from ..checks import repeated
 from ..design._variables import Variables, read_variables
 from ..kinematics._state import State
 from ..motion._motion import Motion
@@ -112,7 +113,7 @@ def _parts(leaves: list[tuple[str, Any]]) -> tuple[Part, ...]:
         found.append(Part(name, tuple(np.shape(leaf)), slice(start, start + size), unit[1] if unit else None))
         start += size
     names = [part.name for part in found]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = repeated(names)
     if twice:
         raise ValueError(f"two numbers have the name {', '.join(map(repr, twice))}: give each its own")
     return tuple(found)

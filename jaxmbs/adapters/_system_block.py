@@ -106,8 +106,8 @@ def as_block(
     state = State.at(system) if state is None else state
     check_single_state(system, state)
     system = with_mobility_at(system, state)
-    inputs = input_names(system, inputs, "as_block")
-    asked = outputs if callable(outputs) else output_names(system, outputs, "as_block")
+    inputs = input_names(system, inputs)
+    asked = outputs if callable(outputs) else output_names(system, outputs)
     flat = _flat(system, inputs, asked)
     states, followers = state_names(flat), hidden_names(flat)
     t, x, hidden = flat.split_state(state)

@@ -1,6 +1,7 @@
 """OpenMDAO: a function of a design as an explicit component with exact derivatives both ways."""
 
 import functools
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -9,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
-from ..checks import no_such
+from ..checks import no_such, repeated
 from ..errors import ModelError, UnknownNameError
 from ..runtime import jit, tuning
 from ..status import Status, succeeded
@@ -241,18 +242,37 @@ def _check_options(partials: Any, gradient: Any) -> None:
         raise ValueError("OpenMDAO chooses the mode of matrix-free products: gradient= is for partials='dense'")
 
 
-def _with_units(question: Question, units: dict[str, str]) -> Question:
-    """The question with OpenMDAO's names, and units given or of the names."""
+def openmdao_unit(unit: Any) -> str | None:
+    """A unit as OpenMDAO writes it, "kg*m**2" for "kg m^2" and "kg m2"; None for what it has no unit for."""
     from openmdao.utils.units import valid_units
 
+    if not isinstance(unit, str):
+        return None
+    text = unit.strip().replace("\u00b2", "^2").replace("\u00b3", "^3").replace("\u00b7", " ").replace("^", "**")
+    text = re.sub(r"\s*(\*\*|[*/])\s*", r"\1", text)
+    text = re.sub(r"\s+", "*", text)  # a blank is a product
+    for spelt in (unit, text, re.sub(r"(?<=[A-Za-z])(-?\d+)", r"**\1", text)):
+        try:
+            if "^" not in spelt and valid_units(spelt):
+                return spelt
+        except Exception:  # whatever Python makes of the text
+            continue
+    return None
+
+
+def _with_units(question: Question, units: dict[str, str]) -> Question:
+    """The question with OpenMDAO's names, and units given or of the names."""
     faults: list[str] = []
 
     def renamed(part: Part) -> Part:
         name, unit = part.name.translate(_FORBIDDEN).strip(), part.unit
         unit = next((units[key] for key in (name, part.name) if key in units), unit)
-        if unit is not None and not (isinstance(unit, str) and valid_units(unit)):
-            faults.append(f"{part.name}: OpenMDAO has no unit {unit!r}; write one of its own, as 'm' or 'N'")
-        return part._replace(name=name, unit=unit)
+        if unit is None:
+            return part._replace(name=name)
+        own = openmdao_unit(unit)
+        if own is None:
+            faults.append(f"{part.name}: OpenMDAO has no unit {unit!r}; write one of its own, as 'm' or 'N*m/rad'")
+        return part._replace(name=name, unit=own)
 
     inputs, outputs = (tuple(map(renamed, parts)) for parts in (question.inputs, question.outputs))
     names = [part.name for part in (*inputs, *outputs)]
@@ -260,8 +280,7 @@ def _with_units(question: Question, units: dict[str, str]) -> Question:
     for name in units:
         if name not in {*names, *old}:
             raise UnknownNameError(no_such("input or output", name, names))
-    twice = sorted({name for name in names if names.count(name) > 1})
-    faults += [f"{name}: inputs and outputs need names of their own" for name in twice]
+    faults += [f"{name}: inputs and outputs need names of their own" for name in repeated(names)]
     if faults:
         raise ModelError(faults, what="the component")
     return question._replace(inputs=inputs, outputs=outputs)

@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from ..checks import is_concrete, no_such
+from ..checks import distinct_names, is_concrete, no_such
 from ..contact import BristleContact
 from ..dynamics._bodies import total_mass
 from ..errors import ModelError, SimulationError
@@ -79,7 +79,7 @@ def equilibrium(
     """
     check_single_state(system, state)
     refuse_sampled(system, "equilibrium")
-    moving, held = tuple(moving), tuple(held)
+    moving, held = distinct_names("moving", moving), distinct_names("held", held)
     if moving:
         refuse_friction(
             system,
@@ -141,7 +141,7 @@ def _columns(system, moving):
     """Velocity columns of the joints that move steadily.  Raises: ModelError."""
     top, chosen = system.topology, independent_columns(system)
     faults, columns = [], []
-    for name in moving:
+    for name in distinct_names("moving", moving):
         if name not in top.joint_index:
             faults.append(f"moving: {no_such('joint', name, top.joint_names)}")
             continue
@@ -156,7 +156,7 @@ def _columns(system, moving):
 
 def _held_columns(top, held):
     """Columns after the velocities of the internal states that keep their values.  Raises: ModelError."""
-    records = {record.name: record for record in top.internal}
+    records, held = {record.name: record for record in top.internal}, distinct_names("held", held)
     faults = [f"held: {no_such('internal state', name, list(records))}" for name in held if name not in records]
     if faults:
         raise ModelError(faults)

@@ -9,6 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
+from ..checks import distinct_names
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import rubbing, solve_friction
 from ..errors import ModelError
@@ -62,6 +63,7 @@ def impending_motion(system: System, state: State, actuators: Sequence[str]) -> 
         raise ModelError(
             ["no joint rubs: declare friction by SystemBuilder.friction(name, joint, mu)"], "the question"
         )
+    actuators = distinct_names("actuators", actuators)
     columns = actuated_columns(system, actuators)
     speed = state.velocities
     if not isinstance(speed, jax.core.Tracer) and not np.any(np.asarray(speed)):

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..blocks import StateSpace
+from ..checks import distinct_names
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
@@ -149,8 +150,9 @@ def linearise(
     """
     check_single_state(system, state)
     refuse_sampled(system, "linearise")
-    inputs = tuple(inputs)
-    fields = check_names(system, inputs, () if callable(outputs) else tuple(outputs))
+    inputs, loads = distinct_names("inputs", inputs), distinct_names("loads", loads)
+    outputs = outputs if callable(outputs) else distinct_names("outputs", outputs)
+    fields = check_names(system, inputs, () if callable(outputs) else outputs)
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     if system.friction is not None:
@@ -158,7 +160,7 @@ def linearise(
     accelerations = forward_dynamics(system, state)[0]
     system = release_drives(system, driven, state)
     outputs = outputs if callable(outputs) else NamedOutputs.of(system, outputs)
-    outputs = with_loads(system, outputs, tuple(loads))
+    outputs = with_loads(system, outputs, loads)
     found = _linearise(system, state, accelerations, inputs, driven, outputs, fields)
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)

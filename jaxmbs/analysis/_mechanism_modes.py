@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..checks import is_concrete, place_of
+from ..checks import distinct_names, is_concrete, place_of
 from ..errors import ModelError
 from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
@@ -73,7 +73,7 @@ def routh_reduction(lin, without):
 def cyclic_columns(lin, without):
     """Places of the coordinates left out."""
     found = []
-    for name in without:
+    for name in distinct_names("without", without):
         of_joint = [k for k, own in enumerate(lin.names) if own.rpartition(" ")[0] == name]
         found += of_joint or [place_of("independent coordinate", name, lin.names)]
     return np.unique(found)

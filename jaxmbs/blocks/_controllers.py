@@ -12,7 +12,7 @@ from ..forces._fields import number, optional_number
 from ..forces._law_at import States
 from ..forces._signals import as_signal
 from ..forces._state_laws import InternalState
-from ..typing import Convertible, Scalar, ScalarLike
+from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 
 
@@ -113,7 +113,8 @@ class PID(PI):
     """Controller `y = kp e + integral + kd d`, with the derivative d of the error `e = target - u` through a filter
     of the first order: `d = (e - filtered) / filter`, `d filtered/dt = d`.
 
-    The filter starts at the error, so that there is no kick. Limit and tracking are those of `PI`.
+    The filter starts at the error, so that there is no kick. Limit and tracking are those of `PI`.  All but `kp` and
+    `ki` are given by name: the third of a PID is read as kd by some and as the target by others.
 
     Attributes:
         kp, ki, target, limit, tracking: as of `PI`.
@@ -123,6 +124,22 @@ class PID(PI):
 
     kd: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     filter: Convertible[Scalar] = eqx.field(converter=number, default=0.01)
+
+    def __init__(
+        self,
+        kp: ScalarLike,
+        ki: ScalarLike,
+        *others: Any,
+        target: Any = 0.0,
+        limit: ArrayLike | None = None,
+        tracking: ScalarLike | None = None,
+        kd: ScalarLike = 0.0,
+        filter: ScalarLike = 0.01,
+    ) -> None:
+        if others:
+            raise TypeError("PID takes kp and ki by place, the rest by name: PID(kp, ki, kd=..., target=...)")
+        self.kp, self.ki, self.target, self.limit = number(kp), number(ki), as_signal(target), optional_number(limit)
+        self.tracking, self.kd, self.filter = optional_number(tracking), number(kd), number(filter)
 
     @property
     def internal_states(self) -> dict[str, InternalState]:

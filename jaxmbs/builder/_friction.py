@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..checks import any_concrete, is_concrete, no_such
-from ..forces import AbstractJointFriction
+from ..forces import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
 from ..model._friction import JointFriction
 from ..model._friction_surfaces import SURFACES
 from ._arrays import stack, to_numpy
@@ -14,6 +14,8 @@ _WITH_RADIUS = ("Revolute", "Universal", "Cylindrical", "Spherical", "Screw")
 _NEEDS: dict[str, str | None] = dict.fromkeys(_WITH_RADIUS, "radius")
 _NEEDS |= {"Prismatic": None, "Planar": None}
 _HAVE_LENGTH = ("Revolute", "Universal", "Prismatic", "Cylindrical", "Planar")
+#: Models that `dynamics` evaluates; classes over `AbstractJointFriction` of users are none of them.
+MODELS = (SmoothCoulomb, BrownMcPhee, BearingFriction, JointLuGre)
 _CYCLES = (np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),)  # takes z to x
 _CYCLES += (_CYCLES[0] @ _CYCLES[0],)  # takes z to y
 
@@ -33,10 +35,13 @@ def friction_faults(item: Friction, joints: dict[str, Joint], others: dict[str, 
         found.append(f"{where}: joint {item.joint!r} is a Prismatic, which does not turn; leave radius out")
     if kind not in _HAVE_LENGTH and item.length is not None:
         found.append(f"{where}: joint {item.joint!r} is a {kind}, whose friction has no length; leave it out")
-    if not isinstance(item.model, AbstractJointFriction):
+    if type(item.model) not in MODELS:
+        own = isinstance(item.model, AbstractJointFriction)
+        what = f"the class {type(item.model).__name__}, which joints cannot evaluate" if own else repr(item.model)
+        known = ", ".join(kind.__name__ for kind in MODELS)
         found.append(
-            f"{where}: model must be a SmoothCoulomb, BrownMcPhee, BearingFriction or JointLuGre of jaxmbs.forces, "
-            f"got {item.model!r}"
+            f"{where}: model must be one of {known} of jaxmbs.forces, not {what}"
+            + ("; a friction of your own is a force law at the joint, which is given its load" if own else "")
         )
     else:
         shapes = {name: np.shape(value) for name, value in vars(item.model).items()}

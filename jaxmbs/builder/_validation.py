@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import LARGEST, any_concrete, faults_if, in_range, is_concrete, no_such, shape_of
+from ..checks import LARGEST, any_concrete, faults_if, in_range, is_concrete, list_faults, no_such, shape_of
 from ..forces import (
     AbstractBodyLaw,
     AbstractBodyStateLaw,
@@ -74,7 +74,8 @@ def _name_faults(model):
 
 def cut_faults(model: Model, cut) -> list[str]:
     """Faults of the joints to cut, and of elastic bodies that the others then reach by a wrong interface."""
-    found = [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
+    found = list_faults("cut", cut)
+    found = found or [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
     return found + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
 
 

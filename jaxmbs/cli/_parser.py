@@ -5,6 +5,8 @@ import importlib
 import importlib.metadata
 from pathlib import Path
 
+from ..io._numbers import real
+
 _TABLES, _PICTURES = (".csv", ".nc"), (".png", ".svg", ".pdf", ".html")
 _MODEL = "a .urdf, an .xml of MuJoCo or a .json of jaxmbs"
 
@@ -107,7 +109,7 @@ def _ending(endings):
 def _assignment(text):
     name, sign, numbers = text.partition("=")
     try:
-        values = [float(word) for word in numbers.split(",")]
+        values = [real(word) for word in numbers.split(",")]
     except ValueError:
         values = []
     if not (name and sign and values):

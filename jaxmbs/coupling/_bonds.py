@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import distinct_names
 from ..elements._base import as_optional_real
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced
@@ -62,7 +63,8 @@ def hinge(
 
     Source: S1 (1)-(2), (14).
     """
-    return Bond((_parse_end(first), _parse_end(second)), tuple(free.split() if isinstance(free, str) else free), axes)
+    free = distinct_names("free", free.split() if isinstance(free, str) else free)
+    return Bond((_parse_end(first), _parse_end(second)), free, axes)
 
 
 def bushing(

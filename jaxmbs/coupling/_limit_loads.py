@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete, refuse_complex
+from ..checks import any_concrete, is_concrete, require_reals
 from ..math._eigen import eigh
 from ..reductions._base import Reduced
 from ..runtime import as_dtype, jit
@@ -113,7 +113,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
     gives a shock spectrum.  Source: S1 (32).
     """
     force = jnp.asarray(force)
-    refuse_complex(force)
+    require_reals(force)
     w = as_dtype(omega, force.dtype)[None]
     return jnp.max(jnp.abs(modal_motion(w, ratio, force[:, None], step).displacement))
 

@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete
+from ..checks import distinct_names, is_concrete
 from ..errors import UnknownNameError
 from ..linear._labels import find_rows, format_label, parse_label
 from ..linear._system import LinearSystem
@@ -88,6 +88,7 @@ class MeasuredNetwork(eqx.Module):
         Raises: UnknownNameError; ValueError for frequencies that were not measured.
         Source: S1 (1)-(3), (40)-(41).
         """
+        into, out = distinct_names("into", into), distinct_names("out", out)
         found = self._couple_components(omega, into, out, loss, regular)
         return found.together.at(*found.asked)
 

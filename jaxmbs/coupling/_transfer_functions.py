@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex
 
+from ..checks import distinct_names
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
@@ -87,6 +88,7 @@ def add_stiffness(receptances: TransferFunctions, channels: Sequence[str], stiff
     Source: S1 (41).
     """
     Y, Z = receptances.values, stiffness.astype(receptances.values.dtype)
+    channels = distinct_names("channels", channels)
     columns, rows = receptances.columns(channels), Y[:, receptances.rows(channels)]
     inner = jnp.eye(Z.shape[-1], dtype=Z.dtype)[None] + rows[:, :, columns] @ Z
     return receptances.with_values(Y - Y[:, :, columns] @ Z @ jax.vmap(square.solve)(inner, rows))

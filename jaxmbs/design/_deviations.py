@@ -6,7 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ._variables import read_variables
 
 
@@ -18,7 +18,7 @@ def read_deviations(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarr
     variables = read_variables(design, None)
     if jax.tree.structure(widths) != jax.tree.structure(design):  # type: ignore[operator]
         raise ValueError(f"{what} must have the structure of the design")
-    refuse_complex(widths)
+    require_reals(widths)
     pairs = zip(jax.tree.leaves(widths), jax.tree.leaves(design), strict=True)
     try:
         flat = np.concatenate([np.broadcast_to(np.asarray(w, float), np.shape(leaf)).ravel() for w, leaf in pairs])

@@ -10,6 +10,7 @@ import optax
 from jaxtyping import PyTree
 from tqdm import tqdm
 
+from ..checks import repeated
 from ..runtime import jit
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
@@ -141,9 +142,9 @@ def _check(steps: int, tolerance: float, limits: Sequence[Limit]) -> None:
     if not tolerance >= 0.0:
         raise ValueError(f"tolerance must be zero or more, got {tolerance!r}")
     names = [limit.name for limit in limits if isinstance(limit, Limit)]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise ValueError(f"several limits are named {', '.join(map(repr, repeated))}; give each a name of its own")
+    twice = repeated(names)
+    if twice:
+        raise ValueError(f"several limits are named {', '.join(map(repr, twice))}; give each a name of its own")
 
 
 _CONSTRAINED = (*SCIPY_OPTIMISERS, *NLOPT_OPTIMISERS)

@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 
 from ..batching._batch import batch
 from ..batching._sampling import normal_points, sobol_points
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..runtime import compile_kind, jaxpr_function, jit, without_unused
 from ..typing import AnyArray, ArrayLike
 from ._deviations import read_deviations
@@ -41,7 +41,7 @@ class Uncertainty(NamedTuple):
         """
         from scipy.stats import norm
 
-        refuse_complex((lower, upper))
+        require_reals((lower, upper))
         low, high = np.asarray(lower, float), np.asarray(upper, float)
         if not np.all(low <= high):
             raise ValueError(f"the limits cross or are not numbers: {lower}, {upper}")
@@ -169,7 +169,7 @@ def sensitivities(
     Raises: ValueError for bounds that cross or are not finite, fewer than two samples (or than two that gave
     numbers), or an answer that is no single number.  Warns of samples without numbers, which are left out.
     """
-    refuse_complex(dict(bounds))
+    require_reals(dict(bounds))
     _check_samples(samples)
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     if not (bounds and np.all(np.isfinite(upper - lower)) and np.all(lower <= upper)):

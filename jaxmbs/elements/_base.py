@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete, refuse_complex
+from ..checks import is_concrete, require_reals
 from ..runtime import as_array
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -25,7 +25,7 @@ def as_real(value: Any) -> Array:
 
     Raises: TypeError for complex numbers.
     """
-    refuse_complex(value)
+    require_reals(value)
     value = as_array(value, None)
     return value if jnp.issubdtype(value.dtype, jnp.floating) else jnp.asarray(value, float)
 

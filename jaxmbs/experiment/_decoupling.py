@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import jax
 
+from ..checks import repeated
 from ..coupling._regularised_inverse import regularised_inverse
 from ..coupling._uncoupled_transfer import check_compatible
 from ..errors import ModelError
@@ -44,7 +45,7 @@ def decouple(
     """
     check_compatible({"assembled": assembled, "known": known})
     motion, force = _split_names(compatibility), _split_names(compatibility if equilibrium is None else equilibrium)
-    twice = [c for side in (*motion, *force) for c in dict.fromkeys(side) if side.count(c) > 1]
+    twice = [c for side in (*motion, *force) for c in repeated(side)]
     if twice:
         raise ModelError([f"channels named twice: {', '.join(dict.fromkeys(twice))}"])
     if len(motion[0]) < len(force[0]):

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..checks import distinct_names
 from ..coupling._regularised_inverse import regularised_inverse
 from ..coupling._transfer_functions import add_stiffness
 from ..errors import ModelError
@@ -101,6 +102,7 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
     Source: S1 (41).
     """
     Z = jnp.asarray(stiffness, measured.values.dtype)
+    channels = distinct_names("channels", channels)
     n = len(channels)
     if Z.shape not in {(n, n), (len(measured.omega), n, n)}:
         raise ModelError([f"the rig's stiffness has shape {Z.shape}; {n} channels need ({n}, {n}) at each frequency"])
@@ -119,7 +121,7 @@ def measured_stiffness(
     Raises: ModelError where outputs and inputs are not the same channels.  Source: S1 (41).
     """
     B = measured.to("receptance")
-    channels = B.outputs if channels is None else channels
+    channels = B.outputs if channels is None else distinct_names("channels", channels)
     B = B.at(channels, channels).values
     Z = jax.vmap(square.inverse)(B)
     return Z.real, Z.imag

@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Inexact, PyTree
 
-from ..checks import number_faults, refuse_complex
+from ..checks import distinct_names, number_faults, require_reals
 from ..errors import ModelError
 from ..identification import Identification, identify
 from ..linear._system import LinearSystem
@@ -48,11 +48,11 @@ class MeasuredModes(eqx.Module):
         channels: tuple[str, ...] = (),
         damping: ArrayLike | None = None,
     ) -> None:
-        refuse_complex(frequencies)
-        refuse_complex(damping)
+        require_reals(frequencies)
+        require_reals(damping)
         self.frequencies = np.asarray(frequencies, float)
         self.shapes = None if shapes is None else np.asarray(shapes)
-        self.channels = tuple(channels)
+        self.channels = distinct_names("channels", channels)
         self.damping = None if damping is None else np.asarray(damping, float)
         faults, count = [], self.frequencies.shape
         if len(count) != 1 or not np.all(np.isfinite(self.frequencies) & (self.frequencies > 0)):

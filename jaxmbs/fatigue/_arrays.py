@@ -3,12 +3,12 @@
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..typing import ArrayLike
 
 
 def float_array(values: ArrayLike) -> Array:
     """An array of reals: single precision remains, whole numbers become the default float type."""
-    refuse_complex(values)
+    require_reals(values)
     values = jnp.asarray(values)
     return values if jnp.issubdtype(values.dtype, jnp.floating) else values.astype(float)

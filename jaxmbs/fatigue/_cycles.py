@@ -3,16 +3,13 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete
+from ..checks import any_concrete
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ._arrays import float_array
 from ._pairing import pair_samples
-
-#: Ranges that are open at once in most histories: they shrink from one to the next.
-DEPTH = 64
 
 
 class Cycles(eqx.Module):
@@ -22,13 +19,11 @@ class Cycles(eqx.Module):
         ranges: (entries,) peak less valley, not negative; in the unit of the history, as are means.
         means: (entries,) half the sum of peak and valley.
         counts: (entries,) 1 for a cycle, 0.5 for half a cycle, 0 for none.
-        overflow: () true if the stack was too small, so that cycles are lost.
     """
 
     ranges: Float[Array, " entries"]
     means: Float[Array, " entries"]
     counts: Float[Array, " entries"]
-    overflow: Bool[Array, ""]
 
     @property
     def amplitudes(self) -> Float[Array, " entries"]:
@@ -46,25 +41,17 @@ def _in_bins(values, edges):
     return ((values[:, None] >= edges[None, :-1]) & (values[:, None] < edges[None, 1:])).astype(values.dtype)
 
 
-def rainflow(signal: ArrayLike, depth: int = DEPTH) -> Cycles:
+def rainflow(signal: ArrayLike) -> Cycles:
     """Rainflow cycles of a history, as ASTM E1049-85 counts them; the residue counts as half cycles.
 
     The pairing of peaks and valleys is held in derivatives: ranges and means are differences and sums of samples.
 
     Args:
         signal: (samples,), at least two; the first and the last sample count as turning points.
-        depth: ranges that may be open at once.  A decaying oscillation of n cycles has 2 n of them.
 
-    Raises: ValueError for a signal that is not a row of two samples or more and, if concrete, not finite or too deep.
-    Where it is traced, `overflow` reports that the stack was too small, and `damage` is NaN.
+    Raises: ValueError for a signal that is not a row of two samples or more and, if concrete, not finite.
     """
-    signal = _checked(signal)
-    if isinstance(depth, bool) or not isinstance(depth, int | np.integer) or depth < 1:
-        raise ValueError(f"depth = {depth!r} must be a whole number above zero")
-    cycles = _count(signal, int(min(depth, len(signal))))
-    if is_concrete(cycles.overflow) and bool(cycles.overflow):
-        raise ValueError(f"more than {depth + 3} turning points wait for their partners at once: give a larger depth")
-    return cycles
+    return _count(_checked(signal))
 
 
 def _checked(signal):
@@ -77,7 +64,7 @@ def _checked(signal):
 
 
 @jit
-def _count(signal, depth):
-    pairs = pair_samples(signal, depth)
+def _count(signal):
+    pairs = pair_samples(signal)
     x, y = signal[pairs.first], signal[pairs.second]
-    return Cycles(jnp.abs(x - y), 0.5 * (x + y), pairs.counts, pairs.overflow)
+    return Cycles(jnp.abs(x - y), 0.5 * (x + y), pairs.counts)

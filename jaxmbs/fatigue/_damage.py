@@ -3,10 +3,10 @@
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import any_concrete, not_positive
+from ..checks import any_concrete, as_flag, not_positive
 from ..runtime import as_dtype
 from ..typing import ArrayLike, Scalar
-from ._cycles import DEPTH, Cycles, rainflow
+from ._cycles import Cycles, rainflow
 from ._sn import SN
 
 MEANS = ("goodman", "gerber", "swt")
@@ -17,7 +17,6 @@ def damage(
     sn: SN,
     mean: str | None = None,
     ultimate: ArrayLike | None = None,
-    depth: int = DEPTH,
 ) -> Scalar:
     """Damage () of a stress history: the sum of counts over cycles to failure (Palmgren, Miner).
 
@@ -28,18 +27,17 @@ def damage(
             `S_a / (1 - (S_m / S_u)^2)` in tension; "swt" (Smith, Watson, Topper), `sqrt(S_max S_a)`, no damage where
             the maximum is compressive.
         ultimate: S_u > 0, for "goodman" and "gerber".  A mean at or above it is infinite damage.
-        depth: of the stack of `rainflow`.
 
-    Life in histories is the reciprocal.  It is NaN where a traced history needs a deeper stack.
+    Life in histories is the reciprocal.
 
     Raises: ValueError for another `mean`, and an `ultimate` that is missing, not positive or not used.
     """
     _check_mean(mean, ultimate)
-    cycles = history if isinstance(history, Cycles) else rainflow(history, depth)
+    cycles = history if isinstance(history, Cycles) else rainflow(history)
     amplitudes, broken = _corrected(cycles, mean, ultimate)
     total = jnp.sum(cycles.counts * sn.damage(amplitudes))
     breaks = jnp.any(broken & (cycles.counts > 0) & (cycles.ranges > 0))
-    return jnp.where(cycles.overflow, jnp.nan, jnp.where(breaks, jnp.inf, total))
+    return jnp.where(breaks, jnp.inf, total)
 
 
 def _check_mean(mean, ultimate):
@@ -77,7 +75,6 @@ def equivalent_load(
     cycles: ArrayLike = 1.0,
     *,
     ranges: bool = False,
-    depth: int = DEPTH,
 ) -> Scalar:
     """Damage-equivalent load (): the amplitude whose `cycles` cycles damage as much as the history does.
 
@@ -90,8 +87,8 @@ def equivalent_load(
     """
     if not_positive(slope) or _not_positive_number(cycles):
         raise ValueError(f"slope = {slope} and cycles = {cycles} must be positive numbers")
-    total = damage(history, SN(1.0, slope), depth=depth)
+    total = damage(history, SN(1.0, slope))
     total = total / as_dtype(cycles, total.dtype)
     moves = total > 0
     amplitude = jnp.where(moves, jnp.where(moves, total, 1.0) ** (1 / as_dtype(slope, total.dtype)), total)
-    return 2 * amplitude if ranges else amplitude
+    return 2 * amplitude if as_flag("ranges", ranges) else amplitude

@@ -8,10 +8,11 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, faults_if, not_increasing, not_positive
+from ..checks import any_concrete, faults_if, not_positive
 from ..errors import ModelError
 from ..typing import ArrayLike
 from ._arrays import float_array
+from ._log_lines import frequency_faults, log_lines
 
 #: Standard acceleration of gravity [m/s^2].
 STANDARD_GRAVITY = 9.80665
@@ -29,10 +30,11 @@ UNITS = {
 class PsdTable(eqx.Module):
     """Power spectral density, **one-sided, over Hz**, a power law between points; zero outside of the table.
 
-    `psd_table` makes one, from other conventions too.
+    A frequency that stands twice is a step: the first level is that below it, the second that above.  `psd_table`
+    makes a table, from other conventions too.
 
     Attributes:
-        frequencies: (points,) [Hz], positive and increasing.
+        frequencies: (points,) [Hz], positive and rising.
         levels: (points,) in SI units squared per Hz, or in the unit of the user; positive.
         quantity: "acceleration", "force" or "any" (static).
     """
@@ -81,11 +83,17 @@ class PsdTable(eqx.Module):
         m2, m4 = self.moments((2, 4))
         return jnp.sqrt(m4 / m2)
 
-    def at(self, frequencies: ArrayLike) -> Array:
-        """Levels at any frequencies (...,) [Hz]; zero outside of the table."""
+    def at(self, frequencies: ArrayLike, side: str = "right") -> Array:
+        """Levels at any frequencies (...,) [Hz]; zero outside of the table.
+
+        Args: side: of a step, "right" (above) or "left" (below), on which the level exactly at it is taken.
+
+        Raises: ValueError for another side.
+        """
+        if side not in ("left", "right"):
+            raise ValueError(f"side = {side!r} must be 'left' or 'right'")
         f = jnp.asarray(frequencies, self.levels.dtype)
-        safe = jnp.where(f > 0, f, 1.0)
-        found = jnp.exp(jnp.interp(jnp.log(safe), jnp.log(self.frequencies), jnp.log(self.levels)))
+        found = log_lines(jnp.where(f > 0, f, 1.0), self.frequencies, self.levels, side)
         edge = 64 * jnp.finfo(found.dtype).eps  # nodes at an end may round to outside
         low, high = lax.stop_gradient((self.frequencies[0] * (1 - edge), self.frequencies[-1] * (1 + edge)))
         return jnp.where((f >= low) & (f <= high), found, 0.0)
@@ -107,7 +115,7 @@ def psd_table(
     """Power spectral density from a table, straight between its points on log-log paper.
 
     Args:
-        frequencies: (points,), positive and increasing.
+        frequencies: (points,), positive and rising; one that stands twice is a step, with the levels below and above.
         levels: (points,), positive.
         unit: of the levels: "g^2/Hz", "(m/s^2)^2/Hz", "(rad/s^2)^2/Hz", "N^2/Hz", "(N m)^2/Hz" or "Pa^2/Hz".
             None: levels of any quantity, as the stress of an S-N curve in MPa, which stay as they are.
@@ -120,16 +128,13 @@ def psd_table(
     sizes = f.ndim == 1 and f.shape == S.shape and f.size > 1
     faults = faults_if(
         (not sizes, f"frequencies {f.shape} and levels {S.shape} must be two or more numbers each"),
-        (
-            sizes and (not_positive(f) or not_increasing(f)),
-            "frequencies must be positive and increasing: leave out a point at 0 Hz",
-        ),
         (not_positive(S), "levels must be positive: lines on log-log paper do not reach zero"),
-        (any_concrete(lambda x: ~np.isfinite(x), jnp.concatenate([f.ravel(), S.ravel()])), "numbers must be finite"),
+        (any_concrete(lambda x: x == np.inf, S), "levels must be finite"),
         (unit is not None and unit not in UNITS, f"unknown unit {unit!r}: the units are {', '.join(UNITS)}"),
         (frequency_unit not in ("Hz", "rad/s"), f"frequency_unit = {frequency_unit!r} must be 'Hz' or 'rad/s'"),
         (sides not in (1, 2), f"sides = {sides!r} must be 1 or 2"),
     )
+    faults += frequency_faults(f) if sizes else []
     if faults:
         raise ModelError(faults, "the table")
     quantity, size = ("any", 1.0) if unit is None else UNITS[unit]

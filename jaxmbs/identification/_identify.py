@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import PyTree
 
 from ..batching._table import num_designs, read_designs
-from ..checks import number_faults, refuse_complex
+from ..checks import number_faults, require_reals
 from ..design._starts import starting_points
 from ..design._variables import AT_BOUND, read_variables
 from ..errors import ModelError
@@ -111,7 +111,7 @@ def _read_prior(variables, prior, layout):
     for shape, pair in zip(layout.shapes, pairs, strict=True):
         size = int(np.prod(shape))
         if pair is not None:
-            refuse_complex(pair)
+            require_reals(pair)
             mean, sigma = (np.broadcast_to(np.asarray(part, float), shape).ravel() for part in pair)
             if not np.all(np.isfinite(mean) & np.isfinite(sigma) & (sigma > 0)):
                 raise ModelError(

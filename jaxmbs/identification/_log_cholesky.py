@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..errors import ModelError
 from ..typing import ArrayLike
 
@@ -20,7 +20,7 @@ def log_cholesky(mass: ArrayLike, com: ArrayLike, inertia: ArrayLike) -> np.ndar
     Source: Rucker and Wensing, Smooth parameterization of rigid-body inertia (2022).
     """
     for number in (mass, com, inertia):
-        refuse_complex(number)
+        require_reals(number)
     m, c, inertia = (np.asarray(x, float) for x in (mass, com, inertia))
     inertia = np.diag(inertia) if inertia.shape == (3,) else inertia
     if m.shape != () or c.shape != (3,) or inertia.shape != (3, 3) or not np.allclose(inertia, inertia.T):

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..errors import ModelError
 
 
@@ -141,7 +141,7 @@ def _noise(structure, labels, leaves, given, word, faults):
     found = []
     for label, x, part in zip(labels, leaves, parts, strict=True):
         try:
-            refuse_complex(part)
+            require_reals(part)
             part = np.broadcast_to(np.asarray(part, float), x.shape)
         except (TypeError, ValueError):
             faults.append(f"{label}: {word} do not fit data of shape {x.shape}")

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ._numbers import reals
+
 
 def parse_matrix_market(path: str) -> Any:
     """A dense array or a SciPy sparse matrix, of real numbers.  Raises: ValueError for anything else."""
@@ -35,7 +37,7 @@ def _parse_numbers(text):
     """All numbers after the line of sizes."""
     lines = text.splitlines()
     size = next(k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("%"))
-    return np.array(" ".join(lines[size + 1 :]).split(), float)
+    return reals(" ".join(lines[size + 1 :]))
 
 
 def _unpack_dense(body, rows, columns, symmetry):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import place_of
+from ..checks import distinct_names, place_of
 from ..elements import AbstractElement
 from ..errors import ModelError
 from ..fem import Structure
@@ -45,7 +45,7 @@ class Mesh:
     def nodes(self, *names: str) -> list[int]:
         """Numbers of the nodes of sets, ascending: an interface.  Raises: UnknownNameError."""
         found = [np.zeros(0, int)]
-        for name in names:
+        for name in distinct_names("names", names):
             place_of("set of the mesh", name, [*self.node_sets, *self.cell_sets])
             found.append(np.asarray(self.node_sets.get(name, []), int))
             found += [self.cells[kind][rows].ravel() for kind, rows in self.cell_sets.get(name, {}).items()]

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import any_concrete, no_such
+from ..checks import any_concrete, distinct_names, no_such
 from ..math._rotation import rotation_matrix
 from ..runtime import as_array
 from ..typing import ArrayLike, ScalarLike
@@ -48,7 +48,7 @@ class FramePath(AbstractClosure):
     ) -> None:
         self.position, self.rotation = map(_as_path, (position, rotation))
         given = (_TRANSLATIONS if position is not None else ()) + (_ROTATIONS if rotation is not None else ())
-        self.hold = given if hold is None else tuple(hold)
+        self.hold = given if hold is None else distinct_names("hold", hold)
 
     @property
     def row_units(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -75,8 +75,6 @@ class FramePath(AbstractClosure):
             for name in self.hold
             if name not in _TRANSLATIONS + _ROTATIONS
         ]
-        if len(set(self.hold)) < len(self.hold):
-            found.append("hold names a component twice")
         if not self.hold:
             found.append("it prescribes nothing: give position=, rotation= or both")
         for what, path, names in (

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 
-from ..checks import no_such
+from ..checks import distinct_names, no_such
 from ..errors import ModelError
 from ..model._entry_points import check_state, state_function, states_of
 from ..model._system import System
@@ -204,6 +204,7 @@ def _nearest_independent_set(Z, columns):
 
 def _requested_independent_set(top: Topology, Z, wanted):
     """Velocity columns of the user's joints."""
+    wanted = distinct_names("independent", wanted)
     unknown = [n for n in wanted if n not in top.joint_index]
     if unknown:
         raise ModelError([f"independent: {no_such('joint', n, top.joint_names)}" for n in unknown])

@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import place_of
+from ..checks import distinct_names, place_of
 from ..errors import ModelError
 from ..model._entry_points import check_state
 from ..model._system import System
@@ -135,10 +135,10 @@ def _branch_of_states(system, psi, t, columns):
 
 def _joint_names(system, held):
     """Names of joints of the system, one or several.  Raises: UnknownNameError."""
-    names = [held] if isinstance(held, str) else list(held)
+    names = distinct_names("held", [held] if isinstance(held, str) else held)
     for name in names:
         place_of("joint", name, system.topology.joint_names)
-    return names
+    return list(names)
 
 
 def _warn_about_branch(joint, values, states):

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import no_such
+from ..checks import list_faults, no_such, repeated
 from ..elements import DIRECTIONS
 from ..elements._base import as_real
 
@@ -26,14 +26,16 @@ def format_label(item: tuple[str, str]) -> str:
 
 def coordinate_labels(coordinates, n: int, faults: list) -> tuple[tuple[str, str], ...]:
     """Labels of n rows, by default their numbers; faults are appended to the list."""
+    if isinstance(coordinates, str):
+        faults += list_faults("coordinates", coordinates)
+        coordinates = None
     given = [str(i) for i in range(n)] if coordinates is None else list(coordinates)
     labels = tuple(parse_label(item) for item in given)
     if len(labels) != n:
         faults.append(f"{len(labels)} coordinates are named, but the matrices have {n} rows")
-    unique = len(set(labels)) == len(labels)
-    repeated = [] if unique else sorted({format_label(item) for item in labels if labels.count(item) > 1})
-    if repeated:
-        faults.append(f"coordinates named twice: {', '.join(repeated[:5])}")
+    twice = [format_label(item) for item in repeated(labels)]
+    if twice:
+        faults.append(f"coordinates named twice: {', '.join(twice[:5])}")
     wrong = sorted({direction for _, direction in labels} - {*DIRECTIONS, ""})
     if wrong:
         faults.append(f"unknown directions {', '.join(wrong)}: the directions are {', '.join(DIRECTIONS)}")
@@ -42,6 +44,9 @@ def coordinate_labels(coordinates, n: int, faults: list) -> tuple[tuple[str, str
 
 def find_rows(names, labels, faults: list) -> tuple[int, ...]:
     """Rows denoted by labels, by nodes (all their coordinates) or by numbers; faults are appended to the list."""
+    if isinstance(names, str):
+        faults += list_faults("names", names)
+        return ()
     found, places = [], {}
     for i, (node, direction) in enumerate(labels):
         places.setdefault((node, direction), []).append(i)
@@ -55,8 +60,9 @@ def find_rows(names, labels, faults: list) -> tuple[int, ...]:
         if not hits:
             faults.append(no_such("coordinate or node", name, map(format_label, places)))
         found += hits
-    if len(set(found)) < len(found):
-        faults.append("coordinates are named twice")
+    twice = repeated(found)
+    if twice:
+        faults.append(f"{', '.join(format_label(labels[row]) for row in twice[:5])} stands there twice")
     return tuple(found)
 
 

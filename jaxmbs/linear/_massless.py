@@ -1,4 +1,6 @@
-"""Static condensation of rows without mass, which is exact, and the expansion of results back to them."""
+"""Static condensation of motions without mass, which is exact, and the expansion of results back to them."""
+
+from collections.abc import Iterable
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -8,21 +10,27 @@ from jaxtyping import Array
 from ..blocksparse import BlockMatrix
 from ..checks import any_concrete, is_concrete
 from ..math import _square as square
+from ..runtime import lapack
 from ..typing import AnyArray
 from ._condensation import interface_basis
+from ._mass_rank import dependent_rows
 from ._system import LinearSystem
 
-#: Damping forces on rows without mass below this share of their terms count as zero: rounding of `C @ T`.
+#: Forces on motions without mass below this share of their terms count as zero: rounding of `C @ T`.
 NEGLIGIBLE_DAMPING = 1e-9
 
 
 class Condensation(eqx.Module):
     """A linear system condensed to its rows with mass ("heavy"), and the expansion `x = T x_heavy` to all rows.
 
+    A mass beside its node leaves motions without mass that are no coordinates: turns about the mass.  They are the
+    columns of L, `M L = 0`, one for each light row; the heavy rows then stand for `x_heavy - L_heavy x_light`.
+
     Attributes:
-        heavy, light: rows with and without mass (static).
+        heavy, light: rows with and without mass of their own (static).
         basis: T (n, heavy), None where all rows are heavy.
-        stiffness: stiffness of the light rows (light, light), None where all rows are heavy.
+        stiffness: of the motions without mass (light, light), None where all rows are heavy.
+        motions: L (n, light), None where they are the light rows themselves.
         system: the condensed system on the heavy rows.
     """
 
@@ -30,41 +38,66 @@ class Condensation(eqx.Module):
     light: tuple[int, ...] = eqx.field(static=True)
     basis: Array | None
     stiffness: Array | None
+    motions: Array | None
     system: LinearSystem
 
     def load(self, forces: AnyArray) -> AnyArray:
         """Loads (..., heavy) that do the same work as forces (..., n)."""
         return forces if self.basis is None else forces @ self.basis.astype(forces.dtype)
 
+    def light_load(self, forces: AnyArray) -> AnyArray:
+        """Work (..., light) of forces (..., n) in the motions without mass."""
+        if self.motions is None:
+            return forces[..., np.array(self.light, int)]
+        return forces @ self.motions.astype(forces.dtype)
+
+    def in_light(self, A: AnyArray) -> AnyArray:
+        """A matrix (n, n) in the motions without mass (light, light)."""
+        return self.light_load(self.light_load(A).T).T
+
     def heavy_part(self, x: AnyArray) -> AnyArray:
         """The heavy part (..., heavy) of displacements (..., n)."""
-        return x[..., np.array(self.heavy, int)]
+        heavy = np.array(self.heavy, int)
+        if self.motions is None:
+            return x[..., heavy]
+        return x[..., heavy] - x[..., np.array(self.light, int)] @ self.motions[heavy].T.astype(x.dtype)
 
     def expand(self, x: Array, forces: Array | None = None) -> Array:
         """Expand displacements (..., heavy), or their rates, to all rows (..., n).
 
-        Args: forces: (..., n), whose part on light rows adds its static displacement there.
+        Args: forces: (..., n), whose work in motions without mass adds the static displacement there.
         """
         if self.basis is None:
             return x
-        found, light = x @ self.basis.T.astype(x.dtype), np.array(self.light, int)
-        return found if forces is None else found.at[..., light].add(self.light_displacements(forces[..., light]))
+        found = x @ self.basis.T.astype(x.dtype)
+        if forces is None:
+            return found
+        moved = self.light_displacements(jnp.asarray(self.light_load(forces)))
+        if self.motions is None:
+            return found.at[..., np.array(self.light, int)].add(moved)
+        return found + moved @ self.motions.T.astype(moved.dtype)
 
     def light_displacements(self, forces: Array) -> Array:
-        """Static displacements (..., light) under forces (..., light) on light rows with the heavy rows fixed."""
+        """Static displacements (..., light) under forces (..., light), the heavy rows fixed."""
         if self.stiffness is None:
             return jnp.zeros_like(forces)
         flat = square.solve(self.stiffness.astype(forces.dtype), forces.reshape(-1, len(self.light)).T).T
         return flat.reshape(forces.shape)
 
 
-def massless_rows(system: LinearSystem) -> tuple[int, ...]:
-    """Rows without mass: zero rows of a concrete mass matrix; under tracing those declared as `massless`."""
+def massless_rows(system: LinearSystem, among: Iterable[int] | None = None) -> tuple[int, ...]:
+    """Rows without mass of their own: of a concrete mass matrix those that are zero, and those whose mass follows
+    from that of others (in block matrices only zero ones); under tracing those declared as `massless`.
+
+    Args: among: rows that may be so, default all.
+    """
+    rows = range(system.num_rows) if among is None else sorted(among)
     if not is_concrete(system.mass):
-        return tuple(sorted(system.massless))
+        return tuple(sorted(set(system.massless) & set(rows)))
     if isinstance(system.mass, BlockMatrix):
-        return _massless_block_rows(system)
-    return tuple(np.flatnonzero(~np.any(np.asarray(system.mass), axis=1)).tolist())
+        return tuple(k for k in _massless_block_rows(system) if k in set(rows))
+    zero = ~np.any(np.asarray(system.mass), axis=1)
+    return tuple(sorted({*(k for k in rows if zero[k]), *dependent_rows(system.mass, rows)}))
 
 
 def _massless_block_rows(system):
@@ -78,26 +111,29 @@ def _massless_block_rows(system):
     return tuple(np.flatnonzero(~flat).tolist())
 
 
-def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None, damped: bool = True) -> Condensation:
-    """Condense a dense linear system to its rows with mass.
+def condense_massless(system: LinearSystem, among: Iterable[int] | None = None, damped: bool = True) -> Condensation:
+    """Condense the motions without mass of a dense linear system.
 
     Args:
-        only: rows without mass to condense, by default all.
-        damped: True if the result is used with damping, which must then not act on condensed rows.
+        among: rows that may be condensed, by default all.
+        damped: True if the result is used with damping, which must then not act on motions without mass.
 
-    Raises: ValueError, if concrete, for rows that have neither mass nor stiffness, or damping of their own, by name.
+    Raises: ValueError, if concrete, for motions that have neither mass nor stiffness, or damping of their own, by
+    the names of their rows.
     """
-    light = massless_rows(system)
-    light = light if only is None else tuple(k for k in light if k in only)
     n = system.num_rows
+    among = range(n) if among is None else tuple(among)
+    light = massless_rows(system, among)
     heavy = tuple(k for k in range(n) if k not in set(light))
     if not light:
-        return Condensation(heavy, (), None, None, system)
+        return Condensation(heavy, (), None, None, None, system)
     if not heavy:
         raise ValueError(f"no coordinate has mass: {_row_names(system, light)}")
-    K, M, C = system.stiffness, system.mass, system.damping
+    L = _motions_without_mass(system.mass, [k for k in among if k not in set(light)], light)
+    whole = system if L is None else _sheared(system, L, light)
+    K, C = whole.stiffness, whole.damping
     rows, place = np.array(light), {k: i for i, k in enumerate(heavy)}
-    _check_stiffness(system, light)
+    _check_stiffness(system, K, light)
     T = interface_basis(K, heavy)
     if damped and C is not None:
 
@@ -111,7 +147,7 @@ def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None,
                 "proportional to their stiffness, or leave the damping out by damped=False"
             )
     own = LinearSystem(
-        mass=M[np.ix_(heavy, heavy)],
+        mass=system.mass[np.ix_(heavy, heavy)],
         stiffness=T.T @ K @ T,
         damping=None if C is None else T.T @ C @ T,
         interface=[place[k] for k in system.interface if k in place],
@@ -119,14 +155,44 @@ def condense_massless(system: LinearSystem, only: tuple[int, ...] | None = None,
         positions=None if system.positions is None else (system.nodes, system.positions),
         massless=[place[k] for k in system.massless if k in place],
     )
-    return Condensation(heavy, light, T, K[np.ix_(rows, rows)], own)
+    if L is not None:
+        T = T.at[rows].set(0.0) + L @ T[rows]
+    return Condensation(heavy, light, T, K[np.ix_(rows, rows)], L, own)
 
 
-def _check_stiffness(system, light):
-    """Refuse light rows that are free while the heavy rows are fixed.  Raises: ValueError with their names."""
-    if not is_concrete(system.stiffness):
+def _motions_without_mass(M, heavy, light):
+    """L (n, light) with `M L = 0`, one in its own light row, the rest in heavy ones; None if there is none there."""
+    heavy, light = np.array(heavy, int), np.array(light, int)
+    if not len(heavy) or not _couple(M, heavy, light):
+        return None
+    M = jnp.asarray(M)
+    arms = lapack.solve_positive(M[np.ix_(heavy, heavy)], M[np.ix_(heavy, light)])
+    L = jnp.zeros((len(M), len(light)), M.dtype).at[light, np.arange(len(light))].set(1.0)
+    return L.at[heavy].set(-arms)
+
+
+def _couple(M, heavy, light) -> bool:
+    """True if rows couple, or if the matrix is traced."""
+    return not is_concrete(M) or bool(np.any(np.asarray(M)[np.ix_(heavy, light)]))
+
+
+def _sheared(system, L, light):
+    """The system with the motions L in the place of its light rows, their mass zero."""
+    rows = np.array(light)
+
+    def change(A):
+        A = A.at[:, rows].set(A @ L)
+        return A.at[rows].set(L.T @ A)
+
+    K, C = (None if A is None else change(jnp.asarray(A)) for A in (system.stiffness, system.damping))
+    return system.replace(stiffness=K, damping=C)
+
+
+def _check_stiffness(system, stiffness, light):
+    """Refuse motions without mass that are free while the heavy rows are fixed.  Raises: ValueError with names."""
+    if not is_concrete(stiffness):
         return
-    K = np.asarray(system.stiffness)[np.ix_(light, light)]
+    K = np.asarray(stiffness)[np.ix_(light, light)]
     size = np.sqrt(np.maximum(np.abs(np.diagonal(K)), 1e-300))
     values, shapes = np.linalg.eigh((K + K.T) / 2 / np.outer(size, size))
     loose = values < 1e-12 * max(1.0, values[-1])

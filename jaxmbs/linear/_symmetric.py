@@ -6,6 +6,7 @@ from jax import lax
 
 from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
+from ._mass_rank import dependent_rows
 
 #: Allowed asymmetry relative to the largest entry: that of matrices written to files with six digits.
 ASYMMETRY_TOLERANCE = 1e-5
@@ -43,16 +44,16 @@ def check_symmetric(**matrices) -> None:
 
 
 def check_mass(M) -> None:
-    """Refuse a mass matrix with rows without mass, if concrete.  Raises: ValueError."""
+    """Refuse a mass matrix with rows without mass of their own, if concrete.  Raises: ValueError."""
     if not is_concrete(M) or M.shape[0] == 0:
         return
     M = np.asarray(M)
-    bare = np.flatnonzero(np.diagonal(M) <= 0)
-    if len(bare):
+    bare = sorted({*np.flatnonzero(np.diagonal(M) <= 0).tolist(), *dependent_rows(M, range(len(M)))})
+    if bare:
         raise ValueError(
-            f"coordinates {bare.tolist()} have no mass: pass a LinearSystem to modes, "
-            "frequency_response, simulate or "
-            "reduce, which condense such rows, or condense the matrices first (Guyan)"
+            f"the mass matrix is not positive definite: coordinates {bare} have no mass of their own; pass a "
+            "LinearSystem to modes, frequency_response, simulate or reduce, which condense such rows, or condense "
+            "the matrices first (Guyan)"
         )
 
 

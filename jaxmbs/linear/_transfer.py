@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..checks import place_of
+from ..checks import distinct_names, place_of
 from ..errors import ModelError
 from ..runtime import jit
 from ..typing import ArrayLike
@@ -49,17 +49,14 @@ class TransferFunctions(eqx.Module):
         self.values = jnp.asarray(values)
         self.values = self.values.astype(np.result_type(self.values.dtype, np.complex64))
         self.omega = jnp.asarray(omega, self.values.real.dtype)
-        self.outputs, self.inputs, self.kind = tuple(outputs), tuple(inputs), kind
+        self.outputs, self.inputs = distinct_names("outputs", outputs), distinct_names("inputs", inputs)
+        self.kind = kind
         faults = [] if kind in KINDS else [f"unknown kind {kind!r}: the kinds are {', '.join(KINDS)}"]
         shape = (self.omega.size, len(self.outputs), len(self.inputs))
         if self.omega.ndim != 1:
             faults.append(f"omega has shape {self.omega.shape}, not (frequencies,)")
         elif self.values.shape != shape:
             faults.append(f"values have shape {self.values.shape}; frequencies, outputs and inputs make {shape}")
-        for side, names in (("outputs", self.outputs), ("inputs", self.inputs)):
-            twice = sorted({name for name in names if names.count(name) > 1})
-            if twice:
-                faults.append(f"{side} named twice: {', '.join(twice[:5])}")
         if faults:
             raise ModelError(faults)
 
@@ -72,9 +69,12 @@ class TransferFunctions(eqx.Module):
         return _channel_indices(names, self.inputs, "input")
 
     def at(self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None) -> "TransferFunctions":
-        """The transfer functions of some channels, in the given order; None stands for all."""
-        outputs = self.outputs if outputs is None else tuple(outputs)
-        inputs = self.inputs if inputs is None else tuple(inputs)
+        """The transfer functions of some channels, in the given order; None stands for all.
+
+        Raises: UnknownNameError; ModelError for a name that is given twice.
+        """
+        outputs = self.outputs if outputs is None else distinct_names("outputs", outputs)
+        inputs = self.inputs if inputs is None else distinct_names("inputs", inputs)
         values = _channels(self.values, self.rows(outputs), self.columns(inputs))
         return TransferFunctions(self.omega, values, outputs, inputs, self.kind)
 

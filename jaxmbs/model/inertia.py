@@ -14,7 +14,7 @@ from jaxmbs.math._rotation import axis_vector
 from jaxmbs.runtime import as_array
 from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
-from ..checks import any_concrete, are_axes, is_concrete, negative, refuse_complex
+from ..checks import any_concrete, are_axes, is_concrete, negative, require_reals
 
 
 def point() -> Matrix3:
@@ -105,7 +105,7 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
     Raises:
         ValueError: for any other shape.
     """
-    refuse_complex(inertia)
+    require_reals(inertia)
     xp, inertia = _as_arrays(inertia)
     if inertia.shape not in ((), (3,), (3, 3)):
         raise ValueError(f"an inertia is 0, (3,) or (3, 3), not of shape {inertia.shape}")
@@ -115,7 +115,7 @@ def as_matrix(inertia: ArrayLike | Sequence) -> Matrix3:
 def _check(mass, **lengths):
     """Raises: ValueError for concrete numbers that are invalid; the mass of a hole may be negative."""
     for name, value in {"mass": mass, **lengths}.items():
-        refuse_complex(value)
+        require_reals(value)
         if (
             np.shape(value) != ()
             or any_concrete(lambda x: ~np.isfinite(x), value)

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, are_axes, refuse_complex
+from ..checks import any_concrete, are_axes, require_reals
 from ..math import _rotation as single
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis
@@ -61,7 +61,7 @@ def _matrix(rotation):
 
 def _numbers(what, value, shape):
     """An array whose last axes are `shape`, finite where known."""
-    refuse_complex(value)
+    require_reals(value)
     value = as_array(value)
     if value.shape[value.ndim - len(shape) :] != shape:
         raise ValueError(f"{what} has the shape (..., {', '.join(map(str, shape))}), not {value.shape}")

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import place_of
+from ..checks import distinct_names, place_of
 from ..dynamics._efforts import element_names
 from ..kinematics._configuration import at_state, configuration, with_velocities
 from ..kinematics._mobility import with_mobility_at
@@ -144,10 +144,11 @@ def vector_field(
     if scale_at is not None:
         check_single_state(system, scale_at)
         system = with_mobility_at(system, scale_at)
+    inputs, outputs = distinct_names("inputs", inputs), distinct_names("outputs", outputs)
     check_input_fields(system, inputs)
     for name in outputs:
         place_of("signal", name, signal_names(system))
-    return VectorField(_equations(system, chosen, scale_at), tuple(inputs), tuple(outputs))
+    return VectorField(_equations(system, chosen, scale_at), inputs, outputs)
 
 
 @jit

@@ -8,13 +8,14 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
-from ..checks import is_concrete, no_such
+from ..checks import distinct_names, no_such
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..fatigue._psd import PsdTable
 from ..linear._rigid_motions import rigid_rows
 from ..linear._system import LinearSystem
 from ..typing import ArrayLike, CoordinateLike
+from ._coherence import Coherence
 from ._white_noise import WhiteNoise
 
 Spectrum = PsdTable | WhiteNoise
@@ -50,7 +51,8 @@ class BaseAcceleration(eqx.Module):
         if isinstance(direction, str) and direction not in DIRECTIONS:
             raise ModelError([no_such("direction", direction, DIRECTIONS)], "the input")
         self.direction = direction if isinstance(direction, str) else dict(direction)
-        self.at = None if at is None else (at,) if isinstance(at, str | int | np.integer) else tuple(at)
+        at = (at,) if isinstance(at, str | int | np.integer) else at
+        self.at = None if at is None else distinct_names("at", at)
 
     def pattern(self, system: LinearSystem) -> Array:
         """Rigid or given motion (n,) of all coordinates for a unit of the input."""
@@ -88,49 +90,13 @@ def _check_quantity(spectrum, quantity):
     )
 
 
-def coherence_matrix(names: tuple[str, ...], coherence: Mapping | None) -> Array:
-    """Complex coherence (inputs, inputs), `S_ab = coherence_ab sqrt(S_a S_b)`; its squared size is the ordinary
-    coherence.
-
-    Args: coherence: by pair of names `("a", "b")`, complex numbers of size up to 1; the others are uncorrelated.
-
-    Raises: ModelError for unknown names, pairs given twice with values that are not conjugates, and a matrix that is
-    not positive semidefinite.
-    """
-    faults, C = [], jnp.eye(len(names), dtype=jnp.asarray(1j).dtype)
-    given = dict(coherence or {})
-    for pair, value in given.items():
-        if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
-            faults.append(f"coherence: {pair!r} must be a pair of two inputs")
-            continue
-        unknown = [name for name in pair if name not in names]
-        faults += [no_such("input", name, names) for name in unknown]
-        other = given.get(pair[::-1])
-        if other is not None and is_concrete(value, other) and not np.isclose(np.conj(other), value):
-            faults.append(f"coherence of {pair[0]!r} and {pair[1]!r} is given twice: the two must be conjugates")
-        if not unknown:
-            a, b = (names.index(name) for name in pair)
-            value = jnp.asarray(value, C.dtype)
-            C = C.at[a, b].set(value).at[b, a].set(jnp.conj(value))
-    if not faults and is_concrete(C):
-        least = float(np.min(np.linalg.eigvalsh(np.asarray(C)), initial=0.0))
-        if not least >= -64 * np.finfo(C.real.dtype).eps * len(names):
-            faults.append(
-                "the coherence is not positive semidefinite: no signals are correlated like this (its least "
-                f"eigenvalue is {least:.3g})"
-            )
-    if faults:
-        raise ModelError(faults, "the inputs")
-    return C
-
-
-def spectral_matrix(inputs: Mapping, coherence: Array, frequencies: ArrayLike) -> Array:
+def spectral_matrix(inputs: Mapping, coherence: Coherence, frequencies: ArrayLike) -> Array:
     """Cross-spectral matrix (frequencies, inputs, inputs) [SI^2/Hz] of all inputs."""
     levels = [level_at(given.spectrum, frequencies) for given in inputs.values()]
     levels = jnp.stack(levels, axis=-1)
     root = jnp.where(levels > 0, jnp.sqrt(jnp.where(levels > 0, levels, 1.0)), 0.0)
     root = lax.complex(root, jnp.zeros_like(root))
-    return root[:, :, None] * coherence.astype(root.dtype)[None] * root[:, None, :]
+    return root[:, :, None] * coherence.at(frequencies).astype(root.dtype) * root[:, None, :]
 
 
 def level_at(spectrum: Spectrum, frequencies: ArrayLike) -> Array:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import number_faults
+from ..checks import distinct_names, not_increasing, number_faults, repeated
 from ..errors import ModelError
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
@@ -85,7 +85,7 @@ def _extremes(name, loads, names, times, sigmas):
         where = loads.frequencies[jnp.argmax(jnp.abs(loads.modal), axis=0)]
         return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
     loads = jnp.asarray(loads)
-    names = tuple(names or ())
+    names = distinct_names(f"{name}: names", () if names is None else names)
     unnamed = [other for other in names if not isinstance(other, str)]
     if unnamed or jnp.iscomplexobj(loads) or jnp.iscomplexobj(times):
         raise ModelError(
@@ -99,6 +99,10 @@ def _extremes(name, loads, names, times, sigmas):
         faults.append(f"{name}: loads of shape {loads.shape} are not (times, components) of {len(names)} names")
     elif times is None or np.shape(times) != loads.shape[:1]:
         faults.append(f"{name}: times of shape {np.shape(times)} are not those of loads of shape {loads.shape}")
+    elif not len(loads):
+        faults.append(f"{name}: a history without a time has no extremes")
+    elif not_increasing(times):
+        faults.append(f"{name}: times must rise")
     if faults:
         raise ModelError(faults, "the load case")
     times = jnp.asarray(times, loads.dtype)
@@ -161,8 +165,19 @@ class Envelope(eqx.Module):
         return jnp.maximum(jnp.abs(self.highest), jnp.abs(self.lowest))
 
     def margins(self, allowed: ArrayLike) -> Float[Array, " components"]:
-        """Margins of safety `allowed / limit - 1` (components,)."""
-        return jnp.asarray(allowed, self.highest.dtype) / self.limits - 1.0
+        """Margins of safety `allowed / limit - 1` (components,).
+
+        Args: allowed: one for all components, or (components,).
+
+        Raises: ModelError for another number of them.
+        """
+        allowed = jnp.asarray(allowed, self.highest.dtype)
+        if allowed.shape not in ((), (len(self.names),)):
+            raise ModelError(
+                [f"allowed has shape {allowed.shape}: give one load, or {len(self.names)}, one for each component"],
+                "the margins",
+            )
+        return allowed / self.limits - 1.0
 
 
 def load_envelope(cases: Iterable[LoadCase]) -> Envelope:
@@ -172,13 +187,13 @@ def load_envelope(cases: Iterable[LoadCase]) -> Envelope:
 
     Raises: ModelError for no case, different components, and names given twice.
     """
-    cases = list(cases)
+    cases = list(cases) if isinstance(cases, Iterable) else [cases]
     faults = [] if cases else ["no load case is given"]
     wrong = [case for case in cases if not isinstance(case, LoadCase)]
     faults += [f"{case!r} is no LoadCase" for case in wrong]
     if not faults:
         own = [case.name for case in cases]
-        faults += [f"two load cases are named {name!r}" for name in sorted({n for n in own if own.count(n) > 1})]
+        faults += [f"two load cases are named {name!r}" for name in repeated(own)]
         faults += [f"{case.name!r} has other components" for case in cases if case.names != cases[0].names]
     if faults:
         raise ModelError(faults, "the load cases")

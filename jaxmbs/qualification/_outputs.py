@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..checks import as_flag, distinct_names, place_of
 from ..coupling._network import reactions
 from ..errors import ModelError
 from ..linear._system import LinearSystem
@@ -70,8 +71,9 @@ class Coordinates(eqx.Module):
     ) -> None:
         if kind not in KINDS:
             raise ModelError([f"unknown kind {kind!r}: the kinds are {', '.join(KINDS)}"], "the output")
-        self.names = (names,) if isinstance(names, str | int | np.integer) else tuple(names)
-        self.kind, self.relative = kind, kind != "acceleration" if relative is None else bool(relative)
+        self.names = distinct_names("names", (names,) if isinstance(names, str | int | np.integer) else names)
+        self.kind = kind
+        self.relative = kind != "acceleration" if relative is None else as_flag("relative", relative)
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
         rows, labels = system.outputs(*self.names)
@@ -92,11 +94,13 @@ class BondForces(eqx.Module):
     bonds: tuple[str, ...] | None = eqx.field(static=True)
 
     def __init__(self, *bonds: str) -> None:
-        self.bonds = tuple(bonds) or None
+        self.bonds = distinct_names("bonds", bonds) or None
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
         found = reactions(system, cast(Any, _Answer(terms)))
         names = list(found) if self.bonds is None else self.bonds
+        for name in names:
+            place_of("bond", name, found)
         labels = [f"{name} {label}" if len(names) > 1 else label for name in names for label in found[name].labels]
         return jnp.concatenate([found[name].on_first for name in names], axis=-1), tuple(labels)
 
@@ -139,7 +143,7 @@ class Recovery(eqx.Module):
         if kind not in ("displacement", "acceleration"):
             raise ModelError([f"kind = {kind!r} must be 'displacement' or 'acceleration'"], "the output")
         self.function, self.kind = function, kind
-        self.labels = None if labels is None else tuple(labels)
+        self.labels = None if labels is None else distinct_names("labels", labels)
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
         x = terms.strained(0) if self.kind == "displacement" else terms.total(2)
@@ -177,6 +181,7 @@ def named_outputs(out: Mapping[str, Any] | Iterable) -> dict[str, Output]:
     if isinstance(out, str):
         out = [out]
     if not isinstance(out, Mapping):
+        out = distinct_names("out", out)
         out = {name if isinstance(name, str) else " ".join(map(str, name)): Coordinates([name]) for name in out}
     wrong = [name for name, given in out.items() if not isinstance(given, Output)]
     if wrong or not out:

@@ -8,12 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..checks import no_such
+from ..checks import distinct_names, no_such
 from ..errors import ModelError, UnknownNameError
 from ..linear._system import LinearSystem
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
-from ._inputs import coherence_matrix, spectral_matrix
+from ._coherence import Coherence, coherence_of
+from ._inputs import spectral_matrix
 from ._modal_model import modal_model
 from ._modal_transfer import ModalModel, imaginary_rates
 from ._outputs import named_outputs
@@ -54,7 +55,7 @@ class RandomResponse(eqx.Module):
         moments: (outputs, 4) spectral moments `integral f^n S df` for n = 0, 1, 2, 4; of white noise infinite where
             the integral diverges, and NaN for n = 1.
         inputs: the inputs, by name.
-        coherence: (inputs, inputs), complex.
+        coherence: of the inputs.
         model: transfer functions from inputs to outputs.
         order: points of the quadrature by piece (static).
         is_uncorrelated: True if no coherence of two inputs is given (static).
@@ -62,7 +63,7 @@ class RandomResponse(eqx.Module):
 
     moments: Float[Array, "outputs 4"]
     inputs: dict[str, Any]
-    coherence: Complex[Array, "inputs inputs"]
+    coherence: Coherence
     model: Any
     order: int = eqx.field(static=True)
     is_uncorrelated: bool = eqx.field(static=True)
@@ -133,7 +134,8 @@ class RandomResponse(eqx.Module):
 
     def covariance(self, names: Iterable[str] | None = None) -> Float[Array, "k k"]:
         """Covariance (k, k) of outputs, all by default; the real part of the integral of the cross-spectra."""
-        rows = np.array([self.place(name) for name in (self.names if names is None else names)], int)
+        names = self.names if names is None else distinct_names("names", names)
+        rows = np.array([self.place(name) for name in names], int)
         if is_white(self.inputs):
             A, B, C, D = self.model.state_space()
             return C[rows] @ state_covariance(self, A, B) @ C[rows].T
@@ -188,7 +190,7 @@ class RandomResponse(eqx.Module):
         squares; the level that is kept with the probability of 3 sigma is 3 times the RMS for one component alone,
         and less for several, 1.9 times for five alike.  Source: Segalman et al. (1998).
         """
-        names = tuple(names)
+        names = distinct_names("names", names)
         if len(names) not in (3, 6):
             raise ModelError([f"the von Mises stress has 3 or 6 components, not {len(names)}"], "the question")
         normal = 2 if len(names) == 3 else 3
@@ -224,7 +226,9 @@ def random_response(
         out: by name, `Coordinates`, `BondForces`, `BaseForces` or `Recovery`; or names of coordinates, for their
             absolute accelerations.
         coherence: by pair of names of inputs, the complex coherence `S_ab / sqrt(S_a S_b)`: its squared size is the
-            ordinary coherence, its angle the phase; the other inputs are uncorrelated.
+            ordinary coherence, its angle the phase; the other inputs are uncorrelated.  A number; a table
+            `(frequencies, values)`, straight between its points [Hz]; or a function of frequencies (n,), as
+            `lambda f: jnp.exp(-f / 10.0)`.
         ratios: damping ratios of the modes, one or (modes,), in place of the system's damping.
         loss: loss factor of the whole stiffness.
         num: number of modes that move, default all; the others follow statically (mode acceleration).
@@ -245,11 +249,15 @@ def random_response(
 def respond(model: Any, inputs: Mapping, coherence: Mapping | None, order: int = ORDER) -> RandomResponse:
     """Response of a model with poles to inputs."""
     check_spectra(inputs)
-    gamma = coherence_matrix(tuple(inputs), coherence)
+    white = is_white(inputs)
+    band = () if white else tuple(given.spectrum.frequencies for given in inputs.values())
+    gamma = coherence_of(tuple(inputs), coherence, band)
+    if white and gamma.curves:
+        raise ModelError(["white noise has a coherence that is a number: give tables of spectra"], "the question")
     response = RandomResponse(
         jnp.zeros((len(model.names), len(POWERS))), dict(inputs), gamma, model, order, not coherence
     )
-    if is_white(inputs):
+    if white:
         check_white(model)
         return eqx.tree_at(lambda r: r.moments, response, white_moments(response))
     check_damped(model, inputs)

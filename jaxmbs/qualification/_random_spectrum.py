@@ -5,9 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import faults_if, not_increasing, not_positive
+from ..checks import faults_if, not_positive
 from ..errors import ModelError
 from ..fatigue._arrays import float_array
+from ..fatigue._log_lines import frequency_faults
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 
@@ -20,8 +21,9 @@ def random_spectrum(
     """Vibration response spectrum (f,): RMS of the absolute acceleration of oscillators on a random base.
 
     Args:
-        frequencies: (p,) [Hz], increasing, > 0; levels: (p,) one-sided, [g^2/Hz] or [(m/s^2)^2/Hz], > 0, straight
-            between the points on log-log paper, zero outside.
+        frequencies: (p,) [Hz], rising, > 0; one that stands twice is a step.
+        levels: (p,) one-sided, [g^2/Hz] or [(m/s^2)^2/Hz], > 0, straight between the points on log-log paper, zero
+            outside.
         natural: (f,) natural frequencies [Hz], > 0, or one.
         Q: amplification at resonance, > 0.5.
 
@@ -33,9 +35,9 @@ def random_spectrum(
     table, levels, natural = float_array(frequencies), float_array(levels), jnp.atleast_1d(float_array(natural))
     faults = faults_if(
         (table.shape != levels.shape or table.ndim != 1 or table.size < 2, "give two rows of equal length"),
-        (not_increasing(table), "frequencies must increase"),
         (any(not_positive(x) for x in (table, levels, natural, Q)), "all numbers must be positive"),
     )
+    faults += frequency_faults(table) if table.ndim == 1 and table.size > 1 else []
     if faults:
         raise ModelError(faults, "the spectrum")
     kind = levels.dtype
@@ -44,7 +46,8 @@ def random_spectrum(
 
 @jit
 def _rms(table, levels, natural, Q):
-    power = jnp.diff(jnp.log(levels)) / jnp.diff(jnp.log(table))
+    step = jnp.diff(jnp.log(table))
+    power = jnp.where(step > 0, jnp.diff(jnp.log(levels)) / jnp.where(step > 0, step, 1.0), 0.0)
     nodes, weights = (jnp.asarray(x, table.dtype) for x in (_NODES, _WEIGHTS))
 
     def variance(fn):

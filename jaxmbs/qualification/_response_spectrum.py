@@ -9,9 +9,10 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete, no_such, not_increasing, not_positive
+from ..checks import any_concrete, is_concrete, no_such, not_positive
 from ..coupling._limit_loads import cqc_correlation
 from ..errors import ModelError
+from ..fatigue._log_lines import frequency_faults, log_lines
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
 from ..math._eigen import eigh, same
@@ -136,8 +137,9 @@ def _checked(spectrum, combine, source, unit):
     f, a = (jnp.asarray(part, float) for part in spectrum)
     if f.ndim != 1 or f.shape != a.shape or f.size < 2:
         faults.append(f"frequencies {f.shape} and accelerations {a.shape} must be two or more numbers each")
-    elif not_positive(f) or not_increasing(f) or not_positive(a):
-        faults.append("frequencies must be positive and increasing, accelerations positive")
+    else:
+        faults += frequency_faults(f)
+        faults += ["accelerations must be positive"] * not_positive(a)
     if any_concrete(lambda x: ~np.isfinite(x), jnp.concatenate([f.ravel(), a.ravel()])):
         faults.append("all numbers of the spectrum must be finite")
     if faults:
@@ -197,8 +199,9 @@ def _parts(model: ModalModel, table, count):
 def _level(values, table):
     """Displacement `S_a / w^2` of oscillators with squared frequencies (modes,) [rad^2/s^2]."""
     f, a = table
-    at = 0.5 * jnp.log(_positive(values)) - jnp.log(2 * jnp.pi)
-    return jnp.exp(jnp.interp(at, jnp.log(f), jnp.log(a))) / _positive(values)
+    at = jnp.sqrt(_positive(values)) / (2 * jnp.pi)
+    level = jnp.where(at < f[0] * (1 - 1e-9), jnp.nan, log_lines(at, f, a))
+    return level / _positive(values)
 
 
 def _parting(model, values, Y):

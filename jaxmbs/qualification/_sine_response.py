@@ -8,8 +8,9 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
-from ..checks import any_concrete, no_such, not_positive
+from ..checks import any_concrete, is_concrete, no_such, not_positive, number_faults
 from ..errors import ModelError
+from ..fatigue._log_lines import frequency_faults, log_lines
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
 from ..runtime import jit
@@ -78,12 +79,14 @@ def sine_response(
     """Response of a linear system to a sine test, with automatic notching to limits of responses and loads.
 
     Args:
-        levels: frequencies [Hz] and amplitudes of the specification, straight on log-log paper.
+        levels: frequencies [Hz] and amplitudes of the specification, straight on log-log paper.  A frequency that
+            stands twice is a step, at which the larger amplitude holds.
         out: as of `random_response`.
         source: direction or pattern of the input, `BaseAcceleration(None, "z")` by default.
         notch: largest amplitude [SI] by name of an output, or of a group of outputs for each of them.
         unit: of the levels: "g", "m/s^2" or "N".
-        frequencies: (frequencies,) [Hz] to answer at; default `points` per octave and all resonances in the band.
+        frequencies: (frequencies,) [Hz] to answer at, within those of the levels; default `points` per octave and
+            all resonances in the band.
         ratios, loss, num: as of `random_response`.
 
     The response is that of a dwell.  A sweep at up to `fastest_sweep` has nearly the same one; a faster one stays
@@ -92,14 +95,12 @@ def sine_response(
     Raises: ModelError with every fault.  Source: S1 (40)-(41).
     """
     source = BaseAcceleration(None, "z") if source is None else source
-    f, level = (jnp.asarray(part, float) for part in levels)
+    f, level = _checked_levels(levels, unit, source)
     outputs = named_outputs(out)
-    _check_levels(f, level, unit, source)
     model = modal_model(system, {"sine": source}, outputs, ratios, loss, num)
     limits = _limits(model.names, notch or {})
-    grid = _grid(model, f, points) if frequencies is None else jnp.asarray(frequencies, f.dtype)
-    inside = jnp.clip(grid, f[0], f[-1])
-    specified = jnp.exp(jnp.interp(jnp.log(inside), jnp.log(f), jnp.log(level))) * SINE_UNITS[unit]
+    grid = _grid(model, f, points) if frequencies is None else _inside(frequencies, f)
+    specified = jnp.maximum(*(log_lines(grid, f, level, side) for side in ("left", "right"))) * SINE_UNITS[unit]
     gain = _gains(model, grid)
     allowed, limiting = specified, jnp.full(grid.shape, -1)
     for number, (_, place, limit) in enumerate(limits):
@@ -118,33 +119,57 @@ def _gains(model, grid):
     return model.transfer(grid)[:, :, 0]
 
 
-def _check_levels(f, level, unit, source):
+def _inside(frequencies, f):
+    """Frequencies to answer at; NaN where they are traced and outside of the specification.
+
+    Raises: ModelError for concrete ones outside, where nothing is specified.
+    """
+    grid, edge = jnp.atleast_1d(jnp.asarray(frequencies, f.dtype)), 64 * jnp.finfo(f.dtype).eps
+    outside = ~((grid >= f[0] * (1 - edge)) & (grid <= f[-1] * (1 + edge)))
+    if is_concrete(outside) and bool(jnp.any(outside)):
+        first = float(grid[jnp.argmax(outside)])
+        raise ModelError(
+            [f"frequencies: {first:g} Hz is outside of the specification, {float(f[0]):g} to {float(f[-1]):g} Hz"],
+            "the sine test",
+        )
+    return jnp.where(outside, jnp.nan, jnp.clip(grid, f[0], f[-1]))
+
+
+def _checked_levels(levels, unit, source):
+    """Frequencies and amplitudes.  Raises: ModelError with every fault."""
+    if not isinstance(levels, tuple | list) or len(levels) != 2:
+        raise ModelError(["levels must be frequencies [Hz] and as many amplitudes"], "the sine test")
+    f, level = (jnp.asarray(part, float) for part in levels)
     faults = []
     if f.ndim != 1 or f.shape != level.shape or f.size < 2:
         faults.append(f"levels are frequencies and as many amplitudes, not of shapes {f.shape} and {level.shape}")
-    elif not_positive(f) or not_positive(level) or any_concrete(lambda f: f[1:] <= f[:-1], f):
-        faults.append("frequencies must be positive and increasing, amplitudes positive")
+    else:
+        faults += frequency_faults(f)
+        if any_concrete(lambda a: ~((a > 0) & (a < jnp.inf)), level):
+            faults.append("amplitudes must be positive and finite")
     if unit not in SINE_UNITS:
         faults.append(f"unknown unit {unit!r}: the units are {', '.join(SINE_UNITS)}")
     elif (unit == "N") != isinstance(source, RandomForce):
         faults.append(f"levels in {unit} do not fit a source that is a {type(source).__name__}")
     if faults:
         raise ModelError(faults, "the sine test")
+    return f, level
 
 
 def _limits(names, notch):
     """Limits as (name of an output, its number, limit)."""
     faults, found = [], []
+    if not isinstance(notch, Mapping):
+        raise ModelError([f"notch: give limits by name of an output, not {notch!r}"], "the sine test")
     for given, limit in notch.items():
         own = [k for k, name in enumerate(names) if name == given or name.startswith(f"{given} ")]
+        found.append((limit, own))
         if not own:
             faults.append(f"notch: {no_such('output', given, names)}")
-        if not_positive(limit):
-            faults.append(f"notch: the limit of {given!r} must be positive, not {limit}")
-        found += [(names[k], k, jnp.asarray(limit, float)) for k in own]
+        faults += number_faults(f"notch: the limit of {given!r}", limit, positive=True)
     if faults:
         raise ModelError(faults, "the sine test")
-    return found
+    return [(names[k], k, jnp.asarray(limit, float)) for limit, own in found for k in own]
 
 
 def _grid(model: ModalModel, f, points):

@@ -84,6 +84,8 @@ def band_nodes(response, more=None) -> Quadrature:
     """Nodes of the band of all tables, cut at all their points."""
     breaks = jnp.concatenate([given.spectrum.frequencies for given in response.inputs.values()])
     model, low, high = response.model, jnp.min(breaks), jnp.max(breaks)
+    kinks = [jnp.clip(f.astype(breaks.dtype), low, high) for f in response.coherence.breaks]
+    breaks = jnp.concatenate([breaks, *kinks])
     if isinstance(model, MeasuredModel):
         more = model.frequencies if more is None else jnp.concatenate([model.frequencies, more])
         p = d = jnp.ones(1, breaks.dtype)

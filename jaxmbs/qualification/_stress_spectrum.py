@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import distinct_names
 from ..errors import ModelError
 from ..runtime import jit
 from ..typing import ArrayLike
@@ -79,7 +80,7 @@ def von_mises_spectrum(response: RandomResponse, names: Iterable[str]) -> Stress
 
 def stress_places(response: RandomResponse, names: Iterable[str]) -> tuple[int, ...]:
     """Numbers of the outputs that are the components of one stress.  Raises: ModelError, UnknownNameError."""
-    names = tuple(names)
+    names = distinct_names("names", names)
     if len(names) not in (3, 6):
         raise ModelError([f"a stress has the components x y xy, or x y z xy yz zx, not {len(names)}"], "the question")
     return tuple(response.place(name) for name in names)

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..checks import place_of
+from ..checks import distinct_names, place_of
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import FrictionSolution, rubbing, solve_friction
 from ..dynamics._newton_euler import accelerations, required_efforts
@@ -84,6 +84,7 @@ def inverse_dynamics(
                 what="inverse_dynamics",
             )
         return _all_tree_efforts(system, states, acceleration)
+    actuators = distinct_names("actuators", actuators)
     columns = actuated_columns(system, actuators)
     found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
@@ -94,9 +95,10 @@ def inverse_dynamics(
 def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:
     """First and last velocity of every actuator.
 
-    Raises: UnknownNameError; ModelError for one without freedom or at a cut joint, and where none is named.
+    Raises: UnknownNameError; ModelError for one without freedom, at a cut joint, or named twice, and where none is.
     """
     top, found = system.topology, []
+    actuators = distinct_names("actuators", actuators)
     if not actuators:
         raise ModelError(["the list of actuators is empty: name at least one joint that drives the motion"])
     for name in actuators:

@@ -194,6 +194,7 @@ class Reactions(eqx.Module):
             accelerations satisfy the constraints to 1e-6 (both 1e-2 in single precision).
         hidden: welds inside bodies that the builder split; found by name, not listed.
         frame, side: axes and side of the components, as given to `reactions`.
+        t: (...) times of the states [s].
     """
 
     joints: Mapping[str, JointReaction] | JointReactions
@@ -206,6 +207,7 @@ class Reactions(eqx.Module):
     drives: dict[str, DriveLoad] = eqx.field(default_factory=dict)
     frame: str = eqx.field(static=True, default="world")
     side: str = eqx.field(static=True, default="child")
+    t: Float[Array, "..."] | None = None
 
     __repr__, _repr_html_ = table_repr(_summary)
 
@@ -242,9 +244,12 @@ class Reactions(eqx.Module):
 
     def to_xarray(self, ts: ArrayLike | None = None) -> Any:
         """An `xarray.Dataset` of `force` [N] and `moment` [N m] by joint and component, and by time along a motion,
-        with `unique_force` and `unique_moment` beside them; its attributes `frame` and `side` say the axes.
+        with `unique_force` and `unique_moment` beside them, and the `effort` by joint and freedom [N or N m], NaN
+        where a joint has less of them; its attributes `frame` and `side` say the axes.
 
-        Args: ts: its times [s] (default: their numbers).
+        Args: ts: other labels of the times [s], as many as there are.
+
+        Raises: ValueError for another number of them.
         """
         import xarray
 
@@ -254,14 +259,29 @@ class Reactions(eqx.Module):
             lead = ("time",) * (values.ndim - 2)
             data[part] = ((*lead, "joint", "component"), values, {"units": unit} if unit else {})
         places: dict = {"joint": names, "component": ["x", "y", "z"]}
+        efforts = [np.asarray(self[n].effort, float) for n in names]
+        most = max(effort.shape[-1] for effort in efforts)
+        if most:
+            short = [[(0, 0)] * len(lead) + [(0, most - effort.shape[-1])] for effort in efforts]
+            padded = [np.pad(e, w, constant_values=np.nan) for e, w in zip(efforts, short, strict=True)]
+            data["effort"] = ((*lead, "joint", "freedom"), np.stack(padded, -2), {"units": "N or N m"})
+            places["freedom"] = np.arange(most)
         if lead:
-            places["time"] = ("time", np.arange(len(values)) if ts is None else np.asarray(ts), {"units": "s"})
+            times = np.asarray(self.t if ts is None else ts)
+            if times.shape != values.shape[:1]:
+                raise ValueError(f"ts has shape {times.shape}, the reactions have {len(values)} instants")
+            places["time"] = ("time", times, {"units": "s"})
         return xarray.Dataset(data, places, {"frame": self.frame, "side": self.side})
 
     def to_pandas(self, ts: ArrayLike | None = None) -> Any:
-        """A `pandas.DataFrame` by joint, and by time along a motion: "force x" to "moment z"."""
+        """A `pandas.DataFrame` by joint, and by time along a motion: "force x" to "moment z", and "effort", of
+        several freedoms "effort 0", "effort 1", ..."""
         import pandas
 
         found = self.to_xarray(ts)
-        parts = [found[part].to_dataframe()[part].unstack("component").add_prefix(f"{part} ") for part in found][:2]
+        parts = [found[p].to_dataframe()[p].unstack("component").add_prefix(f"{p} ") for p in ("force", "moment")]
+        if "effort" in found:
+            efforts = found["effort"].to_dataframe()["effort"].unstack("freedom")
+            alone = efforts.shape[1] == 1
+            parts.append(efforts.set_axis(["effort"] if alone else [f"effort {k}" for k in efforts.columns], axis=1))
         return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)

@@ -81,6 +81,7 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
         drives,
         options.frame,
         options.side,
+        state.t,
     )
 
 

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..linear._condensation import partition
 from ..linear._system import LinearSystem
 from ..runtime import lapack
@@ -51,7 +51,7 @@ def num_modes_below(system: LinearSystem, frequency: float, factor: float = 2.0)
 
     Raises: ValueError for a frequency or a factor that is not positive and finite.
     """
-    refuse_complex((frequency, factor))
+    require_reals((frequency, factor))
     if not (np.isfinite(frequency) and frequency > 0 and np.isfinite(factor) and factor > 0):
         raise ValueError(f"frequency={frequency} and factor={factor} must be positive and finite")
     inner, _ = partition(system.num_rows, system.interface)

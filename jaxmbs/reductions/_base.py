@@ -1,5 +1,6 @@
 """Base of all reductions: `Reduced`, a linear system in few coordinates, interface first, with its expansion."""
 
+import dataclasses
 from abc import abstractmethod
 from typing import Any, ClassVar
 
@@ -9,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Inexact
 
+from ..checks import check_count
 from ..linear._condensation import partition
 from ..linear._labels import find_rows, format_label, parse_label
 from ..linear._massless import condense_massless, massless_rows
@@ -87,6 +89,11 @@ class AbstractReduction(eqx.Module):
 
     keeps_all: ClassVar[bool] = False
 
+    def __check_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            if field.type is int:
+                check_count(f"{type(self).__name__}: {field.name}", getattr(self, field.name))
+
     @abstractmethod
     def of(self, system: LinearSystem) -> Reduced:
         """Reduce a system; the expansion of the result leads to the coordinates of this system."""
@@ -108,11 +115,9 @@ def reduce(system: LinearSystem, method: AbstractReduction) -> Reduced:
 
 def _reduce_without_massless(system, method):
     """Condense the rows without mass, reduce the others, and expand to all of them."""
-    light = () if not isinstance(system.mass, jax.Array | np.ndarray) else massless_rows(system)
-    light = tuple(set(light) - set(system.interface))
-    if not light:
+    if not isinstance(system.mass, jax.Array | np.ndarray) or not massless_rows(system, system.interior):
         return method.of(system)
-    whole = condense_massless(system, light, damped=False)
+    whole = condense_massless(system, system.interior, damped=False)
     reduced = method.of(whole.system)
     return reduced.replace(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
 
@@ -174,7 +179,8 @@ def symmetric_partition(system: LinearSystem) -> tuple:
 
 
 def check_num_modes(num: int, available: int) -> None:
-    """Refuse a negative number of modes, or more than there are.  Raises: ValueError."""
+    """Refuse what is no number of modes, and more than there are.  Raises: ValueError."""
+    check_count("num_modes", num)
     if not 0 <= num <= available:
         raise ValueError(f"num_modes = {num} must be between 0 and {available}, the number of modes of this kind")
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete
+from ..checks import distinct_names, is_concrete
 from ..linear._condensation import constraint_modes, interface_basis, partition
 from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
@@ -98,7 +98,7 @@ def determinate_rows(system: LinearSystem, determinate: Iterable[CoordinateLike]
     """Rows of the determinate coordinates: the given ones, or `determinate_coordinates`.  Raises: ValueError."""
     if determinate is None:
         return determinate_coordinates(system)
-    rows = system.rows(*determinate)
+    rows = system.rows(*distinct_names("determinate", determinate))
     stray = [system.label(i) for i in rows if i not in system.interface]
     if stray:
         raise ValueError(f"determinate coordinates {', '.join(stray)} are not in the interface")
@@ -110,4 +110,4 @@ def support_motions(system: LinearSystem, determinate: Iterable[CoordinateLike])
 
     Source: S1 (14).
     """
-    return interface_basis(system.stiffness, system.rows(*determinate))
+    return interface_basis(system.stiffness, system.rows(*distinct_names("determinate", determinate)))

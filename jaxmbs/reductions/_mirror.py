@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import is_concrete
+from ..checks import distinct_names, is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._system import LinearSystem
@@ -17,7 +17,7 @@ from ._symmetry_subspace import SymmetrySubspace
 
 
 def _as_tuple(nodes: Iterable[CoordinateLike] | None) -> tuple | None:
-    return None if nodes is None else tuple(nodes)
+    return None if nodes is None else distinct_names("nodes", nodes)
 
 
 class Mirror(AbstractReduction):

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete
+from ..checks import distinct_names, is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._condensation import partition
@@ -121,7 +121,7 @@ def rigid_node(system: LinearSystem, name: str, nodes: Iterable, position: Array
     Raises: ModelError for unknown nodes, missing positions, a name that is taken.
     Source: S1 (14).
     """
-    s, nodes = system, [str(node) for node in nodes]
+    s, nodes = system, [str(node) for node in distinct_names("nodes", nodes)]
     if s.positions is None:
         raise ModelError("a rigid node needs the positions of the nodes: LinearSystem(..., positions=...)")
     if name in s.nodes and name not in nodes:

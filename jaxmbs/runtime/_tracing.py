@@ -9,7 +9,7 @@ from jax import Array
 from jax.extend.core import get_opaque_trace_state
 from jax.typing import DTypeLike
 
-from ..checks import is_concrete, refuse_complex
+from ..checks import is_concrete, require_reals
 from ..typing import ArrayLike
 
 _OUTSIDE = get_opaque_trace_state()
@@ -26,7 +26,7 @@ def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
     Raises: TypeError for complex numbers where they are to be real.
     """
     if dtype is float:
-        refuse_complex(x)
+        require_reals(x)
     if isinstance(x, Array) or not is_concrete(x) or not not_tracing():
         return jnp.asarray(x, dtype)
     return jax.device_put(np.asarray(x, dtype))
@@ -38,7 +38,7 @@ def as_host_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Any:
     if isinstance(x, Array) or not is_concrete(x) or not not_tracing():
         return as_array(x, dtype)
     if dtype is float:
-        refuse_complex(x)
+        require_reals(x)
     return np.asarray(x, dtype)
 
 
@@ -48,5 +48,5 @@ def as_dtype(x: ArrayLike, dtype: DTypeLike) -> Array:
     Raises: TypeError for complex numbers that would lose a part in silence.
     """
     if not np.issubdtype(dtype, np.complexfloating):
-        refuse_complex(x)
+        require_reals(x)
     return jnp.asarray(x, dtype)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..checks import repeated
 from ..errors import ModelError
 from ..runtime import tuning
 
@@ -124,7 +125,7 @@ class BodyNetwork:
 def _network_faults(network):
     faults, p = [], len(network.bodies)
     for kind, names in (("body", network.bodies), ("bond", network.bonds)):
-        faults += [f"the {kind} name {name!r} occurs twice" for name in sorted(set(names)) if names.count(name) > 1]
+        faults += [f"the {kind} name {name!r} occurs twice" for name in repeated(names)]
     if not len(network.bonds) == len(network.parent) == len(network.child):
         return [*faults, "every bond needs one parent and one child"]
     for name, a, b in zip(network.bonds, network.parent, network.child, strict=True):

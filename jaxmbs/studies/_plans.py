@@ -8,7 +8,7 @@ import numpy as np
 
 from ..batching._sampling import normal_points, sobol_points
 from ..batching._table import num_designs, read_designs
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..design._deviations import read_deviations
 from ..typing import ArrayLike
 
@@ -35,7 +35,7 @@ def grid(**axes: ArrayLike) -> Designs:
 
     Raises: ValueError without variables, or for values that are no row of numbers.
     """
-    refuse_complex(axes)
+    require_reals(axes)
     rows = {name: np.asarray(values, float) for name, values in axes.items()}
     wrong = [name for name, values in rows.items() if values.ndim != 1 or values.size == 0]
     if wrong or not rows:
@@ -104,7 +104,7 @@ def read_plan(designs: Any) -> Designs:
 
 
 def _read_box(bounds, number):
-    refuse_complex(dict(bounds))
+    require_reals(dict(bounds))
     lower, upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
     wrong = [name for name, a, b in zip(bounds, lower, upper, strict=True) if not (a <= b and np.isfinite(b - a))]
     if wrong or not bounds:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import place_of
+from ..checks import distinct_names, place_of
 from ..status import Status
 from ._plans import Designs
 
@@ -44,7 +44,7 @@ def answer_dimensions(
 
 
 def _own_dimensions(name, dims, count, taken):
-    behind = tuple(dims.get(name, (f"{name}_{k}" for k in range(count))))
+    behind = distinct_names(f"dims of {name!r}", dims.get(name, [f"{name}_{k}" for k in range(count)]))
     if len(behind) != count:
         raise ValueError(f"dims of {name!r}: {behind}, but each answer has {count} dimensions")
     if len({*behind, *taken}) < len(behind) + len(taken):

@@ -52,6 +52,10 @@ class BlockCondensation(eqx.Module):
             _check_light_rows(system, found)
         return found
 
+    def light_load(self, forces: Array) -> Array:
+        """The part (..., light) of forces (..., n) on light rows."""
+        return forces[..., np.array(self.light, int)]
+
     def heavy_part(self, x: Array) -> Array:
         """Displacements (..., n) with zeros on light rows."""
         return x.at[..., np.array(self.light)].set(0.0) if self.light else x

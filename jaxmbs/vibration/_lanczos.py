@@ -9,6 +9,7 @@ from jax import lax
 
 from ..blocksparse import BlockMatrix, Factor, factor, matrix_inertia, solve
 from ..checks import is_concrete
+from ..linear._mass_rank import rank_of_blocks
 from ..linear._rigid_flags import block_rigid_flags
 from ..linear._symmetric import symmetric_blocks
 from ..math._eigen import of_groups, same
@@ -87,18 +88,14 @@ def has_range(mass: BlockMatrix, num: int) -> bool:
     """True if the mass may have a range for `num` modes and one more block of vectors; spurious shapes else."""
     if not is_concrete(mass.diagonal):
         return int(mass.pattern.sizes.sum()) >= num + BLOCK_WIDTH
-    return bool(_heavy_rows(mass) >= num + BLOCK_WIDTH)
-
-
-def _heavy_rows(mass):
-    return np.count_nonzero(np.diagonal(np.asarray(mass.diagonal), axis1=1, axis2=2))
+    return bool(rank_of_blocks(mass) >= num + BLOCK_WIDTH)
 
 
 def _check_size(mass, num):
     """Refuse a mass of too low rank: the block of vectors must fit into its range, or spurious shapes are found."""
     if is_concrete(mass.diagonal) and not has_range(mass, num):
         raise ValueError(
-            f"{_heavy_rows(mass)} coordinates with mass are too few for {num} modes of block matrices: use "
+            f"{rank_of_blocks(mass)} coordinates with mass are too few for {num} modes of block matrices: use "
             "`to_dense()`"
         )
 

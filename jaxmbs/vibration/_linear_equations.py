@@ -114,7 +114,7 @@ class LinearEquations(SecondOrderEquations):
         """The equations of a dense system on its rows with mass."""
         heavy = condensation.system
         K, C, M = heavy.stiffness, heavy.damping, heavy.mass
-        rows = coefficient_rows(system, laws)[:, np.array(condensation.heavy, int)]
+        rows = jnp.asarray(condensation.load(coefficient_rows(system, laws)))
         parts = [K, jnp.zeros_like(K) if C is None else C, rows.T]
         if load is not None:
             basis = condensation.basis

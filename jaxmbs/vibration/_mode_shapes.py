@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import refuse_complex
+from ..checks import require_reals
 from ..math._eigen import same
 from ..runtime import lapack
 from ..typing import AnyArray
@@ -38,7 +38,7 @@ def effective_masses(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array,
 
 def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[Array, "m k"]:
     """Modal assurance criterion (m, k) of shapes (n, m) and (n, k): squared cosines, in the metric M (n, n)."""
-    refuse_complex(M)
+    require_reals(M)
     conj = jnp.conj(first)
     other = second if M is None else M.astype(second.dtype) @ second
     own = first if M is None else M.astype(first.dtype) @ first

@@ -10,11 +10,12 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float, Inexact, Int
 
-from ..checks import is_concrete, place_of
-from ..linear._condensation import interface_basis
+from ..checks import distinct_names, is_concrete, place_of
 from ..linear._labels import parse_label
+from ..linear._massless import condense_massless, massless_rows
 from ..linear._rigid_flags import rigid_flags
 from ..linear._symmetric import check_mass, require_symmetric
+from ..linear._system import LinearSystem
 from ..math._eigen import eigh, same
 from ..runtime import jit
 from ..tables import format_number, table_repr
@@ -83,7 +84,7 @@ class Modes(eqx.Module):
         Raises: UnknownNameError, with similar names.
         """
         rows: list[int] = []
-        for name in names:
+        for name in distinct_names("names", names):
             own = [k for k, one in enumerate(self.coordinates) if one == name]
             own = own or [k for k, one in enumerate(self.coordinates) if one.rpartition(" ")[0] == name]
             rows += own or [place_of("coordinate", name, self.coordinates)]
@@ -232,19 +233,20 @@ def _omega(values, is_rigid):
 
 
 def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
-    """Natural modes for reductions: no negative stiffness, rows without mass condensed.
+    """Natural modes for reductions: no negative stiffness, motions without mass condensed.
 
-    Zero rows of a concrete mass matrix follow statically: there are as many modes as rows with mass.
+    They follow statically: there are as many modes as the rank of a concrete mass matrix.
 
     Raises: ValueError for negative stiffness, if concrete; under tracing the shapes are then NaN.
     """
-    heavy = np.flatnonzero(np.any(np.asarray(M), axis=1)) if is_concrete(M) else np.arange(len(M))
-    if num is not None and num > len(heavy):
-        raise ValueError(f"num = {num}: there are only {len(heavy)} modes, as many as coordinates with mass")
-    if 0 < len(heavy) < len(M):
-        T = interface_basis(K, heavy)
-        modes = stable_modes(K=T.T @ K @ T, M=M[heavy][:, heavy], num=num, num_rigid=num_rigid)
-        return eqx.tree_at(lambda m: m.shapes, modes, T @ modes.shapes)
+    system = LinearSystem(mass=M, stiffness=K)
+    light = massless_rows(system)
+    if num is not None and num > len(M) - len(light):
+        raise ValueError(f"num = {num}: there are only {len(M) - len(light)} modes, the rank of the mass matrix")
+    if 0 < len(light) < len(M):
+        whole = condense_massless(system)
+        modes = stable_modes(K=whole.system.stiffness, M=whole.system.mass, num=num, num_rigid=num_rigid)
+        return eqx.tree_at(lambda m: m.shapes, modes, whole.expand(modes.shapes.T).T)
     modes = natural_modes(K=K, M=M, num_rigid=num_rigid)
     unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
     if not is_concrete(unstable):

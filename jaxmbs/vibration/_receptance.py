@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex
 
-from ..checks import is_concrete, refuse_complex
+from ..checks import is_concrete, require_reals
 from ..elements._base import as_real
 from ..linear._condensation import interface_basis, partition
 from ..linear._symmetric import check_mass, require_symmetric
@@ -227,7 +227,7 @@ def transmissibility(
 
     Raises: ValueError for outputs on the base.  Source: S1 (5), (40), (44)-(45).
     """
-    refuse_complex(omega)
+    require_reals(omega)
     inner, outer = partition(len(K), base)
     if not set(out) <= set(inner.tolist()):
         raise ValueError(f"outputs {list(out)} must be coordinates outside the base, 0 ... {len(K) - 1}")

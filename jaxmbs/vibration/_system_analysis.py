@@ -9,6 +9,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix
+from ..checks import distinct_names
 from ..errors import ModelError
 from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._labels import format_label
@@ -33,9 +34,10 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
             frequencies.
         damped: False for natural modes whatever the damping; by default complex modes of a system with damping.
 
-    Rows without mass, declared `massless` or zero, are condensed first, which is exact: there are as many modes as
-    rows with mass.  Of block matrices the lowest natural modes are found by `lowest_modes`, of free systems too;
-    for complex modes, all modes, or nearly all, a network becomes dense.
+    Motions without mass are condensed first, which is exact: rows declared `massless` or zero, and turns about a mass
+    beside its node.  There are as many modes as the rank of the mass matrix.  Of block matrices the lowest natural
+    modes are found by `lowest_modes`, of free systems too; for complex modes, all modes, or nearly all, a network
+    becomes dense.
 
     Raises: as `natural_modes` and `complex_modes`; ValueError for such modes of other block matrices.
     Source: S1 (33)-(37), (39).
@@ -51,6 +53,8 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
         return dataclasses.replace(found, shapes=from_blocks(shapes, system.block_rows), coordinates=names)
     whole = condense_massless(system.to_dense(), damped=damped)
     K, M, C = whole.system.stiffness, whole.system.mass, whole.system.damping
+    if num is not None and num > len(whole.heavy):
+        raise ValueError(f"num = {num}: there are {len(whole.heavy)} modes, as many as the rank of the mass matrix")
     if damped and C is not None:
         found = complex_modes(K=K, C=C, M=M).select(slice(0, None if num is None else 2 * num))
     else:
@@ -102,6 +106,7 @@ def frequency_response(
     """
     if method not in ("direct", "modal"):
         raise ModelError([f"unknown method {method!r}: the methods are 'direct' and 'modal'"])
+    out, into = distinct_names("out", out), distinct_names("into", into)
     (out, outputs), (into, inputs) = system.outputs(*out), system.outputs(*into)
     if isinstance(system.stiffness, BlockMatrix):
         return TransferFunctions(
@@ -117,18 +122,18 @@ def frequency_response(
 
 
 def _modal_frequency_response(system, matrices, out, load, options):
-    """Receptances by the modes of the rows with mass, plus the static response of the rows without mass."""
+    """Receptances by the modes of the rows with mass, plus the static response of motions without mass."""
     whole = condense_massless(system)
     if whole.basis is None or whole.stiffness is None:
         return receptance(**matrices, out=out, into=load, **options)
-    own, T, light = whole.system, whole.basis, np.array(whole.light)
+    own, T = whole.system, whole.basis
     on_heavy = matrices | {"K": own.stiffness, "M": own.mass, "C": own.damping}
     values = receptance(**on_heavy, out=out @ T.astype(out.dtype), into=T.T.astype(load.dtype) @ load, **options)
-    at, on = out[:, light], load[light]
+    at, on = whole.light_load(out), whole.light_load(load.T).T
     if options.get("num") is not None and not options.get("residual", True):
         return values  # they follow statically: as the modes that are left out
     zero = {"M": jnp.zeros_like(whole.stiffness), "K": whole.stiffness}
-    C = None if system.damping is None else system.damping[light][:, light]
+    C = None if system.damping is None else whole.in_light(system.damping)
     return values + dense_response(**matrices | zero | {"C": C}, out=at, load=on)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
 from ..errors import SimulationError
+from ..linear._mass_rank import is_dependent_in_blocks
 from ..linear._massless import condense_massless
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
@@ -147,9 +148,14 @@ def simulate(
 
 
 def _keeps_blocks(system, modal, solver):
-    """True for block matrices and methods that only take products with them: all but modes and implicit stages."""
+    """True for block matrices and methods that only take products with them: all but modes and implicit stages.
+
+    Motions without mass that are no coordinates are condensed in dense matrices.
+    """
     is_implicit = isinstance(solver, diffrax.AbstractImplicitSolver) or getattr(solver, "newton", False)
-    return isinstance(system.stiffness, BlockMatrix) and modal is None and not is_implicit
+    if not isinstance(system.stiffness, BlockMatrix) or modal is not None or is_implicit:
+        return False
+    return not is_dependent_in_blocks(system.mass)
 
 
 def _explain(motion, t0):
@@ -264,8 +270,8 @@ def _check_samples(t0, ts, t1):
 def _check_light(system, condensation, laws, forces, ts):
     """Raises: ValueError for what acts on rows without mass and is no static load, by name, if concrete."""
     light = np.array(condensation.light)
-    rows = coefficient_rows(system, laws)[:, light]
-    touched = np.any(np.asarray(rows) != 0, axis=0) if is_concrete(rows) else np.zeros(len(light), bool)
+    rows = coefficient_rows(system, laws)
+    touched = _works(condensation, rows) if is_concrete(rows, condensation) else np.zeros(len(light), bool)
     if np.any(touched):
         names = ", ".join(system.label(k) for k in light[touched])
         raise ValueError(
@@ -274,16 +280,22 @@ def _check_light(system, condensation, laws, forces, ts):
     load = None if system.damping is None or forces is None else load_function(system, ts, forces)
     if load is None or not is_concrete(system.damping, ts):
         return
-    loaded = jax.vmap(load)(ts)[:, light]
-    damped = _damped_rows(system.damping, light)
-    bad = light[damped & np.any(np.asarray(loaded) != 0, axis=0)] if is_concrete(loaded) else ()
+    loaded = jax.vmap(load)(ts)
+    damped = _damped_rows(system.damping, condensation)
+    bad = light[damped & _works(condensation, loaded)] if is_concrete(loaded, condensation) else ()
     if len(bad):
         names = ", ".join(system.label(k) for k in bad)
         raise ValueError(f"loads act on {names}, which have damping and no mass: give them some mass")
 
 
-def _damped_rows(damping, light):
-    """Flags of rows without mass that have damping of their own; none of a system in blocks, which refuses them."""
+def _works(condensation, forces):
+    """Flags (light,) of motions without mass in which some of the forces (k, n) do work, to rounding."""
+    work, size = condensation.light_load(forces), jnp.max(jnp.abs(forces), axis=1, keepdims=True)
+    return np.any(np.abs(np.asarray(work)) > 1e-12 * np.asarray(size), axis=0)
+
+
+def _damped_rows(damping, condensation):
+    """Flags of motions without mass that have damping of their own; none of blocks, which refuse them."""
     if isinstance(damping, BlockMatrix):
-        return np.zeros(len(light), bool)
-    return np.any(np.asarray(damping)[np.ix_(light, light)], axis=1)
+        return np.zeros(len(condensation.light), bool)
+    return np.any(np.asarray(condensation.in_light(damping)), axis=1)

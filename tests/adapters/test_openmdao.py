@@ -89,6 +89,23 @@ def test_units_of_names_are_converted():
     np.testing.assert_allclose(whole.get_val("angle", units="rad"), np.deg2rad(np.sin(18.0)), rtol=1e-13)
 
 
+@pytest.mark.parametrize(
+    "unit, theirs",
+    [("m^2", "m**2"), ("m**2", "m**2"), ("kg m^2", "kg*m**2"), ("m/s2", "m/s**2"), ("N m s / rad", "N*m*s/rad")]
+    + [("(m/s^2)^2/Hz", "(m/s**2)**2/Hz"), ("m\u00b2", "m**2"), ("1/s^2", "1/s**2"), ("deg", "deg")],
+)
+def test_units_with_powers_are_those_of_openmdao(unit, theirs):
+    whole = problem(component(lambda d: {f"y [{unit}]": 2.0 * d["x"]}, {"x": 1.5}))
+    whole.run_model()
+    assert whole.get_val("y", units=theirs) == 3.0
+
+
+@pytest.mark.parametrize("unit", ["furlongs", "m^", "m^x", "__import__('os')", "m m/"])
+def test_what_is_no_unit_is_told_in_words(unit):
+    with pytest.raises(ModelError, match="OpenMDAO has no unit"):
+        component(lambda d: {f"y [{unit}]": 2.0 * d["x"]}, {"x": 1.5})
+
+
 def test_bounds_make_design_variables():
     bounds = {"rod": {"length [m]": (1.0, 3.0)}, "loads [N]": (None, np.array([4.0, 5.0, 6.0]))}
     variables = problem(component(stress, DESIGN, bounds)).model.get_design_vars()

@@ -49,12 +49,12 @@ def pendulum(target=0.5, like=None, observer=None):
     b.joint("pin", mbs.Revolute("y"), "ground", "arm")
     b.force("motor", forces.Motor(0.0, 1.0, 0.1, 2.0), joint="pin")
     b.measure("angle", joint="pin")
-    b.block("loop", blocks.PID(8.0, 6.0, target, kd=1.0, filter=0.05), reads="angle", drives="motor")
+    b.block("loop", blocks.PID(8.0, 6.0, target=target, kd=1.0, filter=0.05), reads="angle", drives="motor")
     if observer is not None:
         b.block(
             "difference", blocks.Function(lambda u, t: u), reads=mbs.Harmonic(0.0, 1e-4, 3.0), drives="loop.target"
         )
-        b.declared.blocks["loop"].block = blocks.PID(8.0, 6.0, 0.0, kd=1.0, filter=0.05)
+        b.declared.blocks["loop"].block = blocks.PID(8.0, 6.0, kd=1.0, filter=0.05)
         b.block("observer", observer, reads="difference")
     return b.build(like=like)
 

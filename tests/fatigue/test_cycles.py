@@ -66,15 +66,25 @@ def test_other_counters_agree():
     np.testing.assert_allclose(np.sum(ours.counts * ours.ranges**4), inner + outer, rtol=1e-3)  # levels rounded
 
 
-@pytest.mark.long
-def test_a_deep_history_is_refused_or_reported():
+@pytest.mark.parametrize("traced", [False, True])
+def test_every_range_of_a_decaying_oscillation_stays_open(traced):
+    """Its residue is all of it: each range is half a cycle of its own."""
     fading = 0.99 ** np.arange(400) * (-1.0) ** np.arange(400)
-    with pytest.raises(ValueError, match="larger depth"):
-        fatigue.rainflow(fading)
-    np.testing.assert_allclose(fatigue.rainflow(fading, depth=400).counts.sum(), 399 / 2)
-    sn = fatigue.SN(1e6, 3.0)
-    assert np.isnan(jax.jit(lambda x: fatigue.damage(x, sn))(fading))
-    assert bool(jax.jit(fatigue.rainflow)(fading).overflow)
+    found = (jax.jit(fatigue.rainflow) if traced else fatigue.rainflow)(fading)
+    kept = np.asarray(found.ranges)[np.asarray(found.counts) > 0]
+    np.testing.assert_allclose(np.sort(kept)[::-1], np.abs(np.diff(fading)))
+    assert np.sum(found.counts) == 399 / 2
+
+
+def test_a_long_record_of_two_sines_with_a_long_residue():
+    """500 periods of `1000 (sin 2 w t + sin w t)` sampled out of step with them: the ranges of each lie between the
+    extremes at `cos w t = (-1 +- sqrt 33) / 8`; the larger ones begin and end at zero."""
+    t = np.linspace(0.0, 1.0, 200_000)
+    x = 1000 * np.sin(2000 * np.pi * t) + 1000 * np.sin(1000 * np.pi * t)
+    u = np.arccos((-1 + np.array([1, -1]) * np.sqrt(33)) / 8)
+    small, large = np.sort(np.abs(np.sin(2 * u) + np.sin(u)) ** 5)
+    exact = ((499.5 + 1 / 32) * large + 500 * small) / 1e7  # and twice half of it, from zero
+    np.testing.assert_allclose(fatigue.damage(x, fatigue.SN(1e7 * 1000.0**5, 5.0)), exact, rtol=2e-4)  # of samples
 
 
 @pytest.mark.long

@@ -78,3 +78,41 @@ def test_narrow_band_and_silence():
     np.testing.assert_allclose(narrow.moment(4) / narrow.moment(0), 20.0**4, rtol=1e-7)
     np.testing.assert_allclose([narrow.crossings, narrow.peaks], 20.0, rtol=1e-7)
     np.testing.assert_allclose(jax.grad(lambda g: psd_table(F, g, unit=None).rms)(np.zeros(5)), 0)
+
+
+STEP = [10.0, 15.0, 15.0, 30.0], [0.18, 0.18, 0.1, 0.2]
+
+
+def test_a_level_that_steps():
+    """Each side on its own is the area of a table without a step; the level at it is that of the side asked for."""
+    table = psd_table(*STEP, "N^2/Hz")
+    parts = psd_table(*(x[:2] for x in STEP), "N^2/Hz"), psd_table(*(x[2:] for x in STEP), "N^2/Hz")
+    for order in (0, 1, 2, 4):
+        np.testing.assert_allclose(table.moment(order), sum(part.moment(order) for part in parts), rtol=1e-14)
+    np.testing.assert_allclose(table.rms**2, 0.18 * 5 + 0.1 * 15 * (2**2 - 1) / 2, rtol=1e-14)  # slope one
+    np.testing.assert_allclose(table.at([14.9, 15.0, 15.0 + 1e-9, 30.0]), [0.18, 0.1, 0.1, 0.2], rtol=1e-9)
+    np.testing.assert_allclose(table.at(15.0, side="left"), 0.18)
+    slope = jax.grad(lambda g: psd_table(STEP[0], g, "N^2/Hz").rms)(jax.numpy.array(STEP[1]))
+    for k in range(4):
+        up, down = (np.array(STEP[1]) + s * 1e-6 * np.eye(4)[k] for s in (1, -1))
+        step = float(psd_table(STEP[0], up, "N^2/Hz").rms - psd_table(STEP[0], down, "N^2/Hz").rms) / 2e-6
+        np.testing.assert_allclose(slope[k], step, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "frequencies, said",
+    [
+        ([0.0, 10.0, 20.0], "must be positive: leave out points at 0 Hz"),
+        ([30.0, 10.0, 20.0], "10 stands after 30"),
+        ([10.0, 10.0, 20.0], "a step at an end"),
+        ([10.0, 20.0, 20.0], "a step at an end"),
+        ([10.0, np.nan, 20.0], "must be finite"),
+    ],
+)
+def test_faults_of_frequencies_say_which(frequencies, said):
+    with pytest.raises(ModelError, match=said):
+        psd_table(frequencies, [1.0, 2.0, 3.0])
+    with pytest.raises(ModelError, match="more than twice"):
+        psd_table([1.0, 2.0, 2.0, 2.0, 3.0], np.ones(5))
+    with pytest.raises(ModelError, match="levels must be positive"):
+        psd_table([1.0, 2.0], [1.0, np.nan])

@@ -90,7 +90,7 @@ def chain():
     b.measure("energy", lambda at: at.velocities["x"] ** 2 + at.t)
     b.block("wanted", blocks.FirstOrder(0.2, 3.0), reads=mbs.Harmonic(0.1, 0.2, 4.0), drives="loop.target")
     b.block("late", blocks.Delay(0.05, pade=2), reads="place")
-    b.block("loop", blocks.PID(4.0, 3.0, 0.0, kd=0.5, filter=0.05), reads="late")
+    b.block("loop", blocks.PID(4.0, 3.0, kd=0.5, filter=0.05), reads="late")
     b.block("slow", blocks.RateLimit(5.0), reads="loop")
     b.block("sum", blocks.Function(lambda u, t: u[0] - 0.1 * u[1]), reads=("slow", "energy"))
     b.block("clip", blocks.Saturation(-3.0, 3.0), reads="sum", drives="push")

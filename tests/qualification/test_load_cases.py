@@ -61,3 +61,26 @@ def test_faults():
         load_envelope([LoadCase("a", FIRST, ["x", "y"], T)] * 2)
     with pytest.raises(ModelError, match="times of shape"):
         LoadCase("a", FIRST, ["x", "y"], T[:3])
+
+
+@pytest.mark.parametrize(
+    "wrong, said",
+    [
+        ({"names": "xy"}, r"names are given in a list, \['xy'\]"),
+        ({"names": ["bolt", "bolt"]}, "'bolt' stands there twice"),
+        ({"times": T[::-1]}, "times must rise"),
+        ({"times": np.full(5, np.nan)}, "times must rise"),
+        ({"loads": np.zeros((0, 2)), "times": np.zeros(0)}, "a history without a time"),
+        ({"factor": "1.5"}, "factor must be one positive number"),
+    ],
+)
+def test_what_would_be_read_otherwise_is_refused(wrong, said):
+    given = {"loads": FIRST, "names": ["x", "y"], "times": T}
+    with pytest.raises(ModelError, match=said):
+        LoadCase("landing", **{**given, **wrong})
+
+
+def test_as_many_allowed_loads_as_components():
+    with pytest.raises(ModelError, match="give one load, or 2, one for each component"):
+        envelope(FIRST, SECOND).margins([1.0, 2.0, 3.0])
+    np.testing.assert_allclose(envelope(FIRST, SECOND).margins(14.0), [14 / 6 - 1, 1.0])

@@ -39,3 +39,31 @@ def test_faults():
         sine_response(oscillator(40.0), LEVELS, OUT, notch={"b": 50.0})
     with pytest.raises(ModelError, match="unknown unit"):
         sine_response(oscillator(40.0), LEVELS, OUT, unit="dB")
+
+
+@pytest.mark.parametrize("frequencies", [[4.9], [50.0, 100.1], [np.nan]])
+def test_nothing_is_specified_outside_of_the_levels(frequencies):
+    with pytest.raises(ModelError, match="outside of the specification, 5 to 100 Hz"):
+        sine_response(oscillator(40.0), LEVELS, OUT, frequencies=frequencies)
+    traced = jax.jit(lambda f: sine_response(oscillator(40.0), LEVELS, OUT, frequencies=f).input)
+    assert np.isnan(traced(jnp.asarray(frequencies))[-1])
+
+
+def test_at_a_step_the_larger_amplitude_holds():
+    stepped = [5.0, 20.0, 20.0, 100.0], [1.0, 1.0, 0.5, 0.5]
+    found = sine_response(oscillator(40.0), stepped, OUT, frequencies=[19.0, 20.0, 21.0])
+    np.testing.assert_allclose(found.levels, 9.80665 * np.array([1.0, 1.0, 0.5]))
+
+
+@pytest.mark.parametrize(
+    "wrong, said",
+    [
+        ({"levels": ([5.0, 100.0], [1.0, np.nan])}, "amplitudes must be positive and finite"),
+        ({"levels": ([5.0, np.nan], [1.0, 1.0])}, "frequencies must be finite"),
+        ({"notch": {"a": np.nan}}, "notch: the limit of 'a' must be one positive"),
+        ({"notch": {"a": "50"}}, "notch: the limit of 'a' must be one positive"),
+    ],
+)
+def test_no_number_is_no_level(wrong, said):
+    with pytest.raises(ModelError, match=said):
+        sine_response(oscillator(40.0), **{"levels": LEVELS, "out": OUT, **wrong})

@@ -64,7 +64,13 @@ def test_reactions(swinging):
     np.testing.assert_array_equal(found["force"].sel(joint="pin"), loads["pin"].force)
     np.testing.assert_array_equal(found["moment"].sel(joint="socket", component="y"), loads["socket"].moment[:, 1])
     assert found["force"].attrs["units"] == "N" and bool(found["unique_force"].all())
-    frame = loads.to_pandas(motion.ts)
+    frame = loads.to_pandas()
+    np.testing.assert_array_equal(frame.xs("pin", level="joint").index, motion.ts)
+    np.testing.assert_array_equal(frame.xs("pin", level="joint")["effort 0"], loads["pin"].effort[:, 0])
+    np.testing.assert_array_equal(frame.xs("socket", level="joint")["effort 2"], loads["socket"].effort[:, 2])
+    assert frame.xs("pin", level="joint")["effort 1"].isna().all()
+    with pytest.raises(ValueError, match="instants"):
+        loads.to_pandas(motion.ts[:-1])
     np.testing.assert_array_equal(frame.xs("pin", level="joint")["force z"], loads["pin"].force[:, 2])
     np.testing.assert_array_equal(frame.xs("socket", level="joint")["moment x"], loads["socket"].moment[:, 0])
 

@@ -1,13 +1,13 @@
 """Tunable parameters of an exported mechanism: a vector of numbers, and the system at it."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ...checks import no_such
+from ...checks import distinct_names, no_such
 from ...design._variables import read_variables
 from ...errors import ModelError
 from ...model._internal_states import replace_field
@@ -38,12 +38,7 @@ class Parameters:
 
     @classmethod
     def _of_names(cls, system, names):
-        if isinstance(names, str) or not isinstance(names, Iterable):
-            raise ModelError(
-                [f"`parameters` of a system are names in a list, such as ['strut.stiffness'], not {names!r}"],
-                "export_fmu",
-            )
-        names, numbers = tuple(names), named_numbers(system)
+        names, numbers = distinct_names("parameters", names), named_numbers(system)
         faults = [no_such("parameter", name, numbers) for name in names if name not in numbers]
         if faults:
             raise ModelError(faults, "export_fmu")

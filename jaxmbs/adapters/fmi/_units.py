@@ -31,18 +31,32 @@ _KNOWN: dict[str, tuple[dict[str, int], float]] = {
 
 
 def base_units(unit: str) -> tuple[dict[str, int], float] | None:
-    """Exponents of base units and the factor of "N m/rad", "kg m^2", "m/s2"; None for what is not known."""
+    """Exponents of base units and the factor of "N m/rad", "kg m^2", "(m/s^2)^2/Hz"; None for what is not known.
+
+    Powers are "m^2", "m**2" or "m2", products "N m", "N*m" or "N.m".
+    """
+    unit, brackets = unit.replace("**", "^").replace("\u00b2", "^2").replace("\u00b3", "^3"), _KNOWN
+    while inner := re.search(r"\(([^()]*)\)", unit):  # its place takes a name of its own
+        found, name = _product(inner[1], brackets), "_" * len(unit)
+        if found is None:
+            return None
+        brackets, unit = brackets | {name: found}, f"{unit[: inner.start()]} {name}{unit[inner.end() :]}"
+    return _product(unit, brackets)
+
+
+def _product(unit, known):
+    """As `base_units`, without brackets."""
     exponents: dict[str, int] = {}
     factor, sign = 1.0, 1
-    for part in re.findall(r"/|[^\s/*.]+", unit):
+    for part in re.findall(r"/|[^\s/*.\u00b7]+", unit):
         if part == "/":
             sign = -1
             continue
-        found = re.fullmatch(r"([A-Za-z]+|1)\^?(-?\d+)?", part)
-        if not found or found[1] not in _KNOWN:
+        found = re.fullmatch(r"([A-Za-z]+|_+|1)\^?(-?\d{1,2})?", part)
+        if not found or found[1] not in known:
             return None
         power = sign * int(found[2] or 1)
-        own, scale = _KNOWN[found[1]]
+        own, scale = known[found[1]]
         factor *= scale**power
         for name, exponent in own.items():
             exponents[name] = exponents.get(name, 0) + power * exponent

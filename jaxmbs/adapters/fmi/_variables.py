@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import jax
 import numpy as np
 
-from ...checks import place_of
+from ...checks import distinct_names, place_of, repeated
 from ...errors import ModelError
 from ...kinematics._signal_names import check_input_fields, input_fields, signal_names
 from ...model._signals import law_of
@@ -15,25 +15,22 @@ from ._description import Variable
 from ._program import FlatMechanism
 
 
-def input_names(system: System, names: Iterable[str], asker: str = "export_fmu") -> tuple[str, ...]:
+def input_names(system: System, names: Iterable[str]) -> tuple[str, ...]:
     """Fields; the name of an element with one field stands for it.  Raises: ModelError, UnknownNameError."""
-    if isinstance(names, str):
-        raise ModelError([f"inputs are names in a list: [{names!r}]"], asker)
     fields, found = input_fields(system), []
-    for name in names:
+    for name in distinct_names("inputs", names):
         own = [field for field in fields if field.rpartition(".")[0] == name]
         found.append(own[0] if len(own) == 1 else name)
     check_input_fields(system, found)
-    return tuple(found)
+    return distinct_names("inputs", found)
 
 
-def output_names(system: System, names: Iterable[str], asker: str = "export_fmu") -> tuple[str, ...]:
+def output_names(system: System, names: Iterable[str]) -> tuple[str, ...]:
     """Names of joints and signals that are there.  Raises: ModelError, UnknownNameError."""
-    if isinstance(names, str):
-        raise ModelError([f"outputs are names in a list: [{names!r}]"], asker)
+    names = distinct_names("outputs", names)
     for name in names:
         place_of("joint or signal", name, [*system.topology.joint_names, *signal_names(system)])
-    return tuple(names)
+    return names
 
 
 def input_values(system: System, names: tuple[str, ...], t: ScalarLike) -> np.ndarray:
@@ -74,7 +71,7 @@ def variables_of(flat: FlatMechanism, start: np.ndarray, units: Mapping[str, str
         found.append(Variable(shown, "output", k, unit))
     found += rates
     names = [variable.name for variable in found]
-    faults = [f"the name {name!r} is given twice" for name in dict.fromkeys(names) if names.count(name) > 1]
+    faults = [f"the name {name!r} is given twice" for name in repeated(names)]
     known = {*flat.inputs, *flat.parameters.names, *flat.output_names}
     known |= {name.partition("[")[0] for name in known}
     faults += [f"units: there is no input, output or parameter {name!r}" for name in units if name not in known]

@@ -7,6 +7,7 @@ from os import PathLike
 
 import numpy as np
 
+from .._numbers import real
 from .._regular_file import read_bytes
 from ._table import AXES, MOST_FAULTS, Table
 
@@ -70,14 +71,14 @@ def _numbers(numbered, cells, names, faults):
             faults[MOST_FAULTS:] = ["and more"]
             break
         if not wrong and len(row) == len(names):
-            rows.append([float(cell) for cell in row])
+            rows.append([real(cell) for cell in row])
             lines.append(f"line {line}")
     return rows, tuple(lines)
 
 
 def _is_number(cell):
     try:
-        float(cell)
+        real(cell)
     except ValueError:
         return False
     return True

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...atomic_write import atomic_file
-from ...checks import no_such
+from ...checks import distinct_names, list_faults, no_such
 from ...errors import ModelError, ModelFileError, UnknownNameError
 from ...fatigue._arrays import float_array
 from ...fatigue._psd import STANDARD_GRAVITY, UNITS, PsdTable, psd_table
@@ -45,7 +45,10 @@ class Curves(eqx.Module):
         self, axis: ArrayLike, values: ArrayLike, quantity: str, names: Iterable[str], units: Iterable[str]
     ) -> None:
         self.axis, self.values = float_array(axis), float_array(values)
-        self.quantity, self.names, self.units = quantity, tuple(names), tuple(units)
+        self.quantity, self.names = quantity, distinct_names("names", names)
+        if isinstance(units, str):
+            raise ModelError(list_faults("units", units), "the curves")
+        self.units = tuple(units)
         count = (len(self.axis), len(self.names))
         if self.values.shape != count or len(self.units) != count[1] or quantity not in AXES:
             shape = (*self.values.shape, len(self.units))

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...checks import repeated
+
 #: Units of both axes in SI.
 AXES = {"time": {"s": 1.0, "ms": 1e-3}, "frequency": {"Hz": 1.0, "kHz": 1e3}}
 MOST_FAULTS = 50
@@ -31,12 +33,13 @@ def table_faults(table: Table) -> list[str]:
     if len(table.axis) < 2:
         faults.append("it has fewer than two points")
     place = lambda k: table.lines[k] if table.lines else f"point {k + 1}"  # noqa: E731
-    for k in np.flatnonzero(~(np.diff(table.axis) > 0))[:MOST_FAULTS] + 1:
+    for k in np.flatnonzero(~np.isfinite(table.axis))[:MOST_FAULTS]:
+        faults.append(f"{place(k)}: the {table.quantity} is not finite")
+    for k in np.flatnonzero(~(np.diff(table.axis) > 0) & np.isfinite(table.axis[1:]))[:MOST_FAULTS] + 1:
         faults.append(f"{place(k)}: the {table.quantity} {table.axis[k]:.6g} does not rise")
     for k, i in np.argwhere(~np.isfinite(table.values))[:MOST_FAULTS]:
         faults.append(f"{place(k)}: {table.names[i]!r} is not finite")
-    repeated = sorted({name for name in table.names if table.names.count(name) > 1})
-    return faults + [f"two curves are named {name!r}" for name in repeated]
+    return faults + [f"two curves are named {name!r}" for name in repeated(table.names)]
 
 
 def normalise_unit(text: str) -> str:

@@ -1,5 +1,6 @@
 """`read_nastran`: from the cards of a deck to its structure."""
 
+import re
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -31,8 +32,25 @@ ELEMENTS: dict[str, Callable[[list[Card], DeckContext], Groups]] = {
 }
 CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR")
 _CARDS_READ = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
-#: Loads, requests for solutions, output, reduction: none of them changes mass, stiffness or supports.
-_IGNORED_SILENTLY = {
+#: Loads, sets, requests for solutions, output, reduction, aerodynamics, heat, optimisation: none of them changes
+#: mass, stiffness or supports.
+HARMLESS = {
+    *("SET1", "SET2", "SET3", "SEQGP", "PLOTEL3", "PLOTEL4", "DMI", "ITER", "MODTRAK", "UXVEC"),
+    *("MONPNT2", "MONPNT3", "MONDSP1", "MONSUM", "MONSUM1", "MONSUMT", "MONCNCM", "MONGRP"),
+    *("ACCEL", "ACCEL1", "DEFORM", "FORCEAX", "PLOADX1", "PLOADB3", "PRESAX", "RFORCE1", "LOADCYN", "LOADCYH"),
+    *("LOADCYT", "TEMPAX", "TEMPRB", "TEMPP1", "TEMPP2", "TEMPP3", "TEMPF", "TEMPN1", "TEMPBC", "ACSRCE", "TLOAD3"),
+    *("RANDT1", "TABRNDG", "TABLED5", "TABLEM1", "TABLEM2", "TABLEM3", "TABLEM4", "TABLEM5", "TABLES1", "TABL3D"),
+    *("TABLEST", "TABLEHT", "TABLEH1", "TSTEP1", "NLPARM", "NLPCI", "NLSTEP", "NLCNTL", "NLCNTL2"),
+    *("AERO", "AEROS", "AECOMP", "AECOMPL", "AEDW", "AEFACT", "AEFORCE", "AELINK", "AELIST", "AEPARM", "AEPRESS"),
+    *("AESTAT", "AESCALE", "AESURF", "AESURFS", "CSSCHD", "DIVERG", "FLFACT", "FLUTTER", "GUST", "MKAERO1"),
+    *("MKAERO2", "TRIM", "TRIM2", "SPLINE1", "SPLINE2", "SPLINE3", "SPLINE4", "SPLINE5", "SPLINE6", "SPLINE7"),
+    *("SPLINEX", "SPLINRB", *(f"{kind}AERO{k}" for kind in "CP" for k in range(1, 6))),
+    *("BDYOR", "CHBDYE", "CHBDYG", "CHBDYP", "PHBDY", "CONV", "CONVM", "PCONV", "PCONVM", "MAT5", "RADBC", "RADBND"),
+    *("RADLST", "RADM", "RADMT", "RADMTX", "RADSET", "VIEW", "VIEW3D", "QBDY1", "QBDY2", "QBDY3", "QHBDY", "QVECT"),
+    "QVOL",
+    *("DCONADD", "DDVAL", "DEQATN", "DESVARG", "DLINK", "DOPTPRM", "DRESP2", "DRESP3", "DSCREEN", "DTABLE"),
+    *("DTABLE2", "DVBSHAP", "DVCREL1", "DVCREL2", "DVGRID", "DVMREL1", "DVMREL2", "DVPREL2", "DVPSURF", "DVSHAP"),
+    *("BNDGRID", "TOPVAR", "BEADVAR", "TOMVAR"),
     *("EIGR", "EIGRL", "EIGB", "EIGC", "EIGP", "FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5"),
     *("TSTEP", "TSTEPNL", "TIC", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "LOAD", "GRAV"),
     *("PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "RFORCE", "SLOAD", "DAREA", "DLOAD", "DELAY", "DPHASE", "LSEQ"),
@@ -90,8 +108,9 @@ def read_nastran(
                 card.fault(f"it has {len(card)} fields; a {name} has at most {most}")
     split_shared_cards(found)
     default_cards(found)
-    strange = [name for name in found if name not in _CARDS_READ | _IGNORED_SILENTLY and name]
-    faults += [f"{name} is not read: {_places(found[name])}" for name in strange]
+    strange = [name for name in found if name not in _CARDS_READ | HARMLESS and name]
+    unused = _unused(found, strange)
+    faults += [f"{name} is not read: {_places(found[name])}" for name in strange if name not in unused]
     if not found.get("GRID") and not scalar_points(found):
         raise ModelError([*faults, f"{text.name} has no GRID"])
     deck = DeckContext(found, polar)
@@ -108,7 +127,7 @@ def read_nastran(
     faults += _double_constraints(tied, on_hold, deck)
     if faults:
         raise ModelError(faults)
-    return _deck(deck, elements, tied, on_hold, settings, _ignored(found, text, deck))
+    return _deck(deck, elements, tied, on_hold, settings, _ignored(found, text, deck, unused))
 
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):
@@ -190,9 +209,32 @@ def _refuse_cyclic_ties(coordinates, positions):
         raise ModelError(["the ties depend on one another in a cycle"])
 
 
-def _ignored(found, text, deck):
+def _unused(found, strange):
+    """Names of cards of materials and properties that are not read, where no card refers to one of them.
+
+    The numbers of materials and properties that cards may refer to are taken from all their fields, whatever these
+    mean.
+    """
+    owners = {name for name in strange if re.fullmatch(r"MAT\d*|MAT(HP|HE|G)|P[A-Z0-9]+", name)}
+    unused: set[str] = set()
+    while True:  # what only unused cards refer to is unused
+        used = {
+            field
+            for name, cards in found.items()
+            if name[:1] in "CPM" and name not in HARMLESS | unused
+            for card in cards
+            for field in card.fields[2:]
+        }
+        more = {name for name in owners - unused if not used & {card.text(1) for card in found[name]}}
+        if not more:
+            return unused
+        unused |= more
+
+
+def _ignored(found, text, deck, unused):
     lines = [f"{text.skipped} lines before the bulk data"] if text.skipped else []
-    lines += [f"{name}: {_places(own)}" for name, own in found.items() if name in _IGNORED_SILENTLY]
+    lines += [f"{name}: {_places(own)}" for name, own in found.items() if name in HARMLESS]
+    lines += [f"{name}, which nothing refers to: {_places(found[name])}" for name in sorted(unused)]
     lines += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
     return tuple(lines)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import ModelError
+from .._file_inside import file_inside, leaves_folder
 from .._regular_file import require_file
 
 MAX_BYTES = 256 * 2**20  # of a deck and all that it includes
@@ -68,16 +69,12 @@ class BulkData:
         """The file that an INCLUDE names, if it lies in the folder of the deck."""
         if depth >= MAX_DEPTH:
             raise ModelError([f"{place}: INCLUDE is nested more than {MAX_DEPTH} files deep"])
-        try:
-            there = [(base / name).resolve() for base in (self._root, path.resolve().parent)]
-            inside = [other for other in there if other.is_relative_to(self._root)]
-            found = next((other for other in inside if other.is_file()), None)
-        except (OSError, ValueError, RuntimeError):  # names too long, with zero bytes, links in a ring
-            inside, found = [self._root], None
-        if not inside:
-            self.faults.append(f"{place}: INCLUDE {name[:80]!r} leaves the folder of the deck")
-        elif found is None:
-            self.faults.append(f"{place}: INCLUDE {name[:80]!r} is not a file in the folder of the deck")
+        beside = path.resolve().parent
+        found = file_inside(self._root, name, beside)
+        if found is None:
+            leaves = leaves_folder(self._root, name, beside)
+            what = "leaves the folder of the deck" if leaves else "is not a file in the folder of the deck"
+            self.faults.append(f"{place}: INCLUDE {name[:80]!r} {what}")
         return found
 
     def _read(self, path) -> list[str]:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import ModelFileError
+from .._file_inside import file_inside
 from .._regular_file import read_bytes
 from ._imported import count_nouns, quote_names
-from ._xml_text import MAX_DEPTH, MOST_BYTES, file_inside, parse_xml
+from ._xml_text import MAX_DEPTH, MOST_BYTES, parse_xml
 
 _MOST_FILES = 100  # included files, and copies that <replicate> makes times this
 _MOST_COPIES = 10_000

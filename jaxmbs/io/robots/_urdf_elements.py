@@ -7,6 +7,7 @@ import numpy as np
 
 from ...checks import no_such
 from ...joints import AbstractJoint, Free, Planar, Prismatic, Revolute, Weld
+from .._numbers import real
 from ._imported import JointLimits, quote_names
 from ._inertias import check_inertia
 from ._link_tree import LinkJoint
@@ -53,7 +54,7 @@ def _number(where, element, key, faults, default: float | None = None, unbounded
         faults.append(f"{where}: {key} is missing")
         return 0.0
     try:
-        number = _real(value)
+        number = real(str(value))
         if np.isfinite(number) or (np.isinf(number) and unbounded):
             return number
         faults.append(f"{where}: {key}={value!r} is not finite")
@@ -62,18 +63,12 @@ def _number(where, element, key, faults, default: float | None = None, unbounded
     return default or 0.0
 
 
-def _real(text) -> float:
-    if "_" in str(text):  # Python's own way to write long numbers
-        raise ValueError(text)
-    return float(text)
-
-
 def _vector(where, element, key, faults, default=(0.0, 0.0, 0.0)) -> np.ndarray:
     text = None if element is None else element.get(key)
     if text is None:
         return np.array(default)
     try:
-        found = np.array([_real(word) for word in text.split()])
+        found = np.array([real(word) for word in text.split()])
         if found.shape == (3,) and np.all(np.isfinite(found)):
             return found
     except ValueError:

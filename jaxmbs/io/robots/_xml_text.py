@@ -66,17 +66,3 @@ def _nesting_depth(root) -> int:
     while level and depth <= MAX_DEPTH:
         depth, level = depth + 1, [child for element in level for child in element]
     return depth
-
-
-def file_inside(folder: Path, name: str, *beside: Path) -> Path | None:
-    """The file of that name in one of the folders `beside`, links followed; None where there is none, or where it
-    lies outside of `folder`."""
-    home = folder.resolve()
-    for place in (folder, *beside):
-        try:
-            found = (place / name).resolve()
-            if found.is_relative_to(home) and found.is_file():
-                return found
-        except (OSError, ValueError, RuntimeError):  # nulls, loops of links
-            continue
-    return None

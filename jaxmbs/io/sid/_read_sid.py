@@ -9,6 +9,7 @@ from ...checks import no_such
 from ...errors import ModelFileError
 from ...flexible import ElasticBody
 from ...math._linalg import skew
+from .._numbers import real, whole
 from .._regular_file import read_bytes
 from ._text import Expansion, expansion, parse
 from ._write_sid import PAIRS
@@ -38,8 +39,8 @@ def read_sid(path: str | os.PathLike, interfaces: Sequence[str]) -> ElasticBody:
     text = read_bytes(path, _MOST_BYTES).decode("latin-1")
     try:
         modal = parse(text)["part"]["modal"]
-        modes = int(modal["refmod"]["nelastq"])
-        mass = float(modal["refmod"]["mass"].lower().replace("d", "e"))
+        modes = whole(modal["refmod"]["nelastq"])
+        mass = real(modal["refmod"]["mass"].lower().replace("d", "e"))
         given = {name: expansion(part, modes) for name, part in modal.items() if "nrow" in part}
         nodes = {
             name: {key: expansion(part, modes) for key, part in node.items() if "nrow" in part}

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._numbers import real, whole
+
 _ENTRY = re.compile(r"(m0|m1)\s*\(([^)]*)\)\s*=\s*(\S+)", re.IGNORECASE)
 _UNIT, _SYMMETRIC = 4, 2  # values of `structure`; of a symmetric matrix half of the entries suffice
 _MOST = 3_000_000  # entries of a matrix
@@ -67,7 +69,7 @@ def parse(text: str) -> Section:
 
 def expansion(section: Section, modes: int) -> Expansion:
     """The matrix of a section.  Raises: ValueError for entries outside of it, or sizes that are none."""
-    rows, columns = (int(section[key]) for key in ("nrow", "ncol"))
+    rows, columns = (whole(section[key]) for key in ("nrow", "ncol"))
     if not 0 < rows * columns * max(modes, 1) <= _MOST:
         raise ValueError(f"a matrix of {rows} rows and {columns} columns")
     m0, m1 = np.zeros((rows, columns)), np.zeros((rows, columns, modes))
@@ -75,11 +77,11 @@ def expansion(section: Section, modes: int) -> Expansion:
     if int(section.get("structure", 3)) == _UNIT:
         m0 = np.eye(rows, columns)
     for kind, places, value in section.entries:
-        at = tuple(int(part) - 1 for part in places.split(","))
+        at = tuple(whole(part) - 1 for part in places.split(","))
         at, target = (at, m0) if kind == "m0" else (at[:1] + at[2:] + at[1:2], m1)
         if len(at) != target.ndim or any(not 0 <= i < n for i, n in zip(at, target.shape, strict=True)):
             raise ValueError(f"{kind}({places}) is outside of a matrix of {target.shape}")
-        number = float(value.lower().replace("d", "e"))
+        number = real(value.lower().replace("d", "e"))
         target[at] = number
         if symmetric and at[0] != at[1]:
             target[(at[1], at[0], *at[2:])] = number

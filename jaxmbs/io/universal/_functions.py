@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._numbers import reals, whole
 from ._data_sets import DataSet
 
 #: Function types by number, as the format names them.
@@ -111,7 +112,7 @@ def _read_binary(data, precision, spacing, size):
 def _reals(text, data) -> np.ndarray:
     """Numbers of fixed or free fields."""
     try:
-        return np.array(text.split(), float)
+        return reals(text)
     except ValueError:
         pass
     rest = _NUMBER.sub(" ", text).split()
@@ -130,7 +131,7 @@ def _integers(data, row, columns, words=None) -> list[int]:
         lambda: [split[k] for k in words or range(len(columns))],
     ):
         try:
-            return [int(piece) for piece in pieces()]
+            return [whole(piece) for piece in pieces()]
         except (ValueError, IndexError):
             continue
     raise FunctionError(f"{data.place}: line {row + 1} of its header cannot be read: {text.strip()[:60]!r}")

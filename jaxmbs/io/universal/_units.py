@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...linear._transfer import KINDS
+from .._numbers import real
 from ._data_sets import DataSet
 from ._functions import Axis, FunctionError
 
@@ -44,7 +45,7 @@ def file_units(data: DataSet) -> FileUnits:
     """Units of a data set 164, whose factors divide the file's numbers to make SI.  Raises: FunctionError."""
     words = " ".join(data.lines[1:]).upper().replace("D", "E").split()
     try:
-        length, force = (1.0 / float(word) for word in words[:2])
+        length, force = (1.0 / real(word) for word in words[:2])
     except (ValueError, ZeroDivisionError):
         raise FunctionError(f"{data.place}: its factors of length and force cannot be read") from None
     if not (np.isfinite(length) and np.isfinite(force) and length > 0 and force > 0):

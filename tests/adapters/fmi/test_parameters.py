@@ -38,7 +38,7 @@ def test_wrong_parameters_are_faults():
     with pytest.raises(mbs.ModelError, match="did you mean 's1.stiffness'") as error:
         Parameters.of(system, ["s1.stifness", "b7.mass"])
     assert len(error.value.faults) == 2
-    with pytest.raises(mbs.ModelError, match="names in a list"):
+    with pytest.raises(mbs.ModelError, match="names are given in a list"):
         Parameters.of(system, "b1.mass")
     with pytest.raises(mbs.ModelError, match="needs `parameters`"):
         Parameters.of(lambda p: system, None)

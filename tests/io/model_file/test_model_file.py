@@ -54,7 +54,9 @@ MORE = {
     "piece of a beam": mbs.forces.BeamElement(np.diag(np.arange(1.0, 7.0)), [0.3, 0, 0, 0, 0, 0.1], 0.01),
     "section": mbs.forces.BeamSection(np.arange(1.0, 7.0), 2.0, [0.3, 0.1, 0.2]),
     "effort": mbs.forces.GeneralisedEffort(gearing),
-    "controller": blocks.PID(2.0, 0.1 + 0.2, mbs.Harmonic(1.0, 0.5, 3.0), (-1.0, 2.0), 0.3, 0.1, 0.05),
+    "controller": blocks.PID(
+        2.0, 0.1 + 0.2, target=mbs.Harmonic(1.0, 0.5, 3.0), limit=(-1.0, 2.0), tracking=0.3, kd=0.1, filter=0.05
+    ),
     "integral": blocks.PI(2.0, 1 / 3, 0.1),
     "lag": blocks.FirstOrder(1 / 3, 2.0),
     "filter": blocks.TransferFunction([1.0, 0.0], [1 / 3, 1.0]),

@@ -137,6 +137,29 @@ def test_included_files_of_the_folder_only(tmp_path):
         read("INCLUDE 'deck.bdf'\n", inside)
 
 
+@pytest.mark.parametrize("path", ["parts\\grids.bdf", "PARTS/Grids.BDF", ".\\Parts\\GRIDS.bdf"])
+def test_included_paths_as_windows_writes_them(path, tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "grids.bdf").write_text("GRID,1\n")
+    found, faults = read(f"INCLUDE '{path}'\n", tmp_path)
+    assert [card.fields[1] for card in found] == ["1"] and not faults
+
+
+@pytest.mark.parametrize("path", ["..\\secret.bdf", "parts\\..\\..\\secret.bdf", "..\\SECRET.bdf"])
+def test_included_paths_of_windows_do_not_leave_the_folder(path, tmp_path):
+    (tmp_path / "model" / "parts").mkdir(parents=True)
+    (tmp_path / "secret.bdf").write_text("GRID,1\n")
+    found, faults = read(f"INCLUDE '{path}'\n", tmp_path / "model")
+    assert not found and len(faults) == 1
+
+
+def test_capitals_that_fit_two_files_name_none(tmp_path):
+    for name in ("grids.bdf", "Grids.bdf"):
+        (tmp_path / name).write_text("GRID,1\n")
+    assert len(list(tmp_path.glob("[gG]rids.bdf"))) == 2, "this file system has no capitals"
+    assert "is not a file" in read("INCLUDE 'GRIDS.bdf'\n", tmp_path)[1][0]
+
+
 @pytest.mark.slow
 def test_case_control_is_skipped_and_its_sets_are_chosen(tmp_path):
     held = "SPC1,1,123456,1\nSPC1,2,123456,2\n"

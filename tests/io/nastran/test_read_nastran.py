@@ -14,6 +14,7 @@ import jaxmbs as mbs
 from jaxmbs import fem, linear
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_nastran, read_op4
+from jaxmbs.io.nastran._read_nastran import HARMLESS
 from tests.io.zoo_of_cards import ZOO
 
 BAR = "MAT1,1,2.+11,8.+10,,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\n"
@@ -338,3 +339,27 @@ def test_planar_truss_keeps_its_plane(tmp_path):
     assert model.weak == ("GRID 1 y", "GRID 2 y", "GRID 3 y")
     free = deck(text + "PARAM,AUTOSPC,NO\n", tmp_path)
     assert len(free.coordinates.free) == 9 and not free.weak
+
+
+FREE = "GRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\n"
+
+
+def test_cards_that_change_neither_mass_nor_stiffness_are_listed(tmp_path):
+    """All at once; a material and a property that nothing refers to, too."""
+    cards = "".join(f"{name},5,1,2\n" for name in sorted(HARMLESS)) + "MAT8,50,1.,1.,.3\nPSHEAR,60,50,.1\n"
+    plain, full = deck(BAR + FREE, tmp_path), deck(BAR + FREE + cards, tmp_path)
+    for ours, theirs in zip(jax.tree.leaves(full.system), jax.tree.leaves(plain.system), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    listed = {line.partition(":")[0] for line in full.ignored}
+    assert listed >= HARMLESS and "PSHEAR, which nothing refers to" in listed
+    assert full.system.coordinates == plain.system.coordinates
+
+
+@pytest.mark.parametrize(
+    "card",
+    ["NSM1,5,PBAR,1,1.,1", "DMIG,K,0,6,1,0", "SNORM,1,,0.,0.,1.", "CGAP,9,9,1,2", "MATT1,1,3", "SPCOFF,1,1"]
+    + ["CSHEAR,7,60,1,2,1,2\nPSHEAR,60,1,.1", "RELEASE,1,123", "MATS1,1,3", "ROTORG,1,1,2", "CORD3G,9,E313"],
+)
+def test_cards_that_may_change_them_are_refused(card, tmp_path):
+    with pytest.raises(ModelError, match=f"{card.partition(',')[0]} is not read"):
+        deck(BAR + FREE + card + "\n", tmp_path)
