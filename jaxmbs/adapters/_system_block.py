@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
+from ..model._changes import with_changes
 from ..model._entry_points import check_single_state, check_system
 from ..model._system import System
 from ..runtime import jit
@@ -105,7 +106,7 @@ def as_block(
     refuse_sampled(system, "as_block")
     state = State.at(system) if state is None else state
     check_single_state(system, state)
-    system = with_mobility_at(system, state)
+    system = with_mobility_at(with_changes(system, state), state)
     inputs = input_names(system, inputs)
     asked = outputs if callable(outputs) else output_names(system, outputs)
     flat = _flat(system, inputs, asked)

@@ -18,6 +18,7 @@ from ..kinematics._mobility import is_determined, with_mobility_at
 from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._nan import nan_where
+from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._friction import bristle_groups, refuse_friction, without_friction
 from ..model._system import System
@@ -90,7 +91,7 @@ def equilibrium(
         refuse_friction(
             system, "equilibrium", "bristles hold at any pose of a band; simulate, or take forces.SmoothCoulomb"
         )
-    system = without_friction(system)
+    system = without_friction(with_changes(system, state))
     result = _equilibrium_on_sets(system, state, moving, held)
     if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
         worst = float(np.max(np.asarray(result.residual)))
@@ -180,7 +181,7 @@ def _equilibrium(system, state, moving):
     stable = _is_stable(stiffness, still)
     psi, u, K, missing = (nan_where(~ok, x) for x in (psi, at.velocities, stiffness, missing))
     _, psi, internal = at_unknowns(system, psi)
-    state = State(t, psi, u, structure=top.structure, internal=internal)
+    state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
     return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * missing, steps=count)
 
 

@@ -16,8 +16,9 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
 from ..kinematics._state import State
+from ..model._changes import system_at
 from ..model._entry_points import check_single_state
-from ..model._internal_states import replace_field, with_internal
+from ..model._internal_states import replace_field
 from ..model._system import System
 from ..reaction._inverse_dynamics import ROUNDING_TOLERANCE, actuated_columns, balance_efforts, tree_efforts
 from ..reaction._without_drives import without_drives
@@ -86,7 +87,7 @@ def impending_motion(system: System, state: State, actuators: Sequence[str]) -> 
 
 @jit
 def _limits(system, state, columns):
-    here = without_drives(with_internal(system, state.internal))
+    here = without_drives(system_at(system, state))
     none = jnp.zeros_like(state.velocities)
     rest = with_velocities(here, at_state(here, state), none)
     loads = efforts(here, rest)[:2]

@@ -32,9 +32,10 @@ from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
+from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._friction import without_friction
-from ..model._internal_states import InternalStates, with_internal
+from ..model._internal_states import InternalStates, replace_field, with_internal
 from ..model._rows import Drive
 from ..model._system import System
 from ..runtime import jit
@@ -150,6 +151,7 @@ def linearise(
     """
     check_single_state(system, state)
     refuse_sampled(system, "linearise")
+    system = with_changes(system, state)
     inputs, loads = distinct_names("inputs", inputs), distinct_names("loads", loads)
     outputs = outputs if callable(outputs) else distinct_names("outputs", outputs)
     fields = check_names(system, inputs, () if callable(outputs) else outputs)
@@ -239,7 +241,8 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
             output = outputs.at(here, moved, there, u_dot)
         else:
             named = isinstance(outputs, NamedOutputs)
-            output = outputs.at(here, moved, there) if named else outputs(there, u_dot)
+            asked = there if named else replace_field(there, "changes", state.changes)
+            output = outputs.at(here, moved, there) if named else outputs(asked, u_dot)
         rates = None if s is None else internal_rates(here, with_velocities(here, moved, u))
         return (need, coordinate_rate(top, psi, u), output), rates
 

@@ -17,6 +17,7 @@ from ..kinematics._kic import velocity_map
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import neutral_coordinates, node_parameters, normalise, step_coordinates
 from ..kinematics._state import State
+from ..model._changes import with_changes
 from ..model._entry_points import check_state, check_system
 from ..model._system import System
 from ..runtime import jit
@@ -48,7 +49,7 @@ def bond_graph(system: System, view: str = "hamiltonian", state: State | None = 
     check_system(system)
     if state is not None:
         check_state(system, state)
-        system = with_mobility_at(system, state)
+        system = with_mobility_at(with_changes(system, state), state)
     graph = build_view(system, view)
     if not is_concrete(system, state):
         return graph

@@ -13,8 +13,8 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._signals import with_signals
 from ..kinematics._slips import bristle_storage
 from ..kinematics._state import State
+from ..model._changes import system_at
 from ..model._entry_points import check_system, states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..motion._motion import Motion
 from ..runtime import jit
@@ -102,7 +102,7 @@ def _all_powers(system, states, batched):
 
 
 def _powers(system, state):
-    system = with_internal(system, state.internal)
+    system = system_at(system, state)
     at = with_velocities(system, at_state(system, state, inertias=system.friction is not None), state.velocities)
     circuits = [_part_powers(name, part) for name, part in circuit_powers(system, at).items()]
     system = with_signals(system, at)

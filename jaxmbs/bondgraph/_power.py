@@ -10,8 +10,8 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate, node_parameters
 from ..kinematics._signals import with_signals
 from ..kinematics._state import State
+from ..model._changes import system_at
 from ..model._entry_points import states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..motion._motion import Motion
 from ..runtime import jit
@@ -145,9 +145,10 @@ def inertial_efforts(system: System, values) -> dict:
 
 
 def _values(system, P, state):
-    """Flows, moduli and efforts by name of all views at a state."""
+    """Flows, moduli and efforts by name of all views at a state; P where no event changes it, else None."""
     psi, u, t = state.coordinates, state.velocities, state.t
-    system = with_internal(system, state.internal)
+    system = system_at(system, state)
+    P = node_parameters(system) if P is None else P
     values = graph_values(system, P, psi, u, t)
     names = name_values(system, values)
     inner = inner_values(with_signals(system, values.at), values.at, joined_ports(system))
@@ -158,7 +159,7 @@ def _values(system, P, state):
 
 @jit
 def _all_values(system, states, batched):
-    P = node_parameters(system)
+    P = None if states.changes is not None else node_parameters(system)
     one = lambda s: _values(system, P, s)  # noqa: E731
     return jax.vmap(one)(states) if batched else one(states)
 

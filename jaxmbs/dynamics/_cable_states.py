@@ -12,8 +12,8 @@ from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
 from ..kinematics._state import HasStates, State
+from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import gather_static
 from ._efforts import element_efforts
@@ -85,7 +85,7 @@ def cable_states(system: System, state: State | HasStates) -> dict[str, CableRes
     Args:
         state: a State, a Motion, or states with leading axes, which the answers have too.
     """
-    return map_states(lambda state: _of_one(system, state), states_of(system, state))
+    return map_states(lambda state: _of_one(system_at(system, state), state), states_of(system, state))
 
 
 def _of_one(system, state):
@@ -108,12 +108,12 @@ def _of_one(system, state):
             loads = (effort[i, :, 3:], effort[i, :, :3])
             one = jax.tree.map(lambda x, i=i: x[i], seen)
             found[name] = _result(at, one, loads, group.law)
-    return found | (_of_rows(system, at, state) if rows else {})
+    return found | (_of_rows(system, at) if rows else {})
 
 
-def _of_rows(system, at, state):
+def _of_rows(system, at):
     """Results of inextensible cables, whose tensions are multipliers of the motion."""
-    multipliers, found = accelerations(with_internal(system, state.internal), at)[1], {}
+    multipliers, found = accelerations(system, at)[1], {}
     twist = frame_twists(system, at.V)
     for row, place in zip(cable_rows(system), cable_places(system), strict=True):
         R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))

@@ -6,6 +6,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics._points import point_acceleration
 from ..kinematics._state import HasStates, State
+from ..model._changes import with_changes
 from ..model._entry_points import map_states, rates_of, states_of
 from ..model._system import System
 from ..typing import ArrayLike, FrameLike
@@ -46,4 +47,6 @@ def _acceleration(system, state, frame, accelerations):
         rates = forward_dynamics(system, states)[0]
     else:
         rates = rates_of(system, states, accelerations, "accelerations")
-    return map_states(lambda state, rates: point_acceleration(system, state, frame, rates), states, rates)
+    return map_states(
+        lambda state, rates: point_acceleration(with_changes(system, state), state, frame, rates), states, rates
+    )

@@ -19,8 +19,8 @@ from ..kinematics._configuration import VelocityKinematics, at_state, with_veloc
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
 from ..kinematics._state import HasStates, State
+from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import gather_static, jit
 from ._bodies import bodies_of
@@ -77,7 +77,7 @@ def validity(system: System, state: State | HasStates) -> Validity:
 @jit(compile="quick")
 def _validity(system, states):
     def of_one(state):
-        here, state = with_internal(system, state.internal), lax.stop_gradient(state)
+        here, state = system_at(system, state), lax.stop_gradient(state)
         return _by_name(margins_at(here, with_velocities(here, at_state(here, state), state.velocities)))
 
     return Validity(states.t, map_states(of_one, states))

@@ -13,8 +13,8 @@ from ..kinematics._configuration import at_state, node_accelerations, with_veloc
 from ..kinematics._state import HasStates, State
 from ..linear._system import LinearSystem
 from ..math._linalg import skew
+from ..model._changes import system_at
 from ..model._entry_points import states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..reaction._solve import reactions
 from ..runtime import jit, map_chunked
@@ -107,12 +107,11 @@ def _joint_side(top, ends, frame):
 def _component_loads(system, states, components, wrenches, joints, method):
     def loads(row):
         state, wrenches = row
-        at, V, V_dot = _node_motion(system, state, method)
-        found = {frame: _inertia_load(system, at, V, V_dot, frame, c) for frame, c in components.items()}
+        here = system_at(system, state)
+        at, V, V_dot = _node_motion(here, state, method)
+        found = {frame: _inertia_load(here, at, V, V_dot, frame, c) for frame, c in components.items()}
         for name, (frame, node) in joints:
-            found[frame] = found[frame] + _joint_load(
-                system, at, wrenches[name], name, frame, components[frame], node
-            )
+            found[frame] = found[frame] + _joint_load(here, at, wrenches[name], name, frame, components[frame], node)
         return found
 
     rows = states, wrenches
@@ -121,7 +120,6 @@ def _component_loads(system, states, components, wrenches, joints, method):
 
 def _node_motion(system, state, method):
     """Configuration, and world twists of all nodes and their rates (nodes + 1, 6), those of the ground last."""
-    system = with_internal(system, state.internal)
     at = with_velocities(system, at_state(system, state), state.velocities)
     V_dot = node_accelerations(system.topology, at, accelerations(system, at, method)[0])
     return at, *(jnp.concatenate([v, jnp.zeros((1, 6), v.dtype)]) for v in (at.V, V_dot))

@@ -16,9 +16,9 @@ from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
 from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
 from ..math._spatial import to_public_order
+from ..model._changes import system_at
 from ..model._elastic import ElasticGroup
 from ..model._entry_points import states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..reductions import _recovery as recovery
 from ..runtime import jit
@@ -51,8 +51,8 @@ def deformations(system: System, motion: State | HasStates, name: str) -> tuple[
 
     Raises: UnknownNameError.
     """
-    group, index = find_body(system, name)
-    return map_states(system, lambda state: _deformations(system, group, index, state), motion)
+    find_body(system, name)
+    return map_states(system, lambda here, state: _deformations(here, name, state), motion)
 
 
 def displacements(
@@ -69,11 +69,11 @@ def displacements(
     """
     if method not in ("acceleration", "displacement"):
         raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
-    group, index = find_body(system, name)
+    find_body(system, name)
     if method == "displacement":
-        return map_states(system, lambda state: frame.shapes @ _deformations(system, group, index, state)[0], motion)
+        return map_states(system, lambda here, state: frame.shapes @ _deformations(here, name, state)[0], motion)
     return map_states(
-        system, lambda state: recover_displacements(frame, body_motion(system, group, index, frame, state)), motion
+        system, lambda here, state: recover_displacements(frame, body_motion(here, name, frame, state)), motion
     )
 
 
@@ -85,11 +85,11 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
 
     Raises: UnknownNameError.  Source: S1 (25), (30).
     """
-    group, index = find_body(system, name)
+    find_body(system, name)
     s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
 
-    def loads(state):
-        motion = body_motion(system, group, index, frame, state)
+    def loads(here, state):
+        motion = body_motion(here, name, frame, state)
         still, x = jnp.zeros_like(motion.x), recover_displacements(frame, motion)
         load = recovery.interface_forces(s.with_interface(*rows), x, still, motion.load, motion.x_dot)
         others, moved = load.reshape(-1, 6)[1:], motion.q[: len(rows) - 6].reshape(-1, 6)
@@ -128,24 +128,28 @@ def find_body(system: System, name: str) -> tuple[ElasticGroup, int]:
 
 
 def map_states(system: System, function: Callable, motion: State | HasStates) -> Any:
-    """Values of a function of one state, at a state or along a motion."""
-    states = states_of(system, motion)
-    return jit(function if states.coordinates.ndim == 1 else jax.vmap(function))(states)
+    """Values of a function of the system in force and one state, at a state or along a motion."""
+    states, one = states_of(system, motion), lambda state: function(system_at(system, state), state)
+    return jit(one if states.coordinates.ndim == 1 else jax.vmap(one))(states)
 
 
 def _take_body(group, index, tree):
     return jax.tree.map(lambda x: x[index], (group.body, tree))
 
 
-def _deformations(system, group, index, state):
+def _deformations(system, name, state):
+    group, index = find_body(system, name)
     at = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
     s = _take_body(group, index, elastic_state(system, group, at))[1]
     return s.q, s.flow[6:]
 
 
-def body_motion(system, group, index, frame, state):
-    """Motion of an elastic body; its inertia is the rate of the nodal momenta, `-(M y_dot + Omega x M y)`."""
-    system = with_internal(system, state.internal)
+def body_motion(system, name, frame, state):
+    """Motion of an elastic body; its inertia is the rate of the nodal momenta, `-(M y_dot + Omega x M y)`.
+
+    Args: system: in force at the state.
+    """
+    group, index = find_body(system, name)
     at = with_velocities(system, at_state(system, state), state.velocities)
     a, *_ = accelerations(system, at)
     V_dot = node_accelerations(system.topology, at, a)

@@ -30,7 +30,7 @@ def section_forces(system: System, motion: State | HasStates, name: str) -> Floa
     """
     places = beam_places(system, name)
 
-    def at(state):
+    def at(system, state):
         here = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
         found = [_of_group(system, group, here) for group in system.forces if isinstance(group.law, BeamElement)]
         return jnp.concatenate(found)[places]

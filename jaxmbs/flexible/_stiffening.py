@@ -13,6 +13,7 @@ from ..checks import is_concrete
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._elastic import interface_rates
 from ..kinematics._state import HasStates, State
+from ..model._changes import system_at
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..runtime import jit, lapack
@@ -40,8 +41,9 @@ def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
     states = states_of(system, motion)
 
     def at(state):
-        here = with_velocities(system, at_state(system, state, inertias=False), state.velocities)
-        return stiffening_errors(system, squared_spins(system, here))
+        here = system_at(system, state)
+        moving = with_velocities(here, at_state(here, state, inertias=False), state.velocities)
+        return stiffening_errors(here, squared_spins(here, moving))
 
     return jit(at if states.coordinates.ndim == 1 else jax.vmap(at))(states)
 

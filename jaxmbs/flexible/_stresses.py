@@ -143,15 +143,15 @@ def stresses(
     Raises: UnknownNameError; ModelError for a structure of another substructure.
     Source: S1 (30)-(31); Wallrapp and Schwertassek (1991).
     """
-    group, index = find_body(system, name)
+    find_body(system, name)
     rows, faults = structure_rows(frame.system, structure)
     if faults:
         raise ModelError(faults, "the structure")
 
     states = states_of(system, motion)
 
-    def values(state):
-        motion = body_motion(system, group, index, frame, state)
+    def values(here, state):
+        motion = body_motion(here, name, frame, state)
         return _at_state(structure, frame, motion, np.array(rows, int))
 
     components, forces = map_states(system, values, states)

@@ -18,6 +18,7 @@ import scipy.sparse
 
 from ..checks import distinct_names, no_such
 from ..errors import ModelError
+from ..model._changes import with_changes
 from ..model._entry_points import check_state, state_function, states_of
 from ..model._system import System
 from ..model._topology import Mobility, Topology
@@ -75,7 +76,7 @@ def independent_state_function(function: Function) -> Function:
     @functools.wraps(function)
     def ask(system, state, *args, **kwargs):
         state = states_of(system, state)
-        system = with_mobility_at(system, state)
+        system = with_mobility_at(with_changes(system, state) if state.t.ndim == 0 else system, state)
         return nan_unless_determined(system, state, asked(system, state, *args, **kwargs))
 
     return ask  # type: ignore[return-value]

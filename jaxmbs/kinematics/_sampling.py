@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 
 from ..errors import ModelError
-from ..model._internal_states import group_size, with_internal
+from ..model._internal_states import with_internal
 from ..model._signals import BlockElement, drivers_of
 from ..model._system import System
 from ._configuration import VelocityKinematics
@@ -35,16 +35,6 @@ def refuse_sampled(system: System, what: str) -> None:
                 "without every= for their continuous forms"
             ]
         )
-
-
-def is_held(system: System) -> np.ndarray:
-    """True (ns,) for the internal states of sampled blocks."""
-    found = np.zeros(system.topology.num_internal, bool)
-    end = len(found)
-    for element in reversed(system.blocks):
-        found[end - group_size(element) : end] = element.period is not None
-        end -= group_size(element)
-    return found
 
 
 def with_held_outputs(system: System, at: VelocityKinematics, values: Array, given: Iterable[str]) -> Array:

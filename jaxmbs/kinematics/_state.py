@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import AssemblyError, ModelError
+from ..model._changes import Changes
 from ..model._entry_points import check_state, check_system
 from ..model._internal_states import InternalStates
 from ..model._system import System
@@ -47,6 +48,8 @@ class State(eqx.Module):
     `kinematics.branch`, with the coordinates held that `at` was given; 0 at a singular pose or where nothing was
     assembled.  It is empty for trees, states by hand and those of motions.
     `internal` are the internal states of force elements by name, `state.internal["boom.p0"]`; None without such.
+    `changes` are the numbers of the mechanism that events of its motion have changed by then (`Event(system=)`); None
+    without such events.  Functions of a system and this state take them in place of those of the system.
 
     Raises: ValueError for shapes that do not belong together, TypeError for what are no real numbers.
     """
@@ -59,6 +62,7 @@ class State(eqx.Module):
     rank_change: Float[Array, "..."]
     branch: Float[Array, "... blocks"]
     internal: InternalStates | None
+    changes: Changes | None
 
     def __init__(
         self,
@@ -70,6 +74,7 @@ class State(eqx.Module):
         rank_change: Array | None = None,
         branch: Array | None = None,
         internal: InternalStates | None = None,
+        changes: Changes | None = None,
     ) -> None:
         parts = {"t": t, "coordinates": coordinates, "velocities": velocities}
         self.t, self.coordinates, self.velocities = (_as_floats(name, x) for name, x in parts.items())
@@ -85,6 +90,7 @@ class State(eqx.Module):
         self.rank_change = jnp.zeros_like(self.t) if rank_change is None else rank_change
         self.branch = as_array(np.zeros((*leading, 0), self.t.dtype), None) if branch is None else branch
         self.internal = internal
+        self.changes = changes
 
     @property
     def ok(self) -> jax.Array:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import distinct_names, place_of
 from ..errors import ModelError
+from ..model._changes import with_changes
 from ..model._entry_points import check_state
 from ..model._system import System
 from ..runtime import as_array, jit
@@ -46,9 +47,7 @@ def branch(system: System, state: State, held: Sequence[str] = ()) -> Float[Arra
     Raises: UnknownNameError; ModelError for the state of another system.
     """
     check_state(system, state)
-    return _branch_of_states(
-        system, state.coordinates, state.t, velocity_columns(system.topology, _joint_names(system, held))
-    )
+    return _branch_of_states(system, state, velocity_columns(system.topology, _joint_names(system, held)))
 
 
 def states_along(
@@ -123,14 +122,15 @@ def _states_on_branch(system, joint, values, psi, u, begin, columns, rate_column
 
 
 @jit(compile="quick")
-def _branch_of_states(system, psi, t, columns):
-    def signs(psi, t):
-        at = configuration(system, node_parameters(system), psi, t, inertias=False)
-        return branch_signs(system, jacobian(system, at), columns)
+def _branch_of_states(system, states, columns):
+    def signs(state):
+        here = with_changes(system, state)
+        at = configuration(here, node_parameters(here), state.coordinates, state.t, inertias=False)
+        return branch_signs(here, jacobian(here, at), columns)
 
-    for _ in t.shape:
+    for _ in states.t.shape:
         signs = jax.vmap(signs)
-    return signs(psi, t)
+    return signs(states)
 
 
 def _joint_names(system, held):

@@ -13,7 +13,8 @@ from jaxtyping import PyTree
 from ..checks import place_of
 from ..errors import ModelError
 from ..runtime import as_array, jit, map_chunked
-from ._internal_states import has_internal, with_internal
+from ._changes import system_at
+from ._internal_states import has_internal, replace_field
 
 Function = TypeVar("Function", bound=Callable)
 
@@ -26,7 +27,9 @@ def state_function(function: Function) -> Function:
 
     @functools.wraps(function)
     def at_one(system, state, *args, **kwargs):
-        return function(with_internal(system, state.internal), state, *args, **kwargs)
+        here = system_at(system, state)  # with the numbers of the state: functions inside need not take them again
+        state = state if state.changes is None else replace_field(state, "changes", None)
+        return function(here, state, *args, **kwargs)
 
     @functools.wraps(function)
     def along(system, states, *args, **kwargs):

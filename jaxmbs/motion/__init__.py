@@ -4,11 +4,12 @@ from ..ode._gauss import Gauss4, ImplicitMidpoint
 from ..ode._projected_solver import ProjectedSolver
 from ..ode._rosenbrock import Rodas5P
 from ..ode._semi_implicit_euler import SemiImplicitEuler
+from ._diagnostics import Diagnostics
 from ._event import Event
 from ._event_record import EventRecord
 from ._formulation import Formulation, Rates
 from ._joint_peaks import LoadPeaks, load_peaks
-from ._motion import Diagnostics, Motion
+from ._motion import Motion
 from ._peaks import Peak, peak
 from ._simulate import simulate
 from ._vector_field import PhaseState, VectorField, vector_field

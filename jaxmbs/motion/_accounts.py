@@ -17,8 +17,8 @@ from ..math._nan import nan_slope_where, nan_where
 from ..model._internal_states import with_internal
 from ..ode._integrate import masked
 from ..status import Status, succeeded
+from ._diagnostics import Diagnostics
 from ._formulation import is_rheonomic
-from ._motion import Diagnostics
 
 #: Largest residual [m, rad] of constraints that count as satisfied: a thousand times the default tolerance of a step,
 #: a thousandth of what a drawing's tolerance is in a mechanism of a metre.
@@ -125,8 +125,8 @@ def mask_failed(ended, lost, kept, states, diagnostics, end):
 
     def at(state, change):
         parts = change(state.coordinates), change(state.velocities)
-        internal = jax.tree.map(change, state.internal)
-        return State(state.t, *parts, state.residual, state.structure, internal=internal)
+        internal, changes = jax.tree.map(change, (state.internal, state.changes))
+        return State(state.t, *parts, state.residual, state.structure, internal=internal, changes=changes)
 
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
     changed = jax.tree.map(with_nan, accounts)

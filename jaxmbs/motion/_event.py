@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import is_concrete
 from ..kinematics._state import State
 from ..model._entry_points import check_system
 from ..model._system import System
@@ -164,7 +165,12 @@ def _check_structure(name, other, system):
 
 
 def _other_numbers(system, other):
-    """The numbers of another system, without those that are the very same; None for no other system."""
+    """The numbers of another system, without those that are the same; None for no other system."""
     if other is None:
         return None
-    return jax.tree.map(lambda a, b: None if a is b else b, system, other)
+    return jax.tree.map(lambda a, b: None if _are_same(a, b) else b, system, other)
+
+
+def _are_same(a, b):
+    """True for one array, or two known ones of equal numbers; what is traced may have a derivative of its own."""
+    return a is b or (is_concrete(a, b) and np.array_equal(np.asarray(a), np.asarray(b)))

@@ -3,19 +3,36 @@
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Float, Int
 
+from ..kinematics._state import State
 from ..ode._problem import LoopState
 from ..tables import format_number, table_repr
+from ._diagnostics import Diagnostics
 
 
 def _table_parts(record):
     times, numbers = np.asarray(record.times), np.asarray(record.numbers)
     rows = [(record.names[k], format_number(t)) for t, k in zip(times, numbers, strict=True) if k >= 0]
     return f"{len(rows)} events", [("event", "time [s]"), *rows]
+
+
+class EventSides(eqx.Module):
+    """Both sides of the events that acted: for each of them before its action, then after it.
+
+    Attributes:
+        states: (2 n,), each with the numbers of the mechanism on its side; NaN for events that did not come.
+        accounts: energies and work there (2 n,).
+        places: (n,) number of saved times before each event.
+    """
+
+    states: State
+    accounts: Diagnostics
+    places: Int[Array, "..."]
 
 
 class EventRecord(eqx.Module):
@@ -25,13 +42,25 @@ class EventRecord(eqx.Module):
         times: (n,) [s], with derivatives; infinite for those that did not come.
         numbers: (n,) of the events, in the order in which they were given; -1 for those that did not come.
         names: of the events.
+        sides: of those that may act, None where none does.
     """
 
     times: Float[Array, "..."]
     numbers: Int[Array, "..."]
     names: tuple[str, ...] = eqx.field(static=True)
+    sides: EventSides | None = None
 
     __repr__, _repr_html_ = table_repr(_table_parts)
+
+    @property
+    def before(self) -> State | None:
+        """States (n,) just before the events that may act, NaN for those that did not come; None where none may."""
+        return None if self.sides is None else _every_second(self.sides.states, 0)
+
+    @property
+    def after(self) -> State | None:
+        """States (n,) just after those events, as their actions leave them."""
+        return None if self.sides is None else _every_second(self.sides.states, 1)
 
     @property
     def count(self) -> Array:
@@ -43,7 +72,15 @@ class EventRecord(eqx.Module):
         return [self.names[k] for k in np.asarray(self.numbers) if k >= 0]
 
 
-def event_record(names: tuple[str, ...], account: Any, final: LoopState, reached: Array, ended: Array) -> EventRecord:
+def _every_second(states, first):
+    """Every second state of the last leading axis."""
+    designs = (slice(None),) * (states.t.ndim - 1)
+    return jax.tree.map(lambda x: x[(*designs, slice(first, None, 2))], states)
+
+
+def event_record(
+    names: tuple[str, ...], account: Any, final: LoopState, reached: Array, ended: Array, sides: EventSides | None
+) -> EventRecord:
     """The record from the account of the actions, None where none act, and the event at the end, if one `ended` the
     motion there."""
     empty = jnp.zeros(0, reached.dtype)
@@ -55,4 +92,4 @@ def event_record(names: tuple[str, ...], account: Any, final: LoopState, reached
     fired = final.bracket.fired if final.bracket is not None else -1
     numbers = jnp.where(last, fired, numbers)
     times = jnp.where(last, reached, jnp.concatenate([times, jnp.zeros_like(times, shape=1)]))
-    return EventRecord(jnp.where(numbers >= 0, times, jnp.inf), numbers, names)
+    return EventRecord(jnp.where(numbers >= 0, times, jnp.inf), numbers, names, sides)

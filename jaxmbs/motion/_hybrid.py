@@ -4,7 +4,6 @@ Beside the coordinates and the second half, what is integrated holds a record of
 zero and that change in an action alone.  So it is saved, projected and differentiated as the rest is.
 """
 
-import dataclasses
 from typing import NamedTuple
 
 import equinox as eqx
@@ -16,6 +15,8 @@ from ..dynamics._energy import energies
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
+from ..model._changes import Changes
+from ..model._internal_states import replace_field
 from ..model._system import System
 from ..ode._problem import Projection
 from ._event import Actions
@@ -47,10 +48,13 @@ class HybridEquations(eqx.Module):
     modes: tuple[Formulation | None, ...]
     actions: Actions
     max_events: int = eqx.field(static=True)
+    places: tuple[int, ...] = eqx.field(static=True)
 
     @classmethod
-    def of(cls, formulation: Formulation, actions: Actions, max_events: int) -> "HybridEquations":
-        """The equations whose modes have the numbers of the actions' systems."""
+    def of(
+        cls, formulation: Formulation, actions: Actions, max_events: int, places: tuple[int, ...]
+    ) -> "HybridEquations":
+        """The equations whose modes have the numbers of the actions' systems, which change leaves at some places."""
         modes: list[Formulation | None] = []
         for numbers in actions.systems:
             if numbers is None:
@@ -58,7 +62,7 @@ class HybridEquations(eqx.Module):
                 continue
             system = eqx.combine(numbers, formulation.system)
             modes.append(type(formulation)(system, node_parameters(system), formulation.scale))
-        return cls(formulation, tuple(modes), actions, max_events)
+        return cls(formulation, tuple(modes), actions, max_events, places)
 
     @property
     def system(self) -> System:
@@ -111,13 +115,14 @@ class HybridEquations(eqx.Module):
 
     def state_at(self, t: Array, y: tuple) -> State:
         """The state that conditions and actions are functions of."""
-        return self.in_mode(y[2]).state_at(t, y)
+        found = self.in_mode(y[2])
+        return replace_field(found.state_at(t, y), "changes", Changes.of(found.system, self.places))
 
     def after_action(self, t: Array, y: tuple, number: int) -> tuple[Array, Array, Array]:
         """y after the action of an event at its time."""
         before, account = self.in_mode(y[2]), self.account(y[2])
         action, mode = self.actions.actions[number], self.modes[number]
-        start = before.state_at(t, y)
+        start = self.state_at(t, y)
         state = start if action is None else _with_own_internal(action(start), start)
         after = before if mode is None else mode
         index = jnp.sum(account.numbers > 0.5, dtype=jnp.int32)
@@ -145,7 +150,7 @@ def _where(condition, one, other):
 
 def _with_own_internal(state, before):
     """The state of an action, with the internal states before it where it gives none."""
-    return state if state.internal is not None else dataclasses.replace(state, internal=before.internal)
+    return state if state.internal is not None else replace_field(state, "internal", before.internal)
 
 
 def _of_state(formulation, t, state):

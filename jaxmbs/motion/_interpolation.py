@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array, lax
@@ -12,24 +11,25 @@ from ..kinematics._assembly import consistent_velocities, newton_step
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._internal_states import internal_rates
 from ..kinematics._poses import coordinate_rate, node_parameters, normalise
-from ..kinematics._sampling import is_held
 from ..kinematics._state import State
+from ..model._changes import Changes, with_changes
 from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
 
 
 class Knots(NamedTuple):
     """Saved states: times (k,), coordinates, their rates and second rates (k, nq); of one of them without k.  The
-    internal states of force elements follow the coordinates."""
+    internal states of force elements follow the coordinates.  `changes` are those of the states."""
 
     t: Array
     psi: Array
     rate: Array
     second: Array
+    changes: Changes | None
 
     def number(self, k: Array | int) -> "Knots":
         """One of them."""
-        return Knots(*(x[k] for x in self))
+        return jax.tree.map(lambda x: x[k], self)
 
 
 def knots_of(system: System, states: State) -> Knots:
@@ -45,16 +45,8 @@ def knots_of(system: System, states: State) -> Knots:
             return found
         return tuple(map(_concatenated, found, _internal_knot(system, state, rate, a)))
 
-    return Knots(states.t, *jax.vmap(at)(states))
-
-
-def held_between(system: System, pair: State) -> State:
-    """Two saved states (2,), the first with what sampled blocks hold from there to the second one."""
-    if all(element.period is None for element in system.blocks):
-        return pair
-    values = pair.internal.values  # type: ignore[union-attr]
-    held = jnp.where(is_held(system), values[1], values[0])
-    return eqx.tree_at(lambda s: s.internal.values, pair, values.at[0].set(held))
+    psi, rate, second = jax.vmap(at)(states)
+    return Knots(states.t, psi, rate, second, states.changes)
 
 
 def _concatenated(*parts):
@@ -63,6 +55,7 @@ def _concatenated(*parts):
 
 def _internal_knot(system, state, psi_dot, a):
     """Internal states (ns,) of a state, their rates and second rates along the motion."""
+    system = with_changes(system, state)
     P, values = node_parameters(system), state.internal.values
 
     def rates(psi, u, values, t):
@@ -75,7 +68,10 @@ def _internal_knot(system, state, psi_dot, a):
 
 
 def between(system: System, P: Array, first: Knots, second: Knots, t: Array) -> State:
-    """The state at a time t () between two knots, on all constraints."""
+    """The state at a time t () between two knots, on all constraints, of the mechanism in force at the first."""
+    if first.changes is not None:
+        system = with_changes(system, first)
+        P = node_parameters(system)
     psi, rate = _quintic(first, second, t)
     internal, top = None, system.topology
     if top.internal:
@@ -86,7 +82,7 @@ def between(system: System, P: Array, first: Knots, second: Knots, t: Array) -> 
         psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
     psi = normalise(top, psi)
     u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
-    return State(t, psi, u, structure=top.structure, internal=internal)
+    return State(t, psi, u, structure=top.structure, internal=internal, changes=first.changes)
 
 
 def _quintic(first: Knots, second: Knots, t):

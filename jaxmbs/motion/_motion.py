@@ -1,5 +1,6 @@
 """Result of a simulation: states at the saved times, the status of its end, and its accounts."""
 
+import functools
 from typing import Any
 
 import equinox as eqx
@@ -14,39 +15,17 @@ from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._entry_points import check_state
+from ..model._internal_states import replace_field
 from ..model._system import System
 from ..runtime import as_array, jit
 from ..status import Status, succeeded
 from ..tables import format_number, span, table_repr
 from ..typing import ArrayLike
+from ._diagnostics import Diagnostics
 from ._event_record import EventRecord
-from ._interpolation import between, held_between, knots_of
-
-
-class Diagnostics(eqx.Module):
-    """Accounts of a motion, per saved time (T,) unless said otherwise.
-
-    Attributes:
-        kinetic, potential: energies [J].
-        work: done on the system up to each time beside stored energy, by force element [J], negative when dissipated;
-            "drives" holds that of driven joints and moving constraints, the name of an event that of its actions.
-        energy_residual: kinetic + potential - their start - all work [J].
-        constraint_drift: largest residual of the positions, without derivative.
-        velocity_drift: largest residual of the velocities, without derivative.
-        num_steps, num_rejected: of the integrator ().
-        stiffening: by elastic body, the estimated relative error of its first frequency by stiffening that is left
-            out, see `flexible.stiffening`.
-    """
-
-    kinetic: Float[Array, " times"]
-    potential: Float[Array, " times"]
-    work: dict
-    energy_residual: Float[Array, " times"]
-    constraint_drift: Float[Array, " times"]
-    velocity_drift: Float[Array, " times"]
-    num_steps: Int[Array, ""]
-    num_rejected: Int[Array, ""]
-    stiffening: dict = eqx.field(default_factory=dict)
+from ._event_sides import merged
+from ._interpolation import between, knots_of
+from ._sampling import Sampling, num_samples, rows_with_samples
 
 
 def _table_parts(motion):
@@ -76,7 +55,11 @@ class Motion(eqx.Module):
     are kept; those after it are NaN, and so is every result and derivative that follows from them, or derivative that
     follows from its `end`.  Where only the energy account is off all states are kept.
 
-    `events` is the record of the events that acted and of the one that ended the motion; None without events.
+    `events` is the record of the events that acted and of the one that ended the motion; None without events.  Each
+    state knows the numbers of the mechanism that events have changed by then, and every question takes them: pass the
+    system that the motion was made with.  Saved at the time of an event is the state after it; saved at the time of a
+    sample of a block is the state before it, so that a motion may be continued from any of its states.
+    `sampling` says how the samples of blocks were taken; None without sampled blocks.
     """
 
     ts: Float[Array, " times"]
@@ -85,6 +68,7 @@ class Motion(eqx.Module):
     diagnostics: Diagnostics
     end: State
     events: EventRecord | None = None
+    sampling: Sampling | None = None
 
     __repr__, _repr_html_ = table_repr(_table_parts)
 
@@ -128,7 +112,9 @@ class Motion(eqx.Module):
 
         Quintic polynomials through coordinates, velocities and accelerations of the two saved states around t, with
         all constraints closed again: the error falls with the sixth power of the interval between saved times (half
-        that, and more, where a force has a kink in it), 1e-7 of a pendulum's swing at twenty times a period.
+        that, and more, where a force has a kink in it), 1e-7 of a pendulum's swing at twenty times a period.  Where
+        an event acted in between they end on its side; at its time the state is that after it.  With sampled blocks
+        the motion is integrated once more from the saved state before, with the options of `simulate`.
 
         Raises: ValueError for a batch of motions, and for times beyond the saved ones; where those are traced the
         state is NaN.
@@ -140,7 +126,22 @@ class Motion(eqx.Module):
         first, end = self.ts[0], self.ts[last]
         if any_concrete(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
             raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
-        return _at(system, self.states, self.ts, last, t)
+        rows = with_events(self)
+        last = jnp.sum(jnp.isfinite(rows.ts), dtype=jnp.int32) - 1
+        return _at(system, rows.states, rows.ts, last, self.sampling, t)
+
+    def with_knots(self, system: System) -> "Motion":
+        """The motion with the states on both sides of every event that acted, and of every sample, among the saved
+        ones: two at the same time.  For plots, powers, stresses and damage through impacts, latches and samples.
+
+        Between two neighbours the motion is smooth.  Without events that act and samples it is the motion itself; in
+        traces and batches unused entries are at the end, at infinite times.
+
+        Raises: ModelError for the motion of another system.
+        """
+        check_state(system, self.states)
+        found = pieces_of(system, self)
+        return found if found is self else _without_unused(found)
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "ball 0" of one with
@@ -183,19 +184,83 @@ class Motion(eqx.Module):
         return pandas.concat([part.rename_axis(columns=None) for part in parts], axis=1)
 
 
+def pieces_of(system: System, motion: Motion) -> Motion:
+    """The motion with both sides of its events and samples among its states; those that did not come are at the end,
+    at infinite times."""
+    motion = with_events(motion)
+    if motion.sampling is None:
+        return motion
+    of_one = functools.partial(_with_samples, number=num_samples(motion.sampling, system, motion.ts))
+    for _ in range(motion.ts.ndim - 1):
+        of_one = jax.vmap(of_one, (None, 0))
+    return of_one(system, motion)
+
+
+def with_events(motion: Motion) -> Motion:
+    """The motion with both sides of its events among its states."""
+    if motion.events is None or motion.events.sides is None:
+        return motion
+    of_one = _with_sides
+    for _ in range(motion.ts.ndim - 1):
+        of_one = jax.vmap(of_one)
+    return of_one(motion)
+
+
+@jit
+def _with_sides(motion):
+    states, accounts = merged(motion.events.sides, motion.states, motion.diagnostics)
+    return _with_rows(replace_field(motion, "events", replace_field(motion.events, "sides", None)), states, accounts)
+
+
+@jit(compile="quick")
+def _with_samples(system, motion, number):
+    states, accounts = rows_with_samples(motion.sampling, system, motion.states, motion.diagnostics, number)
+    return _with_rows(replace_field(motion, "sampling", None), states, accounts)
+
+
+def _with_rows(motion, states, accounts):
+    found = replace_field(replace_field(motion, "ts", states.t), "states", states)
+    return replace_field(found, "diagnostics", accounts)
+
+
+def events_shown(motion: Motion) -> Motion:
+    """A motion to be drawn: with both sides of its events among its states; the motion itself where none act."""
+    found = with_events(motion)
+    return found if found is motion else _without_unused(found)
+
+
+def _without_unused(motion):
+    """Without entries at infinite times and those that are there twice, of one known motion; of others itself."""
+    if motion.ts.ndim != 1 or not is_concrete(motion.ts):
+        return motion
+    times = np.asarray(motion.ts)
+    twice = np.append(False, (times[1:] == times[:-1]) & _rows_are_equal(motion.states))
+    kept = np.flatnonzero(np.isfinite(times) & ~twice)
+    return _with_rows(motion, jax.tree.map(lambda x: x[kept], motion.states), motion.diagnostics.rows(kept))
+
+
+def _rows_are_equal(states):
+    """True (T - 1,) where a state is that before it."""
+    same = [np.asarray(x) for x in jax.tree.leaves(states)]
+    return np.all([np.all((x[1:] == x[:-1]).reshape(len(x) - 1, -1), axis=1) for x in same], axis=0)
+
+
 @jit(compile="quick")  # a user asks for some times, once
-def _at(system, states, ts, last, t):
+def _at(system, states, ts, last, sampling, t):
     P = node_parameters(system)
 
     def one(t):
         k = jnp.clip(jnp.searchsorted(ts, t, side="right").astype(last.dtype) - 1, 0, jnp.maximum(last - 1, 0))
-        both = jnp.minimum(jnp.stack([k, k + 1]), last)
-        knots = knots_of(system, held_between(system, jax.tree.map(lambda x: x[both], states)))
-        state = between(system, P, knots.number(0), knots.number(1), t)
+        if sampling is None:
+            both = jnp.minimum(jnp.stack([k, k + 1]), last)
+            knots = knots_of(system, jax.tree.map(lambda x: x[both], states))
+            state = between(system, P, knots.number(0), knots.number(1), t)
+        else:
+            state = sampling.state_at(system, jax.tree.map(lambda x: x[k], states), t)
         outside = ~((t >= ts[0]) & (t <= ts[last]))
         parts = state.coordinates, state.velocities, state.internal
         psi, u, internal = jax.tree.map(lambda x: nan_where(outside, x), parts)
-        return State(t, psi, u, structure=state.structure, internal=internal)
+        return State(t, psi, u, structure=state.structure, internal=internal, changes=state.changes)
 
     found = jax.vmap(one)(t.reshape(-1))
     return jax.tree.map(lambda x: x.reshape(*t.shape, *x.shape[1:]), found)

@@ -15,7 +15,7 @@ from ..model._system import System
 from ..ode._loop import stop_gradients
 from ..runtime import as_argument, jit, map_chunked
 from ._interpolation import Knots, between, knots_of
-from ._motion import Motion
+from ._motion import Motion, pieces_of
 
 _STEPS = 12  # each second one cuts the bracket by the golden section, the others end quadratically
 _GOLDEN = 0.3819660112501051
@@ -34,7 +34,8 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
 
     The largest saved value and its two neighbours enclose the peak.  States between them come from quintic
     polynomials through coordinates, rates and accelerations, with all constraints closed again; their error falls
-    with the fifth power of the saving interval.  A peak that shows at no saved time is not found.
+    with the fifth power of the saving interval.  Both sides of events that acted, and of samples, count as saved.  A
+    peak that shows at no such time is not found.
 
     Args:
         motion: one motion (`jax.vmap` for many).
@@ -47,6 +48,7 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
     Raises: ValueError for a batch of motions; ModelError for the motion of another system.
     """
     check_one_motion(system, motion)
+    motion = pieces_of(system, motion)
     return _peak(system, motion, as_argument(quantity, _shapes(motion)))
 
 
@@ -72,7 +74,8 @@ def _peak(system, motion, quantity):
     def one(entry, i):
         index = jnp.clip(i + jnp.arange(-1, 2), 0, last)
         knots = knots_of(system, jax.tree.map(lambda x: x[index], motion.states))
-        at_end = (i == 0) | (i == last)
+        # the two sides of an event have the same time: the peak may be on either, as at an end
+        at_end = (i == 0) | (i == last) | jnp.any(jnp.diff(knots.t) <= 0.0)
         return _peak_near(_Interpolated(system, P, knots, entries, entry), values[index, entry], at_end)
 
     found = jax.vmap(one)(jnp.arange(values.shape[1]), best)

@@ -1,5 +1,7 @@
 """Assembly of the `Motion` from the integrated rows: states on the constraints, accounts and the result code."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,12 +11,14 @@ from ..dynamics._validity import has_ends, is_outside
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._state import State
 from ..math._nan import nan_where
+from ..model._changes import Changes, with_changes
 from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, status_of
 from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded
 from ._accounts import diagnose, jam_code, mask_failed, observe, result_code
 from ._event_record import event_record
+from ._event_sides import num_actions, rows_of_sides, sides_of, with_rows_after_events
 from ._hybrid import HybridEquations
 from ._motion import Motion
 
@@ -28,6 +32,7 @@ def motion_of(
     open_at_start: Array,
     lands_on_times: bool,
     names: tuple[str, ...] = (),
+    places: tuple[int, ...] = (),
 ) -> Motion:
     """The motion, its states projected again onto the constraints where steps did not land on the saved times.
 
@@ -36,13 +41,18 @@ def motion_of(
         y0: the start as the equations have it.
         times: those to save (T,), the end ().  With an event its state follows the last time before it.
         open_at_start: residual of the constraints at the start.
-        names: of the events.
+        names: of the events; places: of the numbers of the system that they change.
     """
     (equations, events, _), (ts, t1) = args, times
     reached, reached_y, arrived = end_of_motion(final, y0, t1, args)
+    hybrid = isinstance(equations, HybridEquations)
+    account: Any = None
+    if hybrid:
+        account = equations.account(reached_y[2])
+        final = with_rows_after_events(final, ts, num_actions(account.numbers))
     times, ys, ended = saved_rows(final, ts, (reached, reached_y), args)
     psi, p, work = ys
-    parts = 3 if isinstance(equations, HybridEquations) else 2  # the quadratures say which numbers a row has
+    parts = 3 if hybrid else 2  # the quadratures say which numbers a row has
     there = (reached, *reached_y[:parts])
     if equations.follows_rows:  # the constraints alone determine coordinates, and their derivative
         psi, there = lax.stop_gradient(psi), (reached, lax.stop_gradient(reached_y[0]), *reached_y[1:parts])
@@ -57,24 +67,31 @@ def motion_of(
         u = here.velocities_of(at, second)
         at = with_velocities(here.system, at, u)
         outside = is_outside(here.system, at) if has_ends(here.system) else None
-        return (psi, u, internal), observe(here.system, at), outside
+        return (psi, u, internal, Changes.of(equations.system, places)), observe(here.system, at), outside
 
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed
     gone = ~(jnp.all(jnp.isfinite(psi), axis=1) & jnp.all(jnp.isfinite(p), axis=1))
     filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, *(psi, p, work)[:parts]), there, strict=True)]
     first = (start.t, *y0[:parts])
+    sides: Any = None
+    used: Any = None
+    if hybrid:
+        sides, used = rows_of_sides(equations, final, account, there)
     rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
+    if sides is not None:
+        rows = jax.tree.map(lambda x, more: jnp.concatenate([x, more]), rows, sides)
     found, observed, outside = map_chunked(sample, rows)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
+    structure = equations.system.topology.structure
+    if hybrid:
+        split = lambda a, b: jax.tree.map(lambda x: x[a:b], (found, observed))  # noqa: E731
+        (found_sides, observed_sides), (found, observed) = split(len(times) + 2, None), split(None, len(times) + 2)
     lost = jnp.concatenate([gone, ~arrived[None]])
     found = jax.tree.map(lambda x: jnp.concatenate([x[:1], nan_where(lost, x[1:])]), found)
-    structure = equations.system.topology.structure
-    psi, u, internal = jax.tree.map(lambda x: x[-1], found)
-    end = State(reached, psi, u, observed[2][-1], structure, internal=internal)
+    end = _states(reached, jax.tree.map(lambda x: x[-1], found), observed[2][-1], structure)
     found, observed = jax.tree.map(lambda x: x[:-1], (found, observed))
-    psi, u, internal = jax.tree.map(lambda x: x[1:], found)
-    states = State(times, psi, u, observed[2][1:], structure, internal=internal)
+    states = _states(times, jax.tree.map(lambda x: x[1:], found), observed[2][1:], structure)
     work, acting = _work(equations, work, names)
     diagnostics = diagnose(equations.system, observed, masked(ended, work, jnp.nan), final, acting)
     code = _code_of_end(final, events)
@@ -82,16 +99,31 @@ def motion_of(
     if equations.follows_rows:
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     if equations.system.friction is not None:
-        code = jam_code(equations.system, code, end)
+        code = jam_code(with_changes(equations.system, end), code, end)
     kept = succeeded(code) | (code == Status.ENERGY)
     if outside is not None:
         code = jnp.where(succeeded(code) & jnp.any(outside), Status.VALIDITY, code)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
+    if hybrid:
+        accounts = diagnose(
+            equations.system,
+            jax.tree.map(lambda x, more: jnp.concatenate([x[:1], more]), observed, observed_sides),
+            _work(equations, sides[3], names)[0],
+            final,
+            acting,
+        )
+        actions = jnp.where(ended, len(used) + 1, num_actions(equations.account(ys[2]).numbers))
+        states_there = _states(sides[0], found_sides, observed_sides[2], structure)
+        sides = sides_of(states_there, accounts, used, actions)
     record = None
     if events is not None:
-        account = equations.account(reached_y[2]) if isinstance(equations, HybridEquations) else None
-        record = event_record(names, account, final, reached, code == Status.EVENT)
+        record = event_record(names, account, final, reached, code == Status.EVENT, sides)
     return Motion(ts if events is None else times, states, code, diagnostics, end, record)
+
+
+def _states(t, found, residual, structure):
+    psi, u, internal, changes = found
+    return State(t, psi, u, residual, structure, internal=internal, changes=changes)
 
 
 def _work(equations, quadratures, names):

@@ -1,10 +1,12 @@
 """`simulate` of mechanisms: a formulation integrated with projection, and the motion's accounts and result code."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix
@@ -17,7 +19,9 @@ from ..kinematics._configuration import at_state
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._sampling import refuse_sampled, sample_periods
 from ..kinematics._state import State
+from ..model._changes import Changes, check_in_force, with_changes
 from ..model._entry_points import check_single_state
+from ..model._internal_states import replace_field
 from ..model._system import System
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
@@ -35,6 +39,7 @@ from ._hybrid import HybridEquations
 from ._motion import Motion
 from ._options import choose_formulation
 from ._result import motion_of
+from ._sampling import Sampling
 from ._saved_step import SavedStep, with_internal_values, with_saved_steps
 
 #: Default absolute tolerance of a step by the size of a number [bytes], of coordinates and velocities [m, rad, s]:
@@ -104,6 +109,8 @@ def simulate(
         SimulationError: the motion failed; carries what was computed as `.motion`.
     """
     check_single_state(system, state)
+    check_in_force(system, state)
+    system = with_changes(system, state)
     if formulation is None and _is_prescribed(system, state):
         formulation = Prescribed
     if formulation is None and system.friction is not None:
@@ -143,6 +150,8 @@ def simulate(
         periods=periods,
     )
     motion = _integrate(system, state, ts, t1, chosen, events, options)
+    if periods is not None:
+        motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)
@@ -169,7 +178,7 @@ def _check_prescribed(system, state):
 
 
 @jit
-def _integrate(system, state, ts, t1, formulation, events, options):
+def _integrate(system, state, ts, t1, formulation, events, options, samples_start=None):
     at = at_state(system, state)
     equations, p0 = formulation.begin(system, at, state.velocities, state.internal)
     no_work = jnp.zeros(num_powers(system), p0.dtype)
@@ -180,8 +189,9 @@ def _integrate(system, state, ts, t1, formulation, events, options):
     if state.internal is not None:
         valid = valid & state.internal.ok
     names = () if events is None else events[1].names
+    places = _changed_places(system, state, events)
     if events is not None:
-        equations, events = _with_events(equations, events, _state_of(system, state))
+        equations, events = _with_events(equations, events, _state_of(system, state, places), places)
         no_work = jnp.zeros(equations.size, p0.dtype) if any(events.acts) else no_work
     args = Arguments(equations, events)
     problem, final, y0 = integrate_equations(
@@ -199,23 +209,51 @@ def _integrate(system, state, ts, t1, formulation, events, options):
         projection_is_error=formulation.follows_rows,
         norm=optimistix.rms_norm if formulation.follows_rows else None,
         periods=sample_periods(system),
+        samples_start=samples_start,
     )
     if problem.saves_projection:  # rows of velocities, which need no formulation to be read
         args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0))), stop_gradients(state.t)
         start = (state.coordinates, with_internal_values(state), no_work)
         y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
         final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
-    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names)
+    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names, places)
 
 
-def _with_events(equations, events, state):
+def _changed_places(system, state, events):
+    """Places of the leaves of the system that events change, or have changed before the start."""
+    numbers, structure = jax.tree.flatten(system)
+    others = [] if events is None else [other for other in events[1].systems if other is not None]
+    found = set() if state.changes is None else set(state.changes.places)
+    for other in others:
+        leaves = structure.flatten_up_to(other)
+        found |= {k for k, x in enumerate(leaves) if x is not None and eqx.is_inexact_array(numbers[k])}
+    return tuple(sorted(found))
+
+
+def _with_events(equations, events, state, places):
     """The equations with the actions, and the events; arrays that their functions close over are arguments."""
+    if places and not any(events[0].acts):
+        asked = tuple(_WithChanges(f, state.changes) for f in events[0].conditions)
+        events, state = (
+            (dataclasses.replace(events[0], conditions=asked), events[1]),
+            replace_field(state, "changes", None),
+        )
     events, actions = events[0].closed_over(state), events[1]
     if not any(events.acts):
         return equations, events
     converted = tuple(f if f is None else eqx.filter_closure_convert(f, state) for f in actions.actions)
     actions = Actions(converted, actions.systems, actions.names)
-    return HybridEquations.of(equations, actions, events.max_actions), events
+    return HybridEquations.of(equations, actions, events.max_actions, places), events
+
+
+class _WithChanges(eqx.Module):
+    """A condition as a function of a state whose changes do not change."""
+
+    condition: Callable
+    changes: Changes
+
+    def __call__(self, state):
+        return self.condition(replace_field(state, "changes", self.changes))
 
 
 def _check_acting(formulation, loop):
@@ -235,7 +273,7 @@ def _check_sampling(system, solver, loop):
         refuse_sampled(system, f"loop={loop!r}")
 
 
-def _state_of(system, state):
+def _state_of(system, state, places):
     """The state as one of the system: one written by hand does not know the joints."""
-    parts = state.t, state.coordinates, state.velocities
-    return State(*parts, structure=system.topology.structure, internal=state.internal)
+    parts, changes = (state.t, state.coordinates, state.velocities), Changes.of(system, places)
+    return State(*parts, structure=system.topology.structure, internal=state.internal, changes=changes)

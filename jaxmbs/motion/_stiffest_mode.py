@@ -13,7 +13,7 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._signals import with_signals
 from ..kinematics._state import State
-from ..model._internal_states import with_internal
+from ..model._changes import system_at
 from ..model._system import System
 from ..runtime import jit
 
@@ -65,7 +65,7 @@ def _element(system, state, shape, rate):
 @jit(compile="quick")
 def _shares(system, state, shape):
     """`z . K z` and `z . C z` of every force element along the velocities of an independent motion (N,)."""
-    system = with_internal(system, state.internal)
+    system = system_at(system, state)
     at = at_state(system, state, inertias=False)
     z = velocity_map(system, at)[0] @ shape
 

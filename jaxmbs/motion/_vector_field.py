@@ -18,6 +18,7 @@ from ..kinematics._sampling import refuse_sampled
 from ..kinematics._signal_names import check_input_fields, signal_names
 from ..kinematics._signals import signals_at, with_inputs
 from ..kinematics._state import State
+from ..model._changes import check_in_force
 from ..model._entry_points import check_single_state, check_system
 from ..model._internal_states import with_internal
 from ..model._system import System
@@ -87,6 +88,7 @@ class VectorField(eqx.Module):
         """y of a state that satisfies the constraints.  Raises: as `kinematics.position` for the state of another
         system; ValueError for states with leading axes."""
         check_single_state(self.system, state)
+        check_in_force(self.system, state)
         return _start(self.equations, state)
 
     def state(self, t: ArrayLike, y: PhaseState) -> State:

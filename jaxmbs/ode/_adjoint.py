@@ -17,6 +17,7 @@ from jaxtyping import Array
 
 from ..runtime import Packing, any_in_batch, small_call, tuning
 from ._diffrax_internals import has_explicit_stages
+from ._jumps import Jumps
 from ._loop import attempt_step, begin, finish, first_of_duplicates, integrate, set_row
 from ._problem import LoopState, OdeProblem
 from ._step_vjp import first_memory, memory_of, step_vjp
@@ -144,6 +145,10 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
         bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (problem.times.size, *y.shape)), y0)
     )
     ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of_duplicates(problem)].add(ys), ys_bar)
+    jumps_bar = None
+    if problem.jump is not None:
+        none = Jumps.empty(y0, t0, problem.max_actions).finished()
+        jumps_bar = _with_zeros(bars.jumps, none)
     last = jnp.where(log.count > 0, (log.count - 1) // log.stride, -1)
 
     def segment(carry):
@@ -158,8 +163,8 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
         def one(carry):
             k, bars = carry
             row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
-            found = step_vjp(problem, args_of, moving, row, bars, ys_bar)
-            counts = (k >= 0) & (is_used | (row[0][4] <= last_used))
+            found = step_vjp(problem, args_of, moving, row, bars, ys_bar, jumps_bar)
+            counts = (k >= 0) & (is_used | (row[0][4] <= last_used) | _leads_to_jump(row, last_jump))
             return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
 
         bars = lax.while_loop(lambda carry: any_in_batch(carry[0] >= 0), one, (count - 1, bars))[1]
@@ -168,7 +173,8 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
     memory = jax.tree.map(jnp.zeros_like, memory_of(problem, packing.unpack(log.rows[0])[0][3]))
     # steps after the last state that is used are left out: one that is not finite would make NaN of zeros
     index = jnp.arange(problem.times.size, dtype=jnp.int32)
-    is_used, last_used = _any_nonzero((y_bar, projected_bar)), jnp.max(jnp.where(_rows_in_use(ys_bar), index, -1))
+    is_used, last_used = _any_nonzero((y_bar, projected_bar)), _last_in_use(ys_bar)
+    last_jump = None if jumps_bar is None else _last_in_use((jumps_bar.before, jumps_bar.after))
     first = (
         last,
         t_end,
@@ -210,9 +216,15 @@ def _repeat_steps(problem, args, packing, row, end, pieces, stride):
     return pieces, jnp.where(stride > 1, count, 1)
 
 
-def _rows_in_use(ys_bar):
-    """True (T,) for saved states with a cotangent other than zero."""
-    return jax.vmap(_any_nonzero)(ys_bar)
+def _last_in_use(rows_bar):
+    """Number of the last row with a cotangent other than zero, -1 for none."""
+    used = jax.vmap(_any_nonzero)(rows_bar)
+    return jnp.max(jnp.where(used, jnp.arange(len(used), dtype=jnp.int32), -1))
+
+
+def _leads_to_jump(row, last_jump):
+    """True for a step up to a jump both sides of which are used."""
+    return False if last_jump is None else row[0][5].actions <= last_jump
 
 
 def _any_nonzero(bars):

@@ -125,6 +125,7 @@ def integrate_equations(
     projection_is_error: bool = False,
     norm: Callable | None = None,
     periods: Array | None = None,
+    samples_start: Array | None = None,
 ) -> tuple[OdeProblem, LoopState, PyTree]:
     """Integrate the equations from y0.
 
@@ -133,13 +134,14 @@ def integrate_equations(
         valid: () where it does not hold, no step is taken.
         norm: of the scaled error of a step, default the root mean square over positions and second half.
         periods: (m,) of samples, which `equations.sample(t, y, due)` takes; None for none.
+        samples_start: time of their first, of a later part of a motion; default the start.
 
     Returns: the problem, the loop's final state, and y0 with its derivative by the start.
     """
     (t0, ts, t1), events = times, args.events
     span, start, save = stop_gradients((t1 - t0, t0, ts))
     if periods is not None:
-        args = args._replace(clock=SampleClock(t0, periods))
+        args = args._replace(clock=_clock(t0, periods, samples_start))
     clock = stop_gradients(args.clock)
     if clock is not None and not options.lands_on_times:
         save = clock.just_before(save)
@@ -173,7 +175,14 @@ def integrate_equations(
     # a later start: what flows for less time
     late = 2.0 * start - t0
     begin, y0 = y0, attach_time_derivative(y0, late, start, args.equations)
-    begin = y0 if clock is None else _first_sample(t0, begin, args, late, start)
+    if clock is not None and samples_start is None:
+        begin = _first_sample(t0, begin, args, late, start)
+    elif clock is not None:
+        due = clock.due(start)
+        sampled = _sample(start, y0, args, due, clock.first - 1)  # type: ignore[operator]
+        begin = jax.tree.map(lambda new, old: jnp.where(jnp.any(due), new, old), sampled, y0)
+    else:
+        begin = y0
     if options.loop == "diffeqsolve":
         state = integrate_by_diffeqsolve(problem, begin, start, first_step, args, options.gradient)
     elif options.gradient == "reverse":
@@ -181,6 +190,14 @@ def integrate_equations(
     else:
         state = integrate(problem, begin, start, first_step, args)
     return problem, with_start(state, y0, problem, start), y0
+
+
+def _clock(t0, periods, samples_start):
+    """The clock of a motion that starts at t0, or of a later part of it."""
+    if samples_start is None:
+        return SampleClock(t0, periods)
+    clock = SampleClock(samples_start, periods)
+    return SampleClock(samples_start, periods, stop_gradients(clock).next_numbers(lax.stop_gradient(t0)))
 
 
 def _first_sample(t0, y0, args, late, start):

@@ -5,6 +5,7 @@ as long; this one integrates ordinary differential equations only, and projects,
 exact adjoint (`_adjoint`) on the way.
 """
 
+import dataclasses
 import functools
 from typing import Any, TypeVar
 
@@ -20,6 +21,7 @@ from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import is_diagonally_implicit
 from ._event import EventBracket, bracket_after_action, locate_event, start_bracket
 from ._implicit_step import step as implicit_step
+from ._jumps import Jumps
 from ._problem import LoopState, OdeProblem, Projection
 from ._samples import after_samples, due_samples, first_numbers, land_on_sample, limit_length
 from ._stages_of_equations import step as step_by_stages
@@ -61,7 +63,10 @@ def begin(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) 
     zero = jnp.zeros((), jnp.int32)
     projected, meter = y0 if problem.saves_projection else None, problem.meter.init()
     counts = zero, zero, saved
-    state = LoopState(t0, t_next, y0, memory, RESULTS.successful, *counts, ys, projected, bracket, meter, sampled)
+    jumps = None if problem.jump is None else Jumps.empty(y0, t0, problem.max_actions)
+    state = LoopState(
+        t0, t_next, y0, memory, RESULTS.successful, *counts, ys, projected, bracket, meter, sampled, jumps
+    )
     return jax.tree.map(lambda x: lax.convert_element_type(x, jnp.result_type(x)), state)
 
 
@@ -71,7 +76,8 @@ def finish(problem: OdeProblem, state: LoopState) -> LoopState:
     short = diffrax.is_successful(state.result) & (state.t < problem.t1)
     result = RESULTS.where(short, RESULTS.max_steps_reached, state.result)
     ys = jax.tree.map(lambda ys: ys[first_of_duplicates(problem)], state.ys)
-    return eqx.tree_at(lambda w: (w.result, w.ys), state, (result, ys))
+    jumps = None if state.jumps is None else state.jumps.finished()
+    return dataclasses.replace(state, result=result, ys=ys, jumps=jumps)
 
 
 def first_of_duplicates(problem: OdeProblem) -> Array:
@@ -99,7 +105,11 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     failed = RESULTS.where(ends & diffrax.is_okay(failed), RESULTS.event_occurred, failed)
 
     saved, ys = _save(problem, state, keep, saved_y if problem.saves_projection else y1, dense)
+    before = y1
     y1, bracket = _perform_action(problem, state, acting, y1, args, bracket)
+    jumps = state.jumps
+    if jumps is not None:
+        jumps = jumps.with_jump(state.bracket.actions, acting, state.t_next, before, y1)  # type: ignore[union-attr]
     due = due_samples(problem, state, keep, ends)
     y1, bracket = _take_samples(problem, state, acting, due, y1, args, bracket)
     sampled = None if due is None else state.sampled + due.astype(jnp.int32)  # type: ignore[operator]
@@ -128,6 +138,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
         bracket=_select(running, bracket, state.bracket),
         meter=_update_meter(problem, state, start),
         sampled=sampled,
+        jumps=jumps,
     )
     return after, keep, dense
 

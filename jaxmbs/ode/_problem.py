@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from ._diffrax_internals import with_scan_kind
 from ._event import EventBracket
+from ._jumps import Jumps
 from ._samples import SampleClock
 
 MIN_CHECKPOINTS = 512  # two buffers of so many steps are small beside a program; motions of 262 144 steps fit them
@@ -106,6 +107,7 @@ class LoopState(eqx.Module):
         projected: `Projection.saved` of y, None where y itself is saved.
         bracket: of the events; meter: state of the progress meter.
         sampled: numbers of the next samples, None without.
+        jumps: both sides of the actions of events so far, None without such.
     """
 
     t: Array
@@ -121,6 +123,7 @@ class LoopState(eqx.Module):
     bracket: EventBracket | None
     meter: PyTree
     sampled: Array | None = None
+    jumps: Jumps | None = None
 
     def is_running(self, problem: OdeProblem) -> Bool[Array, ""]:
         """True while steps are left to take; false for NaN."""

@@ -27,10 +27,13 @@ class SampleClock(eqx.Module):
 
     Attributes:
         start: () [s]; periods: (m,) [s], positive.
+        first: (m,) numbers of the samples that come first after the begin of a later part of the motion; None from
+            the start on.
     """
 
     start: Float[Array, ""]
     periods: Float[Array, " m"]
+    first: Int[Array, " m"] | None = None
 
     def instants(self, numbers: Int[Array, " m"]) -> Float[Array, " m"]:
         """Times of the samples of these numbers."""
@@ -40,6 +43,20 @@ class SampleClock(eqx.Module):
         """Difference (...) of two times near t that are one instant."""
         rounding = _ROUNDINGS * jnp.spacing(jnp.maximum(jnp.abs(t), jnp.abs(self.start)))
         return _TOGETHER * jnp.min(self.periods) + rounding
+
+    def next_numbers(self, t: Float[Array, ""]) -> Int[Array, " m"]:
+        """Numbers of the samples that come first after a time."""
+        return jnp.floor((t + self.tolerance(t) - self.start) / self.periods).astype(jnp.int32) + 1
+
+    def due(self, t: Float[Array, ""]) -> Bool[Array, " m"]:
+        """True for the periods with a sample at a time."""
+        numbers = self.next_numbers(t) - 1
+        return (jnp.abs(self.instants(numbers) - t) <= self.tolerance(t)) & (numbers >= 0)
+
+    def following(self, t: Float[Array, ""], number: int) -> Float[Array, " n"]:
+        """The instants that follow a time, so many."""
+        steps = jnp.arange(number, dtype=jnp.int32)
+        return jnp.sort(jax.vmap(lambda k: self.instants(self.next_numbers(t) + k))(steps).reshape(-1))[:number]
 
     def just_before(self, times: Float[Array, " T"]) -> Float[Array, " T"]:
         """The times, those of samples moved before them, so that states interpolated there are those before."""
@@ -55,7 +72,10 @@ class SampleClock(eqx.Module):
 
 def first_numbers(problem: "OdeProblem") -> Int[Array, " m"] | None:
     """Numbers of the samples that come first after the start; None without samples."""
-    return None if problem.clock is None else jnp.ones(problem.clock.periods.shape, jnp.int32)
+    if problem.clock is None:
+        return None
+    first = problem.clock.first
+    return jnp.ones(problem.clock.periods.shape, jnp.int32) if first is None else first
 
 
 def limit_length(problem: "OdeProblem", t: Array, t_next: Array) -> Array:

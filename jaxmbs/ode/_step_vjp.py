@@ -8,6 +8,7 @@ from jax import lax
 
 from ..runtime import any_in_batch, small_call
 from ._diffrax_internals import butcher_arrays, has_explicit_stages, is_diagonally_implicit, with_scan_kind
+from ._jumps import jump_cotangents
 from ._loop import after_action, begin, interpolate, next_save_time, solver_step
 from ._problem import OdeProblem
 from ._samples import after_samples
@@ -33,7 +34,7 @@ def first_memory(problem: OdeProblem, y0, t0, dt0, args_of, moving, bars):
     return jax.tree.map(jnp.add, (moving_bar, y_bar), change)
 
 
-def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
+def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar, jumps_bar=None):
     """Cotangents before a step from those after it and from those of the saved states (T, ...).
 
     Args:
@@ -41,14 +42,18 @@ def step_vjp(problem: OdeProblem, args_of, moving, row, bars, ys_bar):
         row: of the log (`_adjoint.CheckpointBuffer`): the loop's state before the step, its dense output if its
             stages are differentiated one by one, the event that acted at its end and the periods sampled there.
         bars: cotangents of the arguments, the state, the solver's memory and `Projection.saved` of the state.
+        jumps_bar: those of the `Jumps`, None without such.
     """
-    step = _whole_step_vjp if row[1] is None else _explicit_step_vjp
-    change, y_bar, memory_bar = step(problem, args_of, moving, row, bars, ys_bar)
+    step, before_bar = _whole_step_vjp if row[1] is None else _explicit_step_vjp, None
+    if jumps_bar is not None:
+        before_bar, after_bar = jump_cotangents(jumps_bar, row[0][5].actions, row[2] >= 0)
+        bars = bars[0], jax.tree.map(jnp.add, bars[1], after_bar), *bars[2:]
+    change, y_bar, memory_bar = step(problem, args_of, moving, row, bars, ys_bar, before_bar)
     projected_bar = jax.tree.map(jnp.zeros_like, bars[3])  # only the last step of the motion has one
     return jax.tree.map(jnp.add, bars[0], change), y_bar, memory_bar, projected_bar
 
 
-def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
+def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar, before_bar):
     (t0, t1, y0, memory, saved, *_), *_ = row
     problem = eqx.tree_at(lambda m: m.solver, problem, with_scan_kind(problem.solver, "checkpointed"))
     floating, rest = memory_of(problem, memory), memory[0]
@@ -60,14 +65,14 @@ def _whole_step_vjp(problem, args_of, moving, row, bars, ys_bar):
         return _step_end(problem, t1, y, args, row), dense, memory_of(problem, (state,))
 
     (y1, dense, _), back = jax.vjp(whole, moving, y0, floating)
-    end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
+    end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar, before_bar)
     return back((end_bar, dense_bar, bars[2]))
 
 
-def _explicit_step_vjp(problem, args_of, moving, row, bars, ys_bar):
+def _explicit_step_vjp(problem, args_of, moving, row, bars, ys_bar, before_bar):
     (t0, t1, y0, _, saved, *_), dense, *_ = row
     y1, back = jax.vjp(lambda moving, y: _step_end(problem, t1, y, args_of(moving), row), moving, dense["y1"])
-    end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar)
+    end_bar, dense_bar = _with_saved(problem, t0, t1, saved, y1, dense, (bars[1], bars[3]), ys_bar, before_bar)
     change, y_bar = back(end_bar)
     y_bar = jax.tree.map(jnp.add, y_bar, dense_bar["y1"])
     change, y_bar = _stages_vjp(problem, t0, t1, y0, dense["k"], args_of, moving, change, y_bar, dense_bar["k"])
@@ -93,11 +98,13 @@ def _step_end(problem, t1, y, args, row):
     return (y, saved) if _saves_other(problem) else y
 
 
-def _with_saved(problem, t0, t1, saved, end, dense, end_bars, ys_bar):
+def _with_saved(problem, t0, t1, saved, end, dense, end_bars, ys_bar, before_bar):
     """Cotangents of (`_step_end`, the dense output), with those of the states saved during the step."""
     y_bar, projected_bar = end_bars
     none = jax.tree.map(jnp.zeros_like, dense)
     saved_bar = projected_bar if problem.saves_projection else jax.tree.map(jnp.zeros_like, y_bar)
+    if before_bar is not None:  # what is saved is that before the action
+        saved_bar = before_bar
     two = _saves_other(problem)
     saved_y, dense_bar = end[1] if two else end, none
     if problem.lands_on_times:

@@ -13,6 +13,7 @@ from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
+from ..model._changes import with_changes
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..runtime import jit
@@ -57,15 +58,16 @@ def _undetermined_components(system, found):
 @jit
 def _bonds_and_loads(system, states, found, compliance, batched, marks):
     names, _, own = zip(*reaction_map.carriers(system), strict=True)
-    own, P = np.array(own), node_parameters(system)
+    own = np.array(own)
 
     def one(state, found):
-        world = jnp.zeros(3, state.coordinates.dtype)
-        at = configuration(system, P, state.coordinates, state.t, inertias=False, origin=world)
+        here = with_changes(system, state)
+        P, world = node_parameters(here), jnp.zeros(3, state.coordinates.dtype)
+        at = configuration(here, P, state.coordinates, state.t, inertias=False, origin=world)
         force, moment = (jnp.stack([getattr(found[name], part) for name in names]) for part in ("force", "moment"))
         force, moment = (jnp.einsum("qij,qj->qi", at.R[own], part) for part in (force, moment))
         wrench = shift_wrench(jnp.concatenate([force, moment], axis=1), -at.x[own])
-        bonds = system_bonds(system, at, wrench, compliance)
+        bonds = system_bonds(here, at, wrench, compliance)
         return dataclasses.replace(bonds, undetermined=marks), body_wrenches(bonds.network, wrench)
 
     return jax.vmap(one)(states, found) if batched else one(states, found)

@@ -20,8 +20,8 @@ from ..kinematics._configuration import VelocityKinematics, at_state, node_accel
 from ..kinematics._linear_rows import metric
 from ..kinematics._state import HasStates, State
 from ..math._linalg import RowScale, relative, saddle_solve
+from ..model._changes import system_at
 from ..model._entry_points import map_states, rates_of, states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import jit, map_chunked
 from ..typing import ArrayLike
@@ -117,8 +117,8 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 @jit
 def _all_tree_efforts(system, states, acceleration):
     def one(state, acceleration):
-        at = with_velocities(system, at_state(system, state), state.velocities)
-        here = with_internal(system, state.internal)
+        here = system_at(system, state)
+        at = with_velocities(here, at_state(here, state), state.velocities)
         loads = efforts(here, at)[:2]
         need = tree_efforts(here, at, acceleration, loads)
         if here.friction is None:
@@ -140,7 +140,7 @@ def tree_efforts(system: System, at: VelocityKinematics, acceleration, loads=Non
 def _actuator_efforts(system, states, acceleration, columns, batched):
     def one(row):
         state, a = row
-        here = with_internal(system, state.internal)
+        here = system_at(system, state)
         at = with_velocities(here, at_state(here, state), state.velocities)
         a = accelerations(here, at)[0] if a is None else a
         released, loads = without_drives(here), efforts(here, at)[:2]

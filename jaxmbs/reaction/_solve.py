@@ -29,8 +29,8 @@ from ..kinematics._linear_solver import solver_for
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import HasStates, State
 from ..kinematics._wrench_targets import body_targets
+from ..model._changes import system_at
 from ..model._entry_points import rates_of, states_of
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_static
 from ..typing import ArrayLike
@@ -188,7 +188,11 @@ def _joint_reactions(system, loads, total, drives, marks):
 def _along(system, states, accelerations, batched, options):
     """`_reactions` of a state, or of every one of a batch."""
     P = node_parameters(system)
-    one = lambda row: _reactions(with_internal(system, row[0].internal), P, *row, options)  # noqa: E731
+
+    def one(row):
+        here = system_at(system, row[0])
+        return _reactions(here, P if row[0].changes is None else node_parameters(here), *row, options)
+
     return map_chunked(one, (states, accelerations)) if batched else one((states, accelerations))
 
 

@@ -14,6 +14,7 @@ from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import step_coordinates
 from ..kinematics._state import State
 from ..linear._system import LinearSystem
+from ..model._changes import with_changes
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ScalarLike
@@ -63,7 +64,7 @@ def animate_mode(
     phase = np.exp(2j * np.pi * np.linspace(0.0, 1.0, frames))
     shape, frequency = np.asarray(modes.shapes)[:, number], omega / (2 * np.pi)
     if isinstance(system, System):
-        system = system if state is None else with_mobility_at(system, state)
+        system = system if state is None else with_mobility_at(with_changes(system, state), state)
         shape = _position_shape(system, state, shape)
     waves = np.real(phase[:, None] * _align_phase(shape))
     if isinstance(system, System):

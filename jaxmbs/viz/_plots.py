@@ -7,7 +7,7 @@ import numpy as np
 
 from ..design._optimum import Optimum
 from ..model._system import System
-from ..motion._motion import Motion
+from ..motion._motion import Motion, events_shown
 from ..palette import BLUE, GREEN, RED
 from ..reaction._result import Reactions
 from ..typing import ArrayLike, WordedError
@@ -51,6 +51,7 @@ def plot_coordinates(
 
     Raises: ValueError for joints without coordinates.
     """
+    motion = events_shown(motion)
     values = (system.velocities if velocities else system.coordinates)(motion.states)
     check_names(joints, values)
     x, along = _abscissa(system, motion, over, degrees)
@@ -145,6 +146,7 @@ def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
         ax: matplotlib axes to draw into (default: new ones); their lower quarter shows the residual.
     """
     ax, below = stack_axes(get_axes(ax), (3, 1))
+    motion = events_shown(motion)
     ts, accounts = np.asarray(motion.ts), motion.diagnostics
     kinetic, potential = np.asarray(accounts.kinetic), np.asarray(accounts.potential)
     work = sum((np.asarray(value) for value in accounts.work.values()), np.zeros_like(ts))

@@ -9,7 +9,7 @@ from jaxmbs.blocks import PI, AbstractBlock, FirstOrder, Function, StateSpace
 from jaxmbs.errors import ModelError
 from jaxmbs.forces._state_laws import InternalState
 from jaxmbs.kinematics._configuration import at_state, with_velocities
-from jaxmbs.kinematics._sampling import is_held, sample_periods, sampled_values
+from jaxmbs.kinematics._sampling import sample_periods, sampled_values
 from jaxmbs.model._internal_states import with_internal
 
 
@@ -67,7 +67,6 @@ def test_an_instant_of_sampled_blocks():
     b.block("behind", Function(lambda u, t: 2.0 * u), reads="ahead", drives="motor", every=0.25)
     system = b.build()
     np.testing.assert_array_equal(sample_periods(system), [0.5, 0.25])
-    assert np.sum(is_held(system)) == 6 and not is_held(system)[0]
     state = mbs.State.at(system, velocities={"turn": 2.0}, internal={"behind.output": 7.0, "gain.output": 5.0})
     assert state.internal["mixed.output"].shape == (2,)
 

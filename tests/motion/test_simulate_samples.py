@@ -93,13 +93,3 @@ def test_derivatives_by_gains_and_start(gradient):
         difference = (wanted(x + h * way) - wanted(x - h * way)) / (2 * h)
         assert abs(difference) > 1e-6
         np.testing.assert_allclose(found[k], difference, rtol=1e-6, atol=1e-8)
-
-
-@pytest.mark.long
-def test_states_between_the_saved_ones_hold_what_is_held():
-    system = motor()
-    motion = mbs.simulate(system, start(system), ts=PERIOD * np.arange(SAMPLES + 1), rtol=1e-11, atol=1e-12)
-    fine = mbs.simulate(system, start(system), ts=[0.0, 0.107, 0.333], rtol=1e-11, atol=1e-12)
-    between = motion.at(system, jnp.array([0.107, 0.333]))
-    np.testing.assert_allclose(between.velocities, fine.states.velocities[1:], atol=1e-6)
-    np.testing.assert_allclose(between.internal.values, fine.states.internal.values[1:], atol=1e-6)

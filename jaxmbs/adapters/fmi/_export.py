@@ -19,6 +19,7 @@ from ...kinematics._internal_states import internal_scale
 from ...kinematics._mobility import with_mobility_at
 from ...kinematics._sampling import refuse_sampled
 from ...kinematics._state import State
+from ...model._changes import with_changes
 from ...model._entry_points import check_single_state, check_system
 from ...model._system import System
 from ...motion._accounts import CLOSED
@@ -74,6 +75,8 @@ def export_fmu(
     there.  OSError where the file cannot be written.
     """
     _check_options(kind, motion, path)
+    if state is not None and not callable(system):
+        system = with_changes(system, state)
     numbers = Parameters.of(system, parameters)
     base = numbers.system_at(jnp.asarray(numbers.start)) if callable(system) else system
     check_system(base)

@@ -6,6 +6,7 @@ import jax
 import numpy as np
 
 from ...kinematics._poses import frame_poses, node_parameters, node_poses
+from ...model._changes import with_changes
 from ...model._entry_points import states_of
 from ...model._system import System
 from ...runtime import jit
@@ -45,7 +46,7 @@ def frame_trajectory(system: System, motion: Any) -> FrameTrajectory:
     states = states_of(system, motion)
     if states.coordinates.ndim == 1:
         states = jax.tree.map(lambda x: x[None], states)
-    R, x, W = (np.asarray(part) for part in _frame_poses(system, states.coordinates))
+    R, x, W = (np.asarray(part) for part in _frame_poses(system, states))
     ts = np.asarray(getattr(motion, "ts", states.t), float)
     there = np.all(np.isfinite(x), axis=(1, 2)) & np.isfinite(ts)
     if np.any(there):
@@ -54,14 +55,13 @@ def frame_trajectory(system: System, motion: Any) -> FrameTrajectory:
 
 
 @jit(compile="quick")
-def _frame_poses(system, coordinates):
-    P = node_parameters(system)
+def _frame_poses(system, states):
+    def one(state):
+        here = with_changes(system, state)
+        W = node_poses(here.topology, node_parameters(here), state.coordinates)
+        return *frame_poses(here, W), W
 
-    def one(psi):
-        W = node_poses(system.topology, P, psi)
-        return *frame_poses(system, W), W
-
-    return jax.vmap(one)(coordinates)
+    return jax.vmap(one)(states)
 
 
 def _joint_axes(system, R, W):
