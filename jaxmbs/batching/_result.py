@@ -7,17 +7,21 @@ from jaxtyping import Array, PyTree
 
 from ..kinematics._state import State
 from ..motion._motion import Motion
+from ..reaction import Reactions
 from ..status import Status, succeeded
+
+#: Kinds of results that have a result code of their own.
+_JUDGED = (Motion, Reactions)
 
 
 def design_status(values: PyTree) -> Array:
     """Status code () of the results for one design.
 
-    The worst result among its motions; NOT_ASSEMBLED for a state that is not ok, BRANCH for states that are not all
-    on the branch of the first of them; NOT_FINITE if they succeeded but some other number is not finite.  That is not
-    checked after an event: the motion then has unused entries.
+    The worst result among its motions and reactions; NOT_ASSEMBLED for a state that is not ok, BRANCH for states that
+    are not all on the branch of the first of them; NOT_FINITE if they succeeded but some other number is not finite.
+    That is not checked after an event: the motion then has unused entries.
     """
-    parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, Motion | State))
+    parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, (*_JUDGED, State)))
     codes = [_part_status(part) for part in parts]
     worst = jnp.max(jnp.stack([jnp.asarray(Status.SUCCESS, jnp.int32), *codes]))
     finite = jnp.stack([jnp.asarray(True), *(_all_finite(part) for part in parts if not isinstance(part, Motion))])
@@ -46,7 +50,7 @@ def count_steps(values: PyTree) -> Array:
 
 
 def _part_status(part: PyTree) -> Array:
-    if isinstance(part, Motion):
+    if isinstance(part, _JUDGED):
         return jnp.max(jnp.asarray(part.result, jnp.int32))
     if isinstance(part, State) and hasattr(part, "ok"):
         signs = part.branch.reshape(-1, part.branch.shape[-1]) if part.branch.size else jnp.zeros((1, 0))

@@ -40,7 +40,7 @@ class CylinderOnPlane(AbstractPair):
 
     def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
         """Angle of the axis to that of the plane, less a hundredth [rad]."""
-        angle = jnp.arcsin(jnp.clip(safe_norm(rotation[:2, 2]), 0.0, 1.0))
+        angle = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2]))
         return {"tilt": Margin(angle - 0.01, "rad", "stands on an end, where no point of its rim is the lowest")}
 
     def area(self, depth: Array) -> Array:

@@ -74,7 +74,7 @@ class ElasticBodies(AbstractBodies):
         m, mass = s.q.shape[1], body.inertia[:, 3, 3]
         bent = jnp.einsum("ei,eij,ej->e", s.q, body.inertia[:, -m:, -m:], s.q) / mass
         size = jnp.trace(body.inertia[:, :3, :3], axis1=1, axis2=2) / (2.0 * mass)
-        left = MOST_DEFLECTION * jnp.sqrt(size) - jnp.sqrt(jnp.maximum(bent, 0.0))
+        left = MOST_DEFLECTION * jnp.sqrt(size) - jnp.where(bent > 0, jnp.sqrt(jnp.where(bent > 0, bent, 1.0)), 0.0)
         end = "deforms by more than a tenth of its size, give it as several bodies or as a beam"
         return self.group.names, {"deflection": Margin(left, "m", end)}
 

@@ -40,10 +40,19 @@ class Validity(eqx.Module):
 
     @property
     def ok(self) -> Bool[Array, "..."]:
-        """True (...) where every model holds."""
+        """True (...) where every model holds; false for margins that are NaN."""
+        return jnp.all(self._values() >= 0, axis=-1)
+
+    @property
+    def is_outside(self) -> Bool[Array, "..."]:
+        """True (...) where a part is beyond the end of its model; false for margins that are NaN."""
+        return jnp.any(self._values() < 0, axis=-1)
+
+    def _values(self):
+        """All margins (..., n)."""
         shape = jnp.shape(self.t)
         parts = [m.value.reshape(*shape, -1) for part in self.margins.values() for m in part.values()]
-        return jnp.all(jnp.concatenate([jnp.ones((*shape, 1)), *parts], axis=-1) >= 0, axis=-1)
+        return jnp.concatenate([jnp.ones((*shape, 1)), *parts], axis=-1)
 
     def faults(self) -> list[str]:
         """Parts that are beyond the end of their model, a sentence each with the time where that is first so and the
@@ -77,19 +86,24 @@ def validity(system: System, state: State | HasStates) -> Validity:
 @jit(compile="quick")
 def _validity(system, states):
     def of_one(state):
-        here, state = system_at(system, state), lax.stop_gradient(state)
-        return _by_name(margins_at(here, with_velocities(here, at_state(here, state), state.velocities)))
+        here = system_at(system, state)
+        return validity_at(here, with_velocities(here, at_state(here, state), state.velocities))
 
-    return Validity(states.t, map_states(of_one, states))
+    return map_states(of_one, states)
 
 
-def _by_name(parts):
-    return {
+def validity_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> Validity:
+    """Margins of a system at its internal states, by name.
+
+    Args: multipliers: (rows,) of the motion, where they are found already.
+    """
+    margins = {
         name: jax.tree.map(lambda x, k=k: x[k], part.margins)
-        for part in parts
+        for part in margins_at(system, at, multipliers)
         if part.margins
         for k, name in enumerate(part.names)
     }
+    return Validity(at.t, margins)
 
 
 class _Margins(NamedTuple):
@@ -112,7 +126,7 @@ def is_outside(system: System, at: VelocityKinematics) -> Array:
     return jnp.any(jnp.concatenate([jnp.ravel(lax.stop_gradient(x)) for x in values]) < 0)
 
 
-def margins_at(system: System, at: VelocityKinematics) -> list[_Margins]:
+def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> list[_Margins]:
     """Margins of all parts; the system is at its internal states."""
     found = []
     for group in system.forces:
@@ -126,12 +140,13 @@ def margins_at(system: System, at: VelocityKinematics) -> list[_Margins]:
             alone = element.block.validity(element.s or {}, at.t)
             found.append(_Margins(element.names, jax.tree.map(lambda x: x[None], alone)))
     found += [_Margins(*bodies.validity(system, at)) for bodies in bodies_of(system)]
-    return found + (_of_rows(system, at) if cable_rows(system) else [])
+    return found + (_of_rows(system, at, multipliers) if cable_rows(system) else [])
 
 
-def _of_rows(system, at):
+def _of_rows(system, at, multipliers):
     """Margins of inextensible cables, whose tensions are multipliers of the motion."""
-    multipliers, twist, found = accelerations(system, at)[1], frame_twists(system, at.V), []
+    multipliers = accelerations(system, at)[1] if multipliers is None else multipliers
+    twist, found = frame_twists(system, at.V), []
     for row, place in zip(cable_rows(system), cable_places(system), strict=True):
         R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
         margins = row.law.validity(frames_of(R, x, V), multipliers[place])

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative
+from ..math._linalg import safe_norm
 from ..math._screw import screw_of_pose, screw_rate, wrench_of_screw_gradient
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw
@@ -61,7 +62,7 @@ class BeamElement(AbstractPoseLaw):
     ) -> dict[str, Margin]:
         """Rotation between the sections that is left to half a turn [rad]."""
         skewed = rotation - rotation.T  # of size sqrt(8) sin(angle); the trace is 1 + 2 cos(angle)
-        angle = jnp.arctan2(jnp.sqrt(jnp.sum(skewed**2) / 2), jnp.trace(rotation) - 1.0)
+        angle = jnp.arctan2(safe_norm(skewed.reshape(-1)) / np.sqrt(2.0), jnp.trace(rotation) - 1.0)
         end = "bends by nearly half a turn between its ends, give the beam more elements"
         return {"turn": Margin(MOST_TURN - angle, "rad", end)}
 

@@ -6,11 +6,13 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import is_concrete, no_such
+from ..dynamics._validity import Validity
 from ..errors import UnknownNameError
 from ..model._describe import COMPONENTS
+from ..status import Status
 from ..tables import format_number, table_repr
 from ..typing import ArrayLike
 
@@ -89,6 +91,8 @@ def _summary(loads):
     summary += ", ok" if ok.all() else f", {np.count_nonzero(~ok)} not ok"
     side = "" if loads.side == "child" else ", on the parents"
     summary += f"; axes of the {'world' if loads.frame == 'world' else 'joints'}{side}"
+    if loads.validity is not None:
+        summary += "".join(f"; {fault}" for fault in loads.validity.faults())
     if any(_has_contact(load) for _, load in loads.items()):
         summary += f"; bearings carry no contact forces of {', '.join(loads.rows)}"
     return summary, [("joint", "force [N]", "moment [N m]", "effort", "undetermined"), *rows]
@@ -195,6 +199,8 @@ class Reactions(eqx.Module):
         hidden: welds inside bodies that the builder split; found by name, not listed.
         frame, side: axes and side of the components, as given to `reactions`.
         t: (...) times of the states [s].
+        validity: margins of the parts of the system to the ends of their models; None where none has any.  Its
+            `faults()` are in the print.
     """
 
     joints: Mapping[str, JointReaction] | JointReactions
@@ -208,6 +214,19 @@ class Reactions(eqx.Module):
     frame: str = eqx.field(static=True, default="world")
     side: str = eqx.field(static=True, default="child")
     t: Float[Array, "..."] | None = None
+    validity: Validity | None = None
+
+    @property
+    def result(self) -> Int[Array, "..."]:
+        """Result code (...): VALIDITY where a part is beyond the end of its model; `ok` is of the solution."""
+        if self.validity is None:
+            return jnp.full(jnp.shape(self.ok), int(Status.SUCCESS))
+        return jnp.where(self.validity.is_outside, int(Status.VALIDITY), int(Status.SUCCESS))
+
+    @property
+    def status(self) -> Status:
+        """The worst status of its states, `str` of it in words (concrete ones)."""
+        return Status(int(np.max(np.asarray(self.result), initial=int(Status.SUCCESS))))
 
     __repr__, _repr_html_ = table_repr(_summary)
 

@@ -18,6 +18,7 @@ from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import FrictionSolution, cut_friction, friction_loads
 from ..dynamics._loads import Loads
 from ..dynamics._newton_euler import accelerations, motion_with_friction
+from ..dynamics._validity import has_ends, validity_at
 from ..errors import UnknownNameError
 from ..kinematics import _closures as closures
 from ..kinematics import _coordinate_rows as coordinate_rows
@@ -82,6 +83,7 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
         options.frame,
         options.side,
         state.t,
+        validity_at(system, at, multipliers) if has_ends(system) else None,
     )
 
 

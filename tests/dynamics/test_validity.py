@@ -163,3 +163,25 @@ def test_a_system_without_ends_and_states_of_a_motion():
     found = mbs.dynamics.validity(bounded, states)
     np.testing.assert_array_equal(found.ok, [True, False, False])
     assert "by 0.002 m" in found.faults()[0]
+
+
+def test_reactions_and_batches_of_them_have_the_status():
+    system = slider(pair=contact.SphereOnPlane(0.05), most=1e-3)
+    heights = jnp.array([0.06, 0.048])
+    loads = mbs.reactions(system, jax.vmap(lambda z: mbs.State.at(system, z=z))(heights))
+    np.testing.assert_array_equal(loads.result, [mbs.Status.SUCCESS, mbs.Status.VALIDITY])
+    assert loads.status == mbs.Status.VALIDITY and "'law' is pressed deeper" in repr(loads)
+    found = mbs.batch(lambda z: mbs.reactions(system, mbs.State.at(system, z=z)), heights, progress=False)
+    np.testing.assert_array_equal(found.ok, [True, False])
+    free = slider()
+    assert mbs.reactions(free, mbs.State.at(free)).validity is None
+
+
+def test_margins_have_derivatives():
+    """As a limit of a design asks them: 1 for the depth, and by differences at a slack pose and at a pole."""
+    system = slider(pair=contact.SphereOnPlane(0.05), most=1e-3)
+    left = lambda z: mbs.dynamics.validity(system, mbs.State.at(system, z=z)).margins["law"]["depth"].value  # noqa: E731
+    np.testing.assert_allclose(jax.grad(left)(0.048), 1.0, rtol=1e-12)
+    tilted = lambda x: mbs.dynamics.validity(*at(wheels(GEAR), b=x)).margins["law"]  # noqa: E731
+    for name, slope in (("reach", -1.0), ("base circles", 1.0), ("tilt", 0.0)):
+        np.testing.assert_allclose(jax.jacfwd(lambda x, n=name: tilted(x)[n].value)(0.05), slope, atol=1e-9)
