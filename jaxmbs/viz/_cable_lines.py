@@ -48,11 +48,12 @@ def circle(centre, axis, radius: float) -> np.ndarray:
 
 @jit(compile="quick")
 def _paths(law, R, x):
-    return jax.vmap(lambda R, x: _ends(law.path(R, x)))(R, x)
+    return jax.vmap(lambda R, x: _ends(law.layout, law.path(R, x)))(R, x)
 
 
-def _ends(path):
-    return path.start.rows, path.end.rows, path.wrap
+def _ends(layout, path):
+    start, end = path.touching_points(layout)
+    return start.rows, end.rows, path.wrap
 
 
 def _line(name, law, frames, film):
