@@ -64,6 +64,10 @@ class AbstractBodies(eqx.Module):
         """Energy stored in strains [J]; `at` is a `Configuration`."""
         return jnp.zeros((), at.psi.dtype)
 
+    def strain_energy_and_validity(self, system, at) -> tuple[Array, tuple[tuple[str, ...], dict[str, Margin]]]:
+        """`strain_energy` and `validity`, which share the deformations."""
+        return self.strain_energy(system, at), self.validity(system, at)
+
     def strain_stiffness(self, system, at, Gamma) -> Array:
         """Stiffness (N, N) of the strains on the independent velocities; `at` is a `Configuration`."""
         return jnp.zeros((Gamma.shape[1],) * 2, at.psi.dtype)

@@ -77,11 +77,33 @@ def element_names(system: System) -> tuple[str, ...]:
     return forces + elastic + (() if system.friction is None else system.friction.names)
 
 
-def stored_energy(system: System, at: Configuration):
-    """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V."""
+def stored_energy(system: System, at: Configuration, ends: list | None = None):
+    """Potential energy [J] of all force elements and elastic bodies, without gravity.  Source: S2 (70), V.
+
+    Args: ends: a list to which (names, margins) of each group that has margins are appended; with it `at` is a
+        `VelocityKinematics`.
+    """
+    if ends is not None:
+        return _stored_energy_and_ends(system, at, ends)
     stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), at_rest(system, at)
     for group in system.forces:
         displacement = element_flows(system, group, at, still.V, still.u)[1]
         parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)
         stored = stored + jnp.sum(parts)
+    return stored
+
+
+def _stored_energy_and_ends(system, at, ends):
+    parts = [bodies.strain_energy_and_validity(system, at) for bodies in bodies_of(system)]
+    stored = total(energy for energy, _ in parts)
+    ends += [margins for _, margins in parts]
+    for group in system.forces:
+        _, displacement, flow = element_flows(system, group, at, at.V, at.u)
+        if group.law.has_ends:
+            both = lambda law, x, f, port=group.port: port.potential_and_validity(law, x, f, at.t)  # noqa: E731
+            energy, margins = jax.vmap(both)(group.law, displacement, flow)
+            ends.append((group.names, margins))
+        else:
+            energy = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)
+        stored = stored + jnp.sum(energy)
     return stored

@@ -68,15 +68,18 @@ class ElasticBodies(AbstractBodies):
         return kinetic, body.inertia[:, 3, 3] @ (s.x[:, 0] + at.origin[None]) + jnp.sum(moment, axis=0)
 
     def validity(self, system, at):
+        return self._margins(elastic_state(system, self.group, at).q)
+
+    def _margins(self, q):
         """Root of the mean square deflection, by mass, that is left to a tenth of the radius of gyration about the
-        floating frame [m]."""
-        body, s = self.group.body, elastic_state(system, self.group, at)
-        m, mass = s.q.shape[1], body.inertia[:, 3, 3]
-        bent = jnp.einsum("ei,eij,ej->e", s.q, body.inertia[:, -m:, -m:], s.q) / mass
+        floating frame [m], at deformations q (bodies, m)."""
+        body, m = self.group.body, q.shape[1]
+        mass = body.inertia[:, 3, 3]
+        bent = jnp.einsum("ei,eij,ej->e", q, body.inertia[:, -m:, -m:], q) / mass
         size = jnp.trace(body.inertia[:, :3, :3], axis1=1, axis2=2) / (2.0 * mass)
-        left = MOST_DEFLECTION * jnp.sqrt(size) - jnp.where(bent > 0, jnp.sqrt(jnp.where(bent > 0, bent, 1.0)), 0.0)
+        root = jnp.where(bent > 0, jnp.sqrt(jnp.where(bent > 0, bent, 1.0)), 0.0)
         end = "deforms by more than a tenth of its size, give it as several bodies or as a beam"
-        return self.group.names, {"deflection": Margin(left, "m", end)}
+        return self.group.names, {"deflection": Margin(MOST_DEFLECTION * jnp.sqrt(size) - root, "m", end)}
 
     def weight(self, system, at, Gamma):
         still = at_rest(system, at)
@@ -98,8 +101,14 @@ class ElasticBodies(AbstractBodies):
         return lambda moved: self._loads(carry, system, at_rest(system, moved), None, held)
 
     def strain_energy(self, system, at):
-        """Source: S2 (70)."""
+        return self._energy(elastic_state(system, self.group, at_rest(system, at)).q)
+
+    def strain_energy_and_validity(self, system, at):
         q = elastic_state(system, self.group, at_rest(system, at)).q
+        return self._energy(q), self._margins(q)
+
+    def _energy(self, q):
+        """Source: S2 (70)."""
         if self.group.body.stiffening is not None:
             return jnp.sum(jax.vmap(lambda body, q: body.strain_energy(q))(self.group.body, q))
         return 0.5 * jnp.einsum("ek,ekl,el->", q, self.group.body.stiffness, q)

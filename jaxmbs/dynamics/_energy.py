@@ -11,10 +11,13 @@ from ._bodies import bodies_of, total
 from ._efforts import stored_energy
 
 
-def energies(system: System, at: VelocityKinematics):
-    """Kinetic and potential energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70)."""
+def energies(system: System, at: VelocityKinematics, ends: list | None = None):
+    """Kinetic and potential energy [J]; Source: S2 (36)-(37), and V of gravity (75) and springs (70).
+
+    Args: ends: as of `stored_energy`.
+    """
     kinetic, lifted = zip(*(bodies.energies(system, at) for bodies in bodies_of(system)), strict=True)
-    return total(kinetic), stored_energy(system, at) - jnp.dot(system.gravity, total(lifted))
+    return total(kinetic), stored_energy(system, at, ends) - jnp.dot(system.gravity, total(lifted))
 
 
 def _energies_of_state(system, state):

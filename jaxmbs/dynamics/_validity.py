@@ -4,8 +4,6 @@ Force elements, blocks and elastic bodies say where their models end by margins,
 (`AbstractLaw.validity`).  Motions evaluate them at every saved time and at the end, where all kinematics are at hand.
 """
 
-from typing import NamedTuple
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -98,19 +96,12 @@ def validity_at(system: System, at: VelocityKinematics, multipliers: Array | Non
     Args: multipliers: (rows,) of the motion, where they are found already.
     """
     margins = {
-        name: jax.tree.map(lambda x, k=k: x[k], part.margins)
-        for part in margins_at(system, at, multipliers)
-        if part.margins
-        for k, name in enumerate(part.names)
+        name: jax.tree.map(lambda x, k=k: x[k], margins)
+        for names, margins in margins_at(system, at, multipliers)
+        if margins
+        for k, name in enumerate(names)
     }
     return Validity(at.t, margins)
-
-
-class _Margins(NamedTuple):
-    """Margins by name of parts of one kind, stacked (parts, ...)."""
-
-    names: tuple[str, ...]
-    margins: dict[str, Margin]
 
 
 def has_ends(system: System) -> bool:
@@ -120,35 +111,42 @@ def has_ends(system: System) -> bool:
     return laws or blocks or bool(system.elastic) or bool(cable_rows(system))
 
 
-def is_outside(system: System, at: VelocityKinematics) -> Array:
-    """True () if some part is beyond the end of its model; no derivative."""
-    values = [m.value for part in margins_at(system, at) for m in part.margins.values()]
+def is_outside(system: System, at: VelocityKinematics, ends: list) -> Array:
+    """True () if some part is beyond the end of its model; no derivative.
+
+    Args: ends: margins of force elements and bodies, as `energies` finds them.
+    """
+    parts = ends + _of_blocks(system, at) + _of_rows(system, at)
+    values = [margin.value for _, margins in parts for margin in margins.values()]
     return jnp.any(jnp.concatenate([jnp.ravel(lax.stop_gradient(x)) for x in values]) < 0)
 
 
-def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> list[_Margins]:
-    """Margins of all parts; the system is at its internal states."""
+def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> list:
+    """(names, margins by name, stacked (parts, ...)) of all parts; the system is at its internal states."""
     found = []
     for group in system.forces:
         if group.law.has_ends:
             _, x, flow = element_flows(system, group, at, at.V, at.u)
-            port = group.port
-            margins = jax.vmap(lambda law, x, f, port=port: port.validity(law, x, f, at.t))(group.law, x, flow)
-            found.append(_Margins(group.names, margins))
-    for element in system.blocks:
-        if element.block.has_ends:
-            alone = element.block.validity(element.s or {}, at.t)
-            found.append(_Margins(element.names, jax.tree.map(lambda x: x[None], alone)))
-    found += [_Margins(*bodies.validity(system, at)) for bodies in bodies_of(system)]
-    return found + (_of_rows(system, at, multipliers) if cable_rows(system) else [])
+            margins = lambda law, x, f, port=group.port: port.validity(law, x, f, at.t)  # noqa: E731
+            found.append((group.names, jax.vmap(margins)(group.law, x, flow)))
+    found += [bodies.validity(system, at) for bodies in bodies_of(system)]
+    return found + _of_blocks(system, at) + _of_rows(system, at, multipliers)
 
 
-def _of_rows(system, at, multipliers):
+def _of_blocks(system, at):
+    ended = [element for element in system.blocks if element.block.has_ends]
+    alone = [element.block.validity(element.s or {}, at.t) for element in ended]
+    return [(element.names, jax.tree.map(lambda x: x[None], own)) for element, own in zip(ended, alone, strict=True)]
+
+
+def _of_rows(system, at, multipliers=None):
     """Margins of inextensible cables, whose tensions are multipliers of the motion."""
+    if not cable_rows(system):
+        return []
     multipliers = accelerations(system, at)[1] if multipliers is None else multipliers
     twist, found = frame_twists(system, at.V), []
     for row, place in zip(cable_rows(system), cable_places(system), strict=True):
         R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
         margins = row.law.validity(frames_of(R, x, V), multipliers[place])
-        found.append(_Margins((row.name,), jax.tree.map(lambda x: x[None], margins)))
+        found.append(((row.name,), jax.tree.map(lambda x: x[None], margins)))
     return found

@@ -194,6 +194,10 @@ class AbstractPathLaw(AbstractLaw):
         """Stored energy [J]; arguments as in `PathKinematics`."""
         return jnp.zeros((), positions.dtype)
 
+    def potential_and_validity(self, frames: PathKinematics, t: ScalarLike) -> tuple[Scalar, dict[str, Margin]]:
+        """`potential` and `validity`.  Laws in which both need the same costly geometry evaluate it once here."""
+        return self.potential(frames.rotations, frames.positions, t), self.validity(frames, t)
+
     def storage_power(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
         """Power [W] into the stored energy at constant time, by differentiation.  Laws that have a quicker
         expression, linear in the velocities, give it."""

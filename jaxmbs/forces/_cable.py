@@ -115,7 +115,11 @@ class Cable(CableRoute, AbstractPathLaw):
         """`k/2 (x^2 - x_0^2)` with the stretch x that makes the tension k x, zero where slack [J]."""
         if self.is_wound:
             return jnp.zeros((), positions.dtype)
-        k, stretch, _ = self._stretch(self.path(rotations, positions).length, t)
+        return self._stored(self.path(rotations, positions).length, t)
+
+    def _stored(self, length, t):
+        """Stored energy at a length [J]."""
+        k, stretch, _ = self._stretch(length, t)
         return k * (one_sided_integral(stretch, self.transition) if self.slack else stretch**2 / 2)
 
     def storage_power(self, frames: PathKinematics, t: ScalarLike) -> Scalar:
@@ -132,7 +136,13 @@ class Cable(CableRoute, AbstractPathLaw):
 
     def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
         """Margins of the path."""
-        return self.path_margins(frames.rotations, frames.positions)
+        return self.path_margins(frames.rotations, frames.positions)[1]
+
+    def potential_and_validity(self, frames: PathKinematics, t: ScalarLike) -> tuple[Scalar, dict[str, Margin]]:
+        """Both of the same path."""
+        path, margins = self.path_margins(frames.rotations, frames.positions)
+        stored = jnp.zeros((), frames.positions.dtype) if self.is_wound else self._stored(path.length, t)
+        return stored, margins
 
     def _stretch(self, length, t):
         """(k, stretch that makes the tension k stretch, rate of the free length)."""

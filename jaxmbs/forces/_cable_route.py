@@ -88,10 +88,13 @@ class CableRoute(eqx.Module):
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
 
-    def path_margins(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> dict[str, Margin]:
-        """Margins of the path through frames of these poses, by name."""
+    def path_margins(
+        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
+    ) -> tuple[CablePath, dict[str, Margin]]:
+        """The path through frames of these poses, and its margins by name."""
         circles = self._circles(rotations, positions)
-        return path_margins(self.layout, circles, cable_path(self.layout, circles))
+        path = cable_path(self.layout, circles)
+        return path, path_margins(self.layout, circles, path)
 
     def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Components, Components]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""

@@ -52,7 +52,7 @@ class InextensibleCable(CableRoute):
 
     def validity(self, frames: PathKinematics, tension: Scalar) -> dict[str, Margin]:
         """Margins of the path, and the tension [N]."""
-        found = self.path_margins(frames.rotations, frames.positions)
+        found = self.path_margins(frames.rotations, frames.positions)[1]
         end = "would have to push: give it a stiffness, so that it may become slack"
         return found | {"tension": Margin(tension, "N", end)}
 

@@ -79,6 +79,10 @@ class AbstractPort(abc.ABC):
         x, v = self.arguments(displacement, flow)
         return law.validity(*x, *v, t)
 
+    def potential_and_validity(self, law, displacement, flow, t) -> tuple[Array, dict[str, Margin]]:
+        """Both, where they share costly parts in one evaluation."""
+        return self.potential(law, displacement, t), self.validity(law, displacement, flow, t)
+
     def slope(self, law, displacement, flow, t) -> Array:
         """Minus the derivative (num_flows, num_flows) of the stored effort along the flows of the element."""
         effort = lambda *x: self.stored_effort(law, x, flow, t)  # noqa: E731

@@ -259,6 +259,10 @@ class PathPort(AbstractPort):
         law, frames = self.law_and_motion(law, displacement, flow)
         return law.validity(frames, t)
 
+    def potential_and_validity(self, law, displacement, flow, t):
+        law, frames = self.law_and_motion(law, displacement, flow)
+        return law.potential_and_validity(frames, t)
+
     def law_and_motion(self, law, displacement, flow):
         """The law as it acts now, and the motion of its frames."""
         return law, PathKinematics(*displacement, *_spins_and_velocities(flow))

@@ -40,10 +40,10 @@ def gap(system, at: Configuration):
     return jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
 
 
-def observe(system, at: VelocityKinematics):
+def observe(system, at: VelocityKinematics, ends: list | None = None):
     """(kinetic, potential energy, largest position residual, largest velocity residual, squared speeds of rotation of
     elastic bodies)."""
-    kinetic, potential = energies(system, at)
+    kinetic, potential = energies(system, at, ends)
     spins = squared_spins(system, at)
     if not system.has_constraints:
         return kinetic, potential, gap(system, at), jnp.zeros_like(at.t), spins

@@ -66,8 +66,10 @@ def motion_of(
         here, second, internal = equations.split(p)
         u = here.velocities_of(at, second)
         at = with_velocities(here.system, at, u)
-        outside = is_outside(here.system, at) if has_ends(here.system) else None
-        return (psi, u, internal, Changes.of(equations.system, places)), observe(here.system, at), outside
+        ends: list | None = [] if has_ends(here.system) else None
+        observed = observe(here.system, at, ends)
+        outside = None if ends is None else is_outside(here.system, at, ends)
+        return (psi, u, internal, Changes.of(equations.system, places)), observed, outside
 
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed
