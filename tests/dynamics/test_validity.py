@@ -143,6 +143,7 @@ def strap(inextensible=False):
     return b.build()
 
 
+@pytest.mark.long
 def test_a_rope_that_would_have_to_push():
     """Both weights of 9.81 N are lifted by 50 N: the tension of the constraint is 9.81 - 50 N."""
     system = strap(inextensible=True)
@@ -165,6 +166,7 @@ def test_a_system_without_ends_and_states_of_a_motion():
     assert "by 0.002 m" in found.faults()[0]
 
 
+@pytest.mark.long
 def test_reactions_and_batches_of_them_have_the_status():
     system = slider(pair=contact.SphereOnPlane(0.05), most=1e-3)
     heights = jnp.array([0.06, 0.048])
