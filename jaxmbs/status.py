@@ -46,6 +46,12 @@ class Status(enum.IntEnum):
         "a part of the model is beyond the range where its law holds, at a saved time (dynamics.validity names it)",
     )
 
+    UNSTABLE = (
+        13,
+        "an equilibrium whose stiffness is negative along some direction: the least push leads away from it",
+    )
+    NO_EQUILIBRIUM = 14, "no equilibrium was found near the state"
+
     text: str
 
     def __new__(cls, code, text=""):

@@ -5,8 +5,8 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar, overload
 
-from .analysis._equilibrium import Equilibrium
 from .analysis._equilibrium import equilibrium as mechanism_equilibrium
+from .analysis._equilibrium_result import Equilibrium
 from .analysis._linearise import Linearisation, StateSpace
 from .analysis._linearise import frequency_response as mechanism_response
 from .analysis._mechanism_modes import modes as mechanism_modes
@@ -103,7 +103,12 @@ def check(system: Any, *args: Any, **options: Any) -> Any:
 
 @overload
 def equilibrium(
-    system: System, state: State, moving: Iterable[str] = (), throw: bool = True, held: Iterable[str] = ()
+    system: System,
+    state: State,
+    moving: Iterable[str] = (),
+    throw: bool = True,
+    held: Iterable[str] = (),
+    follow: bool | None = None,
 ) -> Equilibrium: ...
 @overload
 def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse: ...

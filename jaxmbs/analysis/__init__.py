@@ -2,7 +2,8 @@
 diagrams."""
 
 from ._campbell import CampbellDiagram, campbell
-from ._equilibrium import Equilibrium, equilibrium
+from ._equilibrium import equilibrium
+from ._equilibrium_result import Equilibrium
 from ._impending_motion import ImpendingMotion, impending_motion
 from ._linearise import Linearisation, StateSpace, frequency_response, linearise
 from ._mechanism_modes import modes

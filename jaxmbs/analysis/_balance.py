@@ -24,12 +24,15 @@ from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..runtime import lapack
 from ._linearise import unbalanced_efforts
+from ._steep_laws import given_or_own, is_steep, own_stresses, steep_groups, stresses_at, under_stresses
 from ._unknowns import after_step, at_unknowns, normalised, rate_of_step
 
 _MOST_STEPS = 200  # trials of the line search included
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
 _AFAR = 1e-6  # steps that rounding alone asks for and that are longer follow a slope that is rounding as well
 _STEP_TOLERANCE = {8: 1e-11, 4: 1e-6}  # a trial nearer than this, relative to the coordinates, is the last
+
+_LARGEST_TURN = 0.3  # of a joint between nodes of steep laws in one step, in rad or lengths of the model
 
 _SINGULAR = {8: 1e-12, 4: 1e-5}  # of the singular values, largest entries one: what rounding leaves of a zero
 
@@ -45,6 +48,8 @@ class Balance(NamedTuple):
         closing: (nv + ns,) step of the dependent columns that closes the loops, to first order; drift: (N + ns,) what
             it changes the efforts by.
         Gamma: (nv + ns, N + ns) admissible directions.
+        stresses: (n, k) of each group of steep laws; stress_slopes: (n, k, N + ns + 1) of them along the directions
+            and `closing`.
     """
 
     efforts: Array
@@ -54,20 +59,40 @@ class Balance(NamedTuple):
     closing: Array
     drift: Array
     Gamma: Array
+    stresses: tuple[Array, ...] = ()
+    stress_slopes: tuple[Array, ...] = ()
 
 
-def balance(system: System, psi, t, w) -> Balance:
-    """The balance at unknowns psi (nq + ns,), its slope by one linearisation."""
+def balance(system: System, psi, t, w, stresses=None) -> Balance:
+    """The balance at unknowns psi (nq + ns,), its slope by one linearisation.
+
+    Args: stresses: of each group of steep laws (n, k), with which the slope is taken; NaN, or None, for its own.
+    """
     top = system.topology
     P, none = node_parameters(system), jnp.zeros(top.num_velocities + top.num_internal, psi.dtype)
+    given = own_stresses(system) if stresses is None else stresses
 
-    def efforts(step):
+    def efforts(step, given):
         here, moved_psi, _ = at_unknowns(system, after_step(system, psi, step))
-        return _efforts_and_loops(here, configuration(here, P, moved_psi, t), w)
+        at = configuration(here, P, moved_psi, t)
+        found, more = _efforts_and_loops(under_stresses(here, given), at, w)
+        return (found, stresses_at(here, at)), more
 
-    found, slopes, (gap, u, Gamma, closing) = jax.linearize(efforts, none, has_aux=True)
-    along = jax.vmap(slopes, 1, 1)(jnp.concatenate([Gamma, closing[:, None]], axis=1))
-    return Balance(found, u, gap, along[:, :-1], closing, along[:, -1], Gamma)
+    (found, own), slopes, (gap, u, Gamma, closing) = jax.linearize(efforts, none, given, has_aux=True)
+    steps = [Gamma, closing[:, None]]
+    if not steep_groups(system):
+        along, _ = jax.vmap(lambda step: slopes(step, given), 1, 1)(jnp.concatenate(steps, axis=1))
+        return Balance(found, u, gap, along[:, :-1], closing, along[:, -1], Gamma)
+    # the efforts are linear in the given stresses: one more direction brings them to those of the own stresses
+    steps, number = jnp.concatenate([*steps, none[:, None]], axis=1), w.shape[0] + top.num_internal
+    last = np.arange(number + 2) == number + 1
+    changes = [
+        jnp.where(jnp.isnan(x), 0.0, y - x)[..., None] * last.astype(y.dtype) for x, y in zip(given, own, strict=True)
+    ]
+    along, stress_slopes = jax.vmap(slopes, (1, -1), (1, -1))(steps, tuple(changes))
+    stress_slopes = tuple(x[..., :-1] for x in stress_slopes)
+    efforts_of_own = found + along[:, -1]
+    return Balance(efforts_of_own, u, gap, along[:, :number], closing, along[:, number], Gamma, own, stress_slopes)
 
 
 def _efforts_and_loops(system, at, w):
@@ -94,8 +119,9 @@ def _on_all_rows(system, gap):
 class _Trial(NamedTuple):
     """A line search: the configuration taken last, and the one to be tried next.
 
-    `loss` (), `found` and `direction` (nv,) belong to `psi`; `length` () is the share of the direction that leads to
-    `trial`; `moved` (): largest change of a coordinate by the trial before.
+    `loss` (), `found` and `direction` belong to `psi`; `length` () is the share of the direction that leads to
+    `trial`; `moved` (): largest change of a coordinate by the trial before.  `stresses` of steep laws are unknowns of
+    their own, `trial_stresses` those of the trial.
     """
 
     steps: Array
@@ -103,10 +129,12 @@ class _Trial(NamedTuple):
     found: Balance
     loss: Array
     scale: Array
-    direction: Array
+    direction: "NewtonStep"
     length: Array
     trial: Array
     moved: Array
+    stresses: tuple[Array, ...]
+    trial_stresses: tuple[Array, ...]
 
 
 @eqx.filter_custom_jvp
@@ -127,24 +155,29 @@ def search_balance(system: System, psi, t, w, moving, weight):
         return 0.5 * (jnp.sum((still * at.efforts / scale) ** 2) + jnp.sum(at.gap**2))
 
     def once(last):
-        new = balance(system, last.trial, t, w)
+        new = balance(system, last.trial, t, w, last.trial_stresses)
         first = last.steps == 0
         scale = jnp.where(first, _scale(new.efforts, weight, top.num_internal), last.scale)
         scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
         loss = loss_of(new, scale)
-        if is_steep(system):
-            better = first | _is_nearer(new, last, still)
-        else:
-            better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
         direction = newton_step(new, still, still * new.efforts)
         is_rest = _is_rounding(system, still * (new.efforts + new.drift), scale)
-        direction = jnp.where(is_rest & ~(_largest(direction) < _AFAR), new.closing, direction)
-        taken = (last.trial, new, loss, direction, jnp.ones_like(loss))
-        kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length)
-        psi, found, loss, direction, length = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
-        trial = normalised(system, after_step(system, psi, length * direction))
+        step = jnp.where(is_rest & ~(_largest(direction.step) < _AFAR), new.closing, direction.step)
+        direction = direction._replace(step=step)
+        if is_steep(system):
+            better = first | _is_nearer(direction, last)
+        else:
+            better = first | (loss <= (1.0 - 2.0 * _SUFFICIENT_DECREASE * last.length) * last.loss)
+        whole = share_of_step(system, direction.step) if is_steep(system) else jnp.ones_like(loss)
+        taken = (last.trial, new, loss, direction, whole, given_or_own(last.trial_stresses, new.stresses))
+        kept = (last.psi, last.found, last.loss, last.direction, 0.5 * last.length, last.stresses)
+        psi, found, loss, direction, length, stresses = jax.tree.map(
+            lambda a, b: jnp.where(better, a, b), taken, kept
+        )
+        trial = normalised(system, after_step(system, psi, length * direction.step))
+        there = jax.tree.map(lambda a, b: a + length * (b - a), stresses, direction.stresses)
         change = jnp.where(first, jnp.inf, jnp.max(jnp.abs(last.trial - last.psi), initial=0.0))
-        return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, change)
+        return _Trial(last.steps + 1, psi, found, loss, scale, direction, length, trial, change, stresses, there)
 
     def goes_on(last):  # not where a step is NaN: the slope is singular
         far = last.moved > tolerance * (1.0 + jnp.max(jnp.abs(last.psi), initial=0.0))
@@ -154,19 +187,20 @@ def search_balance(system: System, psi, t, w, moving, weight):
     return found.psi, found.found, found.scale, found.steps
 
 
-def is_steep(system: System) -> bool:
-    """True if a law of the system is far stiffer along some directions than along others."""
-    return any(getattr(group.law, "is_steep", False) for group in system.forces)
+def share_of_step(system: System, step):
+    """Share () of a step (nv + ns,) that turns no joint by more than a third of a radian, or slides it so far."""
+    top = system.topology
+    unit = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(step.dtype)
+    return _LARGEST_TURN / jnp.max(jnp.abs(step[: top.num_velocities] / unit), initial=_LARGEST_TURN)
 
 
-def _is_nearer(new, last, still):
-    """Natural monotonicity test of a trial: by the slope of the point taken last, the step from there is shorter.
+def _is_nearer(direction, last):
+    """True if the step from a trial is shorter than that from the point taken last.
 
     It does not depend on the units of the efforts: in a thin beam those of stretch would hide those of bending.
-    Source: Deuflhard, Newton methods for nonlinear problems (2004), 3.3.
+    Source: after Deuflhard, Newton methods for nonlinear problems (2004), 3.3, with the slope of the trial.
     """
-    step = last.found.Gamma @ _solve_slope(last.found.slope, still, -still * (new.efforts + new.drift)) + new.closing
-    return jnp.sum(step**2) <= (1.0 - last.length / 4.0) ** 2 * jnp.sum(last.direction**2)
+    return jnp.sum(direction.step**2) <= (1.0 - last.length / 4.0) ** 2 * jnp.sum(last.direction.step**2)
 
 
 def _scale(efforts, weight, number):
@@ -181,11 +215,13 @@ def _scale(efforts, weight, number):
 def _first_trial(system, psi, w):
     top, number = system.topology, system.topology.num_internal
     nv, n, N = top.num_velocities, top.num_velocities + number, w.shape[0] + number
-    shapes = Balance((N,), (nv,), (len(top.position_rows),), (N, N), (n,), (N,), (n, N))
-    nothing = Balance(*(jnp.full(shape, jnp.nan, psi.dtype) for shape in shapes))
+    shapes = (N,), (nv,), (len(top.position_rows),), (N, N), (n,), (N,), (n, N)
+    own = own_stresses(system)
+    slopes = tuple(jnp.full((*x.shape, N + 1), jnp.nan, psi.dtype) for x in own)
+    nothing = Balance(*(jnp.full(shape, jnp.nan, psi.dtype) for shape in shapes), own, slopes)
     far, one = jnp.asarray(jnp.inf, psi.dtype), jnp.ones((), psi.dtype)
-    scale = jnp.ones(N, psi.dtype) if number else one
-    return _Trial(jnp.zeros((), int), psi, nothing, far, scale, jnp.zeros(n, psi.dtype), one, psi, far)
+    scale, still = jnp.ones(N, psi.dtype) if number else one, NewtonStep(jnp.zeros(n, psi.dtype), own)
+    return _Trial(jnp.zeros((), int), psi, nothing, far, scale, still, one, psi, far, own, own)
 
 
 def still_columns(system: System, moving, dtype):
@@ -200,10 +236,21 @@ def unknown_columns(system: System) -> np.ndarray:
     return np.concatenate([independent_columns(system), top.num_velocities + np.arange(top.num_internal)]).astype(int)
 
 
-def newton_step(at: Balance, still, efforts):
-    """Step (nv + ns,) that closes the loops and takes the efforts away; columns with still = 0 stay, or take what
-    their entry of `efforts` says."""
-    return at.Gamma @ _solve_slope(at.slope, still, -efforts - still * at.drift) + at.closing
+class NewtonStep(NamedTuple):
+    """A step (nv + ns,), and the stresses (n, k) of each group of steep laws after it, to first order."""
+
+    step: Array
+    stresses: tuple[Array, ...]
+
+
+def newton_step(at: Balance, still, efforts) -> NewtonStep:
+    """The step that closes the loops and takes the efforts away; columns with still = 0 stay, or take what their
+    entry of `efforts` says."""
+    y = _solve_slope(at.slope, still, -efforts - still * at.drift)
+    stresses = [
+        x + slopes[..., :-1] @ y + slopes[..., -1] for x, slopes in zip(at.stresses, at.stress_slopes, strict=True)
+    ]
+    return NewtonStep(at.Gamma @ y + at.closing, tuple(stresses))
 
 
 def _is_rounding(system, efforts, scale):

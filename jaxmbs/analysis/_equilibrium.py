@@ -1,12 +1,14 @@
 """Static equilibrium and steady motion: where the independent accelerations vanish."""
 
+import dataclasses
+import warnings
 from collections.abc import Iterable
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import distinct_names, is_concrete, no_such
 from ..contact import BristleContact
@@ -23,40 +25,26 @@ from ..model._entry_points import check_single_state
 from ..model._friction import bristle_groups, refuse_friction, without_friction
 from ..model._system import System
 from ..runtime import jit, lapack
+from ..status import Status
 from ._balance import search_balance, still_columns
+from ._equilibrium_result import Equilibrium
+from ._load_following import follow_load
+from ._steep_laws import is_steep
+from ._unheld import unheld_coordinates
 from ._unknowns import at_unknowns, unknowns_of
 
 _MAX_SETS = 3  # independent sets tried, each from the pose found with the one before
+_ROUNDINGS = 16  # of the coordinates, of which stiff laws make efforts that are no lack of balance
 _RESIDUAL_TOLERANCE = {8: 1e-8, 4: 1e-3}  # efforts over the model's scale that count as zero, half the digits
 
 
-class Equilibrium(eqx.Module):
-    """Equilibrium or steady motion of a mechanism.
-
-    Attributes:
-        state: the State there; NaN where none was found, as are stiffness and efforts, so that no result is computed
-            from a state that is no equilibrium.
-        residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale,
-            without derivative.
-        ok: true if the residual is small.
-        stable: true if the symmetric part of the stiffness is positive definite on the coordinates that do not move.
-        stiffness: K (N, N) there, all causes, along the admissible directions, at unchanged internal states of force
-            elements: of these `modes` has the stability.
-        efforts: (N,) that keep the moving joints at their speed; zero when the motion sustains itself.
-        steps: number of Newton steps.
-    """
-
-    state: State
-    residual: Float[Array, ""]
-    ok: Bool[Array, ""]
-    stable: Bool[Array, ""]
-    stiffness: Float[Array, "N N"]
-    efforts: Float[Array, " N"]
-    steps: Int[Array, ""]
-
-
 def equilibrium(
-    system: System, state: State, moving: Iterable[str] = (), throw: bool = True, held: Iterable[str] = ()
+    system: System,
+    state: State,
+    moving: Iterable[str] = (),
+    throw: bool = True,
+    held: Iterable[str] = (),
+    follow: bool | None = None,
 ) -> Equilibrium:
     """The state of rest, or of steady motion, near a state.
 
@@ -67,11 +55,24 @@ def equilibrium(
         throw: raise when none is found (outside of tracing); otherwise check `.ok`.
         held: internal states of force elements that keep the values of the state, such as the pressure of a closed
             volume: at rest its rate vanishes at any.  The rates of all others vanish.
+        follow: the loads from zero where the search ends unstable, or finds nothing: by default outside of tracing
+            only, as it is a second program; True within it too, False never.
 
     Newton's method with a line search on the independent efforts and the loops together; derivatives by the
-    implicit function theorem.  Joints that rub hold a mechanism at rest in a band of poses: the answer is the pose of
+    implicit function theorem.
+
+    Where that ends at an unstable equilibrium, or at none, the loads are followed: the start is held by efforts on
+    its independent coordinates, which are taken away bit by bit, so that weight, forces and bent springs come on
+    from zero.  If this ends at a stable equilibrium it is the answer, and `reason` says so.  Otherwise the first
+    stands: `ok`, of `status` UNSTABLE, with a warning outside of tracing.  A start that is itself at rest, as a
+    pendulum that stands, is not left.  Stiffness does not tell the stability of a steady motion (`modes` do), which
+    has no such status.
+
+    Joints that rub hold a mechanism at rest in a band of poses: the answer is the pose of
     that band at which their friction is zero, and `stable` and `stiffness` are those without friction.
     `impending_motion` gives the two limits of the efforts that hold it.
+
+    Within a trace that follows nothing, start from a state found before it.
 
     Raises:
         ModelError: a moving joint is unknown or not independent (name it in `build(independent=...)`), an internal
@@ -93,17 +94,55 @@ def equilibrium(
         )
     system = without_friction(with_changes(system, state))
     result = _equilibrium_on_sets(system, state, moving, held)
-    if throw and is_concrete(result.ok) and not np.all(np.asarray(result.ok)):
-        worst = float(np.max(np.asarray(result.residual)))
-        raise SimulationError(
-            f"no equilibrium was found near the state: the residual is {worst:.3g} of the model's scale; "
-            + _advice(system, held)
-        )
+    result = dataclasses.replace(result, is_steady=bool(moving))
+    if follow or (follow is None and is_concrete(result)):
+        result = _followed(system, state, moving, held, result)
+    if not is_concrete(result):
+        return result
+    if throw and not bool(result.ok):
+        raise SimulationError(_failure(system, state, result, held))
+    if result.status == Status.UNSTABLE:
+        warnings.warn(f"equilibrium: it is unstable: {Status.UNSTABLE}; start nearer to another", stacklevel=3)
     return result
 
 
+def _followed(system, state, moving, held, first):
+    """The first equilibrium, or that at the end of the loads where it is unstable or none."""
+    leaves = ~first.ok | first.is_unstable
+    if is_concrete(first) and (not bool(leaves) or _is_at(first.state, state)):
+        return first
+    here = with_mobility_at(system, state)
+    end, share, steps = follow_load(here, state, _columns(here, moving) + _held_columns(here.topology, held))
+    first = dataclasses.replace(first, share=share, steps=first.steps + steps)
+    if is_concrete(first) and share < 1.0:
+        return first
+    found = _equilibrium_on_sets(system, end, moving, held)
+    found = dataclasses.replace(found, is_steady=first.is_steady, share=share, steps=first.steps + found.steps)
+    better = leaves & (share >= 1.0) & found.ok & (~found.is_unstable | ~first.ok)
+    result = jax.tree.map(lambda a, b: jnp.where(better, a, b), found, first)
+    return dataclasses.replace(result, followed=better)
+
+
+def _is_at(state, start):
+    """True if a state has the coordinates of a start, which then is at rest."""
+    there, here = np.asarray(state.coordinates), np.asarray(start.coordinates)
+    return bool(np.max(np.abs(there - here), initial=0.0) <= 1e-9 * (1.0 + np.max(np.abs(here), initial=0.0)))
+
+
+def _failure(system, state, result, held):
+    """Words for a search that found nothing."""
+    text = (
+        f"no equilibrium was found near the state: the residual is {float(result.residual):.3g} of the model's scale"
+    )
+    if result.share < 1.0:
+        text += f", and the loads could be followed up to {100.0 * float(result.share):.3g} % of them"
+    if free := unheld_coordinates(system, state):
+        return f"{text}; nothing holds {', '.join(free)} against the loads there: give them a support, or a spring"
+    return f"{text}; {_advice(system, held)}"
+
+
 def _advice(system, held):
-    """Words for a search that failed: bristles are named, as they hold at any pose of a band."""
+    """Advice after a failed search: bristles are named, as they hold at any pose of a band."""
     open_bends = [bend for bend in _bends(system) if bend not in held]
     if open_bends:
         names = ", ".join(repr(bend.removesuffix(".bristle")) for bend in open_bends)
@@ -176,6 +215,8 @@ def _equilibrium(system, state, moving):
     efforts, gap = (jnp.max(jnp.abs(x), initial=0.0) for x in (still * at.efforts / scale, at.gap))
     residual = lax.stop_gradient(jnp.maximum(efforts, gap))
     ok, stiffness, missing = residual < _RESIDUAL_TOLERANCE[psi.dtype.itemsize], at.slope, at.efforts
+    if is_steep(system):
+        ok = ok | _is_rounding(psi, at, still)
     if top.internal:
         stiffness, missing, still = stiffness[:N, :N], missing[:N], still[:N]
     stable = _is_stable(stiffness, still)
@@ -183,6 +224,13 @@ def _equilibrium(system, state, moving):
     _, psi, internal = at_unknowns(system, psi)
     state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
     return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * missing, steps=count)
+
+
+def _is_rounding(psi, at, still):
+    """True if rounding of the coordinates alone makes efforts and gaps as large."""
+    unit = _ROUNDINGS * jnp.finfo(psi.dtype).eps * (1.0 + jnp.max(jnp.abs(psi), initial=0.0))
+    least = unit * jnp.sum(jnp.abs(at.slope), axis=1)
+    return lax.stop_gradient(jnp.all(jnp.abs(still * at.efforts) <= least) & jnp.all(jnp.abs(at.gap) <= unit))
 
 
 def _is_stable(K, still):

@@ -167,7 +167,7 @@ def linearise(
     warn_of_stiffening(found.stiffening)
     found = nan_unless_determined(system, state, found)
     found = found if system.friction is None else nan_at_stick(system, state, found)
-    names, position_names = (_column_names(system.topology, x) for x in (found.velocities, found.positions))
+    names, position_names = (column_names(system.topology, x) for x in (found.velocities, found.positions))
     internal = tuple(entry for record in system.topology.internal for entry in record.entries)
     columns = tuple(numbered(_input_of_columns(system, inputs)))
     rows = output_names(system, outputs, len(found.state_space.C))
@@ -181,7 +181,7 @@ def linearise(
     )
 
 
-def _column_names(topology, columns):
+def column_names(topology, columns):
     """Names of velocities: that of the joint, with its label where the joint has several."""
     names = {}
     for joint in topology.joints:

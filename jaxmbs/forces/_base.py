@@ -32,7 +32,9 @@ class AbstractLaw(eqx.Module):
     """
 
     is_source: ClassVar[bool] = False
-    is_steep: ClassVar[bool] = False  # far stiffer along some directions than along others
+    # far stiffer along some directions than along others: such a law has `stress` of its displacement and `under` a
+    # stress, by which a search for equilibria keeps the stresses as unknowns of their own
+    is_steep: ClassVar[bool] = False
     inputs: ClassVar[tuple[str, ...]] = ()
     unbounded: ClassVar[tuple[str, ...]] = ()
 

@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative
@@ -66,6 +67,14 @@ class BeamElement(AbstractPoseLaw):
         end = "bends by nearly half a turn between its ends, give the beam more elements"
         return {"turn": Margin(MOST_TURN - angle, "rad", end)}
 
+    def stress(self, rotation: Matrix3, displacement: Vector3) -> Float[Array, " 6"]:
+        """Forces and moments (6,) of the stretch, `K (s - s0)`."""
+        return (self.stiffness + self.stiffness.T) @ (screw_of_pose(rotation, displacement) - self.screw) / 2
+
+    def under(self, stress: Float[Array, "... 6"]) -> "BeamElement":
+        """The element under a stress that a search gives, with the slope of its own; NaN for its own stress."""
+        return _BeamElementUnderStress(self.stiffness, self.screw, self.damping, stress)
+
     @property
     def dissipates(self) -> bool:
         return self.damping is not None
@@ -84,6 +93,27 @@ class BeamElement(AbstractPoseLaw):
             ),
             (self.damping is not None and negative(self.damping), "damping must not be negative [s]"),
         )
+
+
+class _BeamElementUnderStress(BeamElement):
+    """`BeamElement.under`; `given`: (6,) the stress."""
+
+    given: Float[Array, "... 6"] = eqx.field(kw_only=True)
+
+    def __init__(self, stiffness, screw, damping, given):
+        self.stiffness, self.screw, self.damping, self.given = stiffness, screw, damping, given
+
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
+    ) -> tuple[Vector3, Vector3]:
+        own = self.stress(rotation, displacement)
+        stress = jnp.where(jnp.isnan(self.given), own, self.given + (own - lax.stop_gradient(own)))
+        screw = screw_of_pose(rotation, displacement)
+        if self.damping is not None:
+            rate = screw_rate(screw, displacement, velocity, angular_velocity)
+            stress = stress + (self.stiffness + self.stiffness.T) @ rate * self.damping / 2
+        force, moment = wrench_of_screw_gradient(screw, displacement, stress)
+        return -force, -moment
 
 
 def _not_definite(matrix):

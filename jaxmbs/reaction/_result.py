@@ -89,6 +89,7 @@ def _summary(loads):
     ok = np.asarray(loads.ok)
     summary = f"{len(rows)} joints" + (f", {ok.size} instants" if ok.ndim else "")
     summary += ", ok" if ok.all() else f", {np.count_nonzero(~ok)} not ok"
+    summary += f", {loads.note}" if loads.note else ""
     side = "" if loads.side == "child" else ", on the parents"
     summary += f"; axes of the {'world' if loads.frame == 'world' else 'joints'}{side}"
     if loads.validity is not None:
@@ -201,6 +202,7 @@ class Reactions(eqx.Module):
         t: (...) times of the states [s].
         validity: margins of the parts of the system to the ends of their models; None where none has any.  Its
             `faults()` are in the print.
+        note: a word on the state asked for, such as that it is an unstable equilibrium (static).
     """
 
     joints: Mapping[str, JointReaction] | JointReactions
@@ -215,6 +217,7 @@ class Reactions(eqx.Module):
     side: str = eqx.field(static=True, default="child")
     t: Float[Array, "..."] | None = None
     validity: Validity | None = None
+    note: str = eqx.field(static=True, default="")
 
     @property
     def result(self) -> Int[Array, "..."]:
@@ -226,6 +229,8 @@ class Reactions(eqx.Module):
     @property
     def status(self) -> Status:
         """The worst status of its states, `str` of it in words (concrete ones)."""
+        if self.note:
+            return Status.UNSTABLE
         return Status(int(np.max(np.asarray(self.result), initial=int(Status.SUCCESS))))
 
     __repr__, _repr_html_ = table_repr(_summary)

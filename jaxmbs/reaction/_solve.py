@@ -3,6 +3,7 @@
 Source: S1 (26)-(29); the wrench that a joint carries is the momentum rate of its subtree less the other loads on it.
 """
 
+import dataclasses
 import functools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -221,7 +222,7 @@ def reactions(
     """Reactions of all joints at a state or along a motion.
 
     Args:
-        motion: a State, a Motion, or a State with one leading axis.
+        motion: a State, an Equilibrium, a Motion, or a State with one leading axis.
         frame: "world" axes, or "joint": those of the joint's frame on that side.
         side: "child": the wrench the parent applies on the child; "parent": the opposite one on the parent.
         compliance: name -> (6,), of joints and two-frame constraints for force x, y, z [m/N] and moment x, y, z
@@ -262,4 +263,5 @@ def reactions(
         actuators = every if actuators is None else actuators
     columns = None if actuators is None else actuated_columns(system, actuators)
     options = _Options(frame, side, compliance, solver_for(system, method), columns)
-    return _along(system, states, accelerations, states.coordinates.ndim == 2, options)
+    found = _along(system, states, accelerations, states.coordinates.ndim == 2, options)
+    return dataclasses.replace(found, note=note) if (note := getattr(motion, "note", "")) else found

@@ -1,0 +1,117 @@
+"""`Equilibrium`: what `equilibrium` finds, with its verdict."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from ..checks import is_concrete
+from ..kinematics._state import State
+from ..runtime import lapack
+from ..status import Status
+from ..tables import format_number, table_repr
+
+#: Negative curvature over the largest, rows and columns scaled to one, from which on it is no rounding.
+_NEGATIVE = {8: 1e-9, 4: 1e-3}
+
+
+def _table_rows(found):
+    psi, names = np.asarray(found.state.coordinates), []
+    for name, _, size, _ in found.state.structure or ():
+        names += [name] if size == 1 else [f"{name}[{k}]" for k in range(size)]
+    rows = [(name, format_number(x)) for name, x in zip(names, psi, strict=True)]
+    if (internal := found.state.internal) is not None:
+        rows += [(name, format_number(x)) for name, x in zip(internal.entries, internal.values, strict=True)]
+    summary = f"{found.reason}; {int(found.steps)} steps, residual {format_number(found.residual)}"
+    return summary, [("coordinate", "value"), *rows]
+
+
+class Equilibrium(eqx.Module):
+    """Equilibrium or steady motion of a mechanism; questions take it as they take its state.
+
+    Attributes:
+        state: the State there; NaN where none was found, as are stiffness and efforts, so that no result is computed
+            from a state that is no equilibrium.
+        residual: largest effort left on the independent velocities [N, N m] or gap of a loop, over the model's scale,
+            without derivative.
+        ok: true if the residual is small.
+        stable: true if the symmetric part of the stiffness is positive definite on the coordinates that do not move;
+            false where some motion is indifferent, as that of a cart on a level track, or negative.
+        stiffness: K (N, N) there, all causes, along the admissible directions, at unchanged internal states of force
+            elements: of these `modes` has the stability.
+        efforts: (N,) that keep the moving joints at their speed; zero when the motion sustains itself.
+        steps: number of Newton steps.
+        followed: true where the loads were followed from zero, see `equilibrium`.
+        share: of the loads, up to which they could be followed; one where they were not.
+        is_steady: true for a steady motion, whose stability the stiffness alone does not tell (static).
+    """
+
+    state: State
+    residual: Float[Array, ""]
+    ok: Bool[Array, ""]
+    stable: Bool[Array, ""]
+    stiffness: Float[Array, "N N"]
+    efforts: Float[Array, " N"]
+    steps: Int[Array, ""]
+    followed: Bool[Array, ""] = eqx.field(default_factory=lambda: np.zeros((), bool))
+    share: Float[Array, ""] = eqx.field(default_factory=lambda: np.ones(()))
+    is_steady: bool = eqx.field(static=True, default=False)
+
+    __repr__, _repr_html_ = table_repr(_table_rows)
+
+    @property
+    def states(self) -> State:
+        """The state, by which questions take an equilibrium."""
+        return self.state
+
+    @property
+    def note(self) -> str:
+        """Words for results at an equilibrium that is unstable, otherwise empty; also where it is traced."""
+        return "at an UNSTABLE equilibrium" if is_concrete(self.ok) and self.status == Status.UNSTABLE else ""
+
+    @property
+    def is_unstable(self) -> Bool[Array, ""]:
+        """True where the stiffness is negative along some direction, of an equilibrium at rest (traceable)."""
+        if self.is_steady:
+            return self.ok & False
+        return self.ok & ~self.stable & (_least_curvature(self.stiffness) < 0.0)
+
+    @property
+    def result(self) -> Int[Array, ""]:
+        """Code of the `Status`: SUCCESS, UNSTABLE or NO_EQUILIBRIUM (traceable)."""
+        found = jnp.where(self.is_unstable, Status.UNSTABLE, Status.SUCCESS)
+        return jnp.where(self.ok, found, Status.NO_EQUILIBRIUM)
+
+    @property
+    def status(self) -> Status:
+        """Status, `str` of it in words (concrete equilibria)."""
+        return Status(int(np.asarray(self.result)))
+
+    @property
+    def reason(self) -> str:
+        """The verdict in words, with the way in which it was found (concrete equilibria)."""
+        if not bool(self.ok):
+            return str(Status.NO_EQUILIBRIUM)
+        if self.status == Status.UNSTABLE:
+            return f"UNSTABLE: {Status.UNSTABLE}"
+        if bool(self.followed):
+            return (
+                "found by following the loads from zero, as the search from the start alone ends at no stable "
+                "equilibrium"
+            )
+        if self.is_steady:
+            return "steady motion found"
+        return "stable equilibrium found" if bool(self.stable) else "equilibrium found, indifferent to some motion"
+
+
+def _least_curvature(K: Array) -> Any:
+    """Smallest eigenvalue of the symmetric part of K, rows and columns scaled to one; zero if it is rounding."""
+    K = 0.5 * (K + K.T)
+    size = jnp.max(jnp.abs(K), axis=1, initial=0.0)
+    scale = 1.0 / jnp.sqrt(jnp.where(size > 0.0, size, 1.0))
+    values = lapack.eigvalsh(scale[:, None] * K * scale[None, :])
+    largest = jnp.max(jnp.abs(values), initial=0.0)
+    least = jnp.min(values, initial=jnp.inf)
+    return jnp.where(least < -_NEGATIVE[K.dtype.itemsize] * largest, least, 0.0)

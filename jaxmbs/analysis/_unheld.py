@@ -1,0 +1,45 @@
+"""Coordinates that nothing holds against the loads: why a mechanism has no equilibrium."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..kinematics._kic import independent_columns
+from ..kinematics._mobility import with_mobility_at
+from ..model._system import System
+from ..runtime import jit
+from ._balance import balance
+from ._linearise import column_names
+from ._unknowns import unknowns_of
+
+_FREE = 1e-9  # stiffness along a motion, rows and columns scaled to one, that is none
+_SHARE = 0.2  # of a free motion, from which on a coordinate is named
+_MOST_NAMES = 6
+
+
+def unheld_coordinates(system: System, state) -> list[str]:
+    """Names of the independent coordinates with a part in motions that loads push and no stiffness holds, at a state
+    with concrete numbers."""
+    system = with_mobility_at(system, state)
+    chosen = independent_columns(system)
+    at = _balance_at(system, state)
+    K, efforts = np.asarray(at.slope)[: len(chosen), : len(chosen)], np.asarray(at.efforts)[: len(chosen)]
+    if not len(chosen) or not np.all(np.isfinite(K)) or not np.all(np.isfinite(efforts)):
+        return []
+    size = np.sqrt(np.maximum(np.max(np.abs(K), axis=0), np.max(np.abs(K), axis=1)))
+    size = np.where(size > 0.0, size, 1.0)
+    left, values, right = np.linalg.svd(K / np.outer(size, size))
+    free = values <= _FREE * max(values[0], 1e-300)
+    pushed = np.abs(left[:, free].T @ (efforts / size)) > _FREE * np.max(np.abs(efforts / size), initial=0.0)
+    parts = np.max(np.abs(right[free][pushed] / size), axis=0, initial=0.0)
+    names = column_names(system.topology, chosen)
+    found = [
+        repr(name) for name, part in zip(names, parts, strict=True) if part > _SHARE * np.max(parts, initial=0.0)
+    ]
+    more = [f"{len(found) - _MOST_NAMES} more"] if len(found) > _MOST_NAMES else []
+    return found[:_MOST_NAMES] + more
+
+
+@jit(compile="quick")
+def _balance_at(system, state):
+    psi = unknowns_of(system, state)
+    return balance(system, psi, state.t, jnp.zeros(len(independent_columns(system)), psi.dtype))
