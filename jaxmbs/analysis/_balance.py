@@ -85,9 +85,9 @@ def balance(system: System, psi, t, w, stresses=None) -> Balance:
         return Balance(found, u, gap, along[:, :-1], closing, along[:, -1], Gamma)
     # the efforts are linear in the given stresses: one more direction brings them to those of the own stresses
     steps, number = jnp.concatenate([*steps, none[:, None]], axis=1), w.shape[0] + top.num_internal
-    last = np.arange(number + 2) == number + 1
     changes = [
-        jnp.where(jnp.isnan(x), 0.0, y - x)[..., None] * last.astype(y.dtype) for x, y in zip(given, own, strict=True)
+        jnp.zeros((*x.shape, number + 2), x.dtype).at[..., -1].set(jnp.where(jnp.isnan(x), 0.0, y - x))
+        for x, y in zip(given, own, strict=True)
     ]
     along, stress_slopes = jax.vmap(slopes, (1, -1), (1, -1))(steps, tuple(changes))
     stress_slopes = tuple(x[..., :-1] for x in stress_slopes)

@@ -5,6 +5,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import is_concrete
@@ -108,7 +109,7 @@ class Equilibrium(eqx.Module):
 
 def _least_curvature(K: Array) -> Any:
     """Smallest eigenvalue of the symmetric part of K, rows and columns scaled to one; zero if it is rounding."""
-    K = 0.5 * (K + K.T)
+    K = lax.stop_gradient(0.5 * (K + K.T))
     size = jnp.max(jnp.abs(K), axis=1, initial=0.0)
     scale = 1.0 / jnp.sqrt(jnp.where(size > 0.0, size, 1.0))
     values = lapack.eigvalsh(scale[:, None] * K * scale[None, :])

@@ -13,6 +13,9 @@ from ..typing import ArrayLike
 from ._measurements import Measurements
 from ._verdict import Direction, spectrum, unseen_directions
 
+#: Probability of a chi squared as large, below which the model does not fit.
+MISFIT = 1e-6
+
 
 def _table_rows(found):
     low, high = found.intervals().T
@@ -31,7 +34,8 @@ class Identification(eqx.Module):
     Attributes:
         unknowns: the values found, like the first ones.
         names, values: of the scalar unknowns (p,); lower, upper: their bounds.
-        covariance: (p, p) of the unknowns, to first order; infinite where the data see nothing, zero at a bound.
+        covariance: (p, p) of the unknowns, to first order; infinite where the data see nothing, NaN where a bound
+            cuts one off and for a search that did not converge, zero for what equal bounds fix.
         unseen: directions that the data cannot tell from noise.
         prediction: at the values found, like the data; NaN at gaps.
         chi_squared: sum of squares of the weighted differences, priors included.
@@ -41,7 +45,9 @@ class Identification(eqx.Module):
         is_estimated: True where the noise is estimated (static).
         measurements: the data as one vector.
         jacobian: (n, p) of the weighted predictions by the unknowns.
-        at_bound: (p,) true for unknowns at a bound, which count as known.
+        at_bound: (p,) true for unknowns at a bound, which count as known: the others' errors are as if they were.
+        misfit: probability of a chi squared as large, if the deviations given are right; one where the noise is
+            estimated, or outliers count less.
         largest: relative deviation from which on a direction counts as unseen (static).
         refit: least sum of squares with one unknown held (static).
     """
@@ -62,6 +68,7 @@ class Identification(eqx.Module):
     measurements: Measurements
     jacobian: np.ndarray
     at_bound: np.ndarray
+    misfit: float
     largest: float = eqx.field(static=True)
     refit: Callable = eqx.field(static=True)
 
@@ -69,8 +76,15 @@ class Identification(eqx.Module):
 
     @property
     def ok(self) -> bool:
-        """True if the search converged and the data determine every unknown."""
-        return self.reason == "converged" and not self.unseen
+        """True if the search converged, the data determine every unknown, no bound cuts one off, and chi squared is
+        no larger than the deviations allow."""
+        converged = self.reason == "converged" and not self.unseen
+        return converged and not np.any(self.is_cut_off) and self.misfit >= MISFIT
+
+    @property
+    def is_cut_off(self) -> np.ndarray:
+        """True (p,) for unknowns at a bound that could be moved: the least sum of squares may lie beyond it."""
+        return np.asarray(self.at_bound & (self.lower < self.upper))
 
     @property
     def rank(self) -> int:
@@ -79,7 +93,7 @@ class Identification(eqx.Module):
 
     @property
     def standard_errors(self) -> np.ndarray:
-        """Standard errors (p,) of the unknowns."""
+        """Standard errors (p,) of the unknowns; NaN for those that a bound cuts off."""
         return np.sqrt(np.diagonal(self.covariance))
 
     @property
@@ -128,15 +142,25 @@ class Identification(eqx.Module):
         )
 
     def notes(self) -> list[str]:
-        """A word on every unknown: at a bound, or less certain than its own size."""
+        """A word on every unknown: at a bound, fixed by equal ones, or less certain than its own size."""
         doubtful = self.standard_errors > self.largest * _sizes(self.values, self.lower, self.upper)
-        marks = zip(self.at_bound, doubtful, strict=True)
-        return ["at its bound" if bound else "not determined" if one else "" for bound, one in marks]
+        marks = zip(self.at_bound, self.is_cut_off, doubtful, strict=True)
+        words = ("at its bound, cut off", "at its bound, fixed", "not determined", "")
+        return [words[0 if cut else 1 if bound else 2 if one else 3] for bound, cut, one in marks]
 
     def summary(self) -> str:
         """The verdict in sentences."""
         told = [f"{self.reason}; {self.rank} of {len(self.names)} directions seen"]
         told.append(f"chi squared {format_number(self.chi_squared)} over {self.freedom} degrees of freedom")
+        if np.any(self.is_cut_off):
+            places = zip(self.names, self.values, self.is_cut_off, strict=True)
+            cut = ", ".join(f"{name} = {format_number(x)}" for name, x, mark in places if mark)
+            told.append(f"A bound cuts off {cut}: the best fit may lie beyond, widen the bound or fix the unknown")
+        if self.misfit < MISFIT:
+            told.append(
+                "chi squared is far above its degrees of freedom: the model does not fit, or the deviations are too "
+                "small; standard errors do not hold"
+            )
         for one in self.unseen:
             seen = "not seen at all" if np.isinf(one.deviation) else f"seen to {100 * one.deviation:.3g} % only"
             told.append(f"{one.text} is {seen}: give {one.remedy} a prior or fix it")

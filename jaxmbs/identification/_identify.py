@@ -140,6 +140,8 @@ def _check(measured, priors, deviations, robust, gradient, steps, largest):
 
 
 def _identification(problem, measured, best, is_estimated, largest) -> Identification:
+    from scipy.stats import chi2
+
     variables, x = problem.variables, best.x
     width = np.where(variables.is_bounded, variables.scale, np.maximum(np.abs(x), 1e-300))
     at_bound = (x - variables.lower <= AT_BOUND * width) | (variables.upper - x <= AT_BOUND * width)
@@ -154,6 +156,12 @@ def _identification(problem, measured, best, is_estimated, largest) -> Identific
     names = tuple(name for name, one in zip(variables.names, free, strict=True) if one)
     covariance = np.zeros((len(x), len(x)))
     covariance[np.ix_(free, free)] = found.covariance
+    cut_off = at_bound & (variables.lower < variables.upper)
+    covariance[cut_off, :] = covariance[:, cut_off] = np.nan
+    if best.reason != "converged":
+        covariance[:] = np.nan
+    chi_squared = float(np.sum(r**2))
+    is_judged = not is_estimated and np.isinf(problem.robust) and freedom > 0
     return Identification(
         unknowns=variables.unravel(jnp.asarray(x, float)),
         names=variables.names,
@@ -163,7 +171,7 @@ def _identification(problem, measured, best, is_estimated, largest) -> Identific
         covariance=covariance,
         unseen=unseen_directions(found, names, largest),
         prediction=measured.unflatten(r[:n] / measured.weights + measured.values),
-        chi_squared=float(np.sum(r**2)),
+        chi_squared=chi_squared,
         freedom=freedom,
         noise=noise,
         reason=best.reason,
@@ -171,6 +179,7 @@ def _identification(problem, measured, best, is_estimated, largest) -> Identific
         measurements=measured,
         jacobian=J[:n],
         at_bound=at_bound,
+        misfit=float(chi2.sf(chi_squared, freedom)) if is_judged else 1.0,
         largest=largest,
         refit=lambda place, value: 2 * problem.fit(with_entries(x, place, value), place).cost,
     )

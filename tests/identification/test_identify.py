@@ -109,11 +109,48 @@ def test_a_prior_or_a_bound_makes_it_seen():
     np.testing.assert_allclose(held.values[0], np.polyfit(X, DATA, 1)[0] - 0.4, rtol=1e-9)
 
 
-def test_an_active_bound_counts_as_known():
+def test_an_active_bound_is_said():
+    """The others are found as if it were known, but nothing is ok and its own error is not a number."""
     found = identify(lambda u: u["a"] * X + u["b"], DATA, {"a": 1.0, "b": 0.0}, {"a": (0.0, 1.5), "b": None})
     assert found.values[0] == 1.5 and found.at_bound[0] and found.freedom == 20 and "at its bound" in str(found)
     np.testing.assert_allclose(found.values[1], np.mean(DATA - 1.5 * X), rtol=1e-12)
-    assert found.standard_error("a") == 0.0 and found.rank == 1
+    assert np.isnan(found.standard_error("a")) and np.isfinite(found.standard_error("b")) and found.rank == 1
+    assert np.isnan(found.intervals()[0]).all() and np.isnan(found.correlations[0, 1])
+    assert not found.ok and list(found.is_cut_off) == [True, False] and "cuts off a = 1.5" in str(found)
+
+
+@pytest.mark.parametrize("bounds", [(0.0, 1.5), (2.5, 9.0), (1.5, 1.5), (0.0, 9.0)])
+@pytest.mark.parametrize("deviation", [0.02, 0.002, None])
+def test_verdicts_of_bounds_and_of_chi_squared(bounds, deviation):
+    """A bound that cuts off, above or below, one that fixes, one that is wide; right and wrong deviations, or none.
+
+    Chi squared is judged by SciPy's distribution at one in a million.
+    """
+    from scipy.stats import chi2
+
+    low, high = bounds
+    found = identify(
+        lambda u: u["a"] * X + u["b"],
+        DATA,
+        {"a": np.clip(2.2, low, high), "b": 0.0},
+        {"a": bounds, "b": None},
+        deviations=deviation,
+    )
+    cut_off = low < high and not low < 2.0 < high
+    misfit = deviation is not None and chi2.ppf(1 - 1e-6, found.freedom) < found.chi_squared
+    assert misfit == (deviation == 0.002 or (deviation is not None and not low < 2.0 < high))
+    assert found.ok == (not cut_off and not misfit)
+    assert ("cuts off a" in found.summary()) == cut_off
+    assert ("the model does not fit" in found.summary()) == misfit
+    assert np.isnan(found.standard_error("a")) == cut_off and (found.standard_error("a") == 0.0) == (low == high)
+
+
+def test_a_search_that_was_stopped_has_no_errors():
+    given = NIST["parameters"]["MGH09"]
+    x, y = (np.array(given[k]) for k in "xy")
+    first = {f"b{k + 1}": float(b) for k, b in enumerate(given["starts"][0])}
+    found = identify(lambda b: rational(b, x), y, first, steps=2)
+    assert not found.ok and "step limit" in str(found) and np.isnan(found.standard_errors).all()
 
 
 def test_outliers_count_linearly():
