@@ -6,6 +6,7 @@ from ._minimise import minimise
 from ._optimum import History, Optimum
 from ._pareto import ParetoFront, pareto
 from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
+from ._worst import Worst
 
 __all__ = [
     "History",
@@ -15,6 +16,7 @@ __all__ = [
     "ParetoFront",
     "Tolerance",
     "Uncertainty",
+    "Worst",
     "minimise",
     "pareto",
     "propagate_uncertainty",

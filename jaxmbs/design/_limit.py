@@ -12,6 +12,7 @@ from jaxtyping import Array, PyTree
 from ..checks import no_such
 from ..errors import UnknownNameError
 from ..typing import AnyArray, ArrayLike
+from ._worst import Worst
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,8 +21,9 @@ class Limit:
 
     Attributes:
         name: for tables and messages.
-        value: function of the design to a number or an array of any shape (joints, times, load cases); or the name
-            of an entry of the dict that the objective returns beside its value, where one simulation serves all.
+        value: function of the design to a number or an array of any shape (joints, times, load cases), a `Worst` of
+            one counts as that; or the name of an entry of the dict that the objective returns beside its value, where
+            one simulation serves all.
         lower, upper: bounds of every entry: numbers, or arrays that broadcast to the value's shape.
         sharpness: None: every entry is a constraint by itself.  A number: one smooth constraint for all of them (the
             Kreisselmeier-Steinhauser function), on the safe side of the worst entry by at most log(entries) /
@@ -37,6 +39,11 @@ class Limit:
     scale: float | None = None
 
     def __post_init__(self):
+        if isinstance(self.value, Worst):
+            if self.lower is not None:
+                raise ValueError(f"limit {self.name!r}: the largest of many numbers has an upper bound only")
+            entries = self.value.numbers
+            object.__setattr__(self, "value", lambda design: entries(design)[0])
         if self.lower is None and self.upper is None:
             raise ValueError(f"limit {self.name!r} needs a lower or an upper bound")
         for name in ("sharpness", "scale"):

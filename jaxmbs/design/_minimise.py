@@ -12,8 +12,10 @@ from tqdm import tqdm
 
 from ..checks import repeated
 from ..runtime import jit
+from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
+from ._kink import judge
 from ._limit import Limit
 from ._multistart import run_multistart
 from ._optimisers import lbfgsb, run_optax
@@ -22,7 +24,8 @@ from ._problem import DesignProblem, objective_value, trace_problem
 from ._search import Search
 from ._starts import best_optimum, run_optax_multistart, starting_points
 from ._variables import Variables, read_variables
-from ._working_set import ConstrainedSearch
+from ._working_set import ConstrainedSearch, first_working_set
+from ._worst import Worst
 
 
 def minimise(
@@ -44,7 +47,8 @@ def minimise(
 
     Args:
         objective: function of a design like `design0` that returns a real scalar, or one and a dict of answers for
-            `limits`; it is traced.
+            `limits`; it is traced.  The largest of many numbers is `Worst(function)`: as a maximum it has kinks, at
+            which a search ends without being `ok`.
         design0: first design, any pytree of numbers and arrays, typically a dict.
         bounds: None, or a pytree like `design0` with (lower, upper) or None for each leaf; numbers, arrays or None.
         optimiser: "L-BFGS-B" (default; no limits), "SLSQP" (default with limits), "trust-constr", "MMA" or "CCSAQ"
@@ -70,12 +74,17 @@ def minimise(
     """
     limits = (limits,) if isinstance(limits, Limit) else tuple(limits)
     _check(steps, tolerance, limits)
+    if is_worst := isinstance(objective, Worst):
+        objective, limits = bound_formulation(objective, limits)
+        _check(steps, tolerance, limits)
+        callback = callback and _of_design(callback)
     optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
     run = _runner(optimiser, functools.partial(objective_value, objective), limits)
     points = [read_variables(design0, bounds)] if starts is None else starting_points(design0, bounds, starts)
+    points = [with_bound(point) for point in points] if is_worst else points
     problem = trace_problem(objective, points[0], gradient, limits, compile)
     with tqdm(total=steps * len(points), disable=not progress, desc="minimise") as bar:
-        options = _Options(steps, tolerance, callback, bar, starts is not None, check, compile)
+        options = _Options(steps, tolerance, callback, bar, starts is not None, check, compile, is_worst)
         if starts is not None and not isinstance(optimiser, str):
             return _optax_multistart(problem, objective, points, optimiser, options)
         search = functools.partial(_search, problem, run, isinstance(optimiser, str) and optimiser in _CONSTRAINED)
@@ -88,7 +97,8 @@ def minimise(
 
 
 class _Options(NamedTuple):
-    """Options of one search, as of `minimise`; may_fail: a start without finite values is no error."""
+    """Options of one search, as of `minimise`; may_fail: a start without finite values is no error; is_worst: the
+    last two variables are the bound of the largest number and its unit."""
 
     steps: int
     tolerance: float
@@ -97,6 +107,7 @@ class _Options(NamedTuple):
     may_fail: bool
     check: bool
     compile: str
+    is_worst: bool
 
 
 def _search(
@@ -109,6 +120,10 @@ def _search(
     evaluate_values: Callable | None = None,
 ) -> Optimum:
     """Search from one first design with an evaluator of (x, rows), and one of x for values alone."""
+    if options.is_worst:
+        rows = first_working_set(problem, variables)
+        numbers = evaluate(variables.clip(variables.start), rows)[-1][0]
+        variables = at_largest(variables, np.asarray(numbers))
     settings = (options.tolerance, options.callback, options.bar, options.may_fail, evaluate_values)
     if constrained:
         search: Search = ConstrainedSearch(problem, evaluate, variables, *settings)
@@ -118,7 +133,13 @@ def _search(
         check_gradients(search)
     if options.steps > 0 and not search.reason:
         run(search, options.steps)
-    return search.optimum()
+    judge(search)
+    return without_bound(search.optimum()) if options.is_worst else search.optimum()
+
+
+def _of_design(callback: Callable[[int, PyTree, float], Any]) -> Callable[[int, PyTree, float], Any]:
+    """The callback of (step, design, objective) where a design has its bound and unit beside it."""
+    return lambda step, x, value: callback(step, x[0], value)
 
 
 def _optax_multistart(
@@ -166,7 +187,8 @@ def _runner(
         )
     if limits:
         raise ValueError(
-            "L-BFGS-B and optax do not support limits: choose 'SLSQP' (the default with limits) or 'trust-constr'"
+            "L-BFGS-B and optax do not support limits, nor design.Worst: choose 'SLSQP' (the default with limits) or "
+            "'trust-constr'"
         )
     if optimiser == "L-BFGS-B":
         return lbfgsb

@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from ..runtime import jit
 from ._constrained import run_constrained, slsqp
+from ._kink import judge
 from ._limit import Limit
 from ._optimisers import lbfgsb
 from ._optimum import Optimum
@@ -19,6 +20,7 @@ from ._problem import DesignProblem, trace_problem
 from ._search import Search
 from ._variables import Variables, read_variables
 from ._working_set import FEASIBILITY, ConstrainedSearch
+from ._worst import Worst
 
 
 class ParetoFront(eqx.Module):
@@ -68,8 +70,14 @@ def pareto(
     Args: points: their number, at least three (fewer are returned where a search ends in a dominated design); the
     others as of `minimise`.
 
-    Raises: ValueError as `minimise`, for fewer than three points, or for an objective that has no minimum alone.
+    Raises: TypeError for a `Worst`; ValueError as `minimise`, for fewer than three points, or for an objective that
+    has no minimum alone.
     """
+    if isinstance(first, Worst) or isinstance(second, Worst):
+        raise TypeError(
+            "a Pareto front takes smooth objectives, not design.Worst: minimise the one under a Limit on the other, "
+            "level by level"
+        )
     if points < 3:
         raise ValueError(f"a Pareto front needs at least three points, not {points}")
     limit = Limit("second objective", lambda x: (second(x[0]) - x[1]) / x[2], upper=0.0, scale=1.0)
@@ -87,6 +95,7 @@ def pareto(
             for begin in (start, ends[1].design[0]):  # the second where the first stalls: there c has no gradient
                 search = objectives.search(begin, level, span, tolerance, bar)
                 run_constrained(search, steps, slsqp)
+                judge(search)
                 if search.best.violation <= FEASIBILITY:
                     break
             found.append(search.optimum())
@@ -160,6 +169,7 @@ class _TwoObjectives:
         search = Search(weighted, self._variables(start, 0.0, 1.0), tolerance, None, bar)
         if steps > 0 and not search.reason:
             lbfgsb(search, steps)
+        judge(search)
         return search.optimum()
 
     def values(self, design: PyTree) -> tuple[float, float]:

@@ -172,6 +172,15 @@ class Search:
         """True if the gradient at the current point is below `tolerance` times the objective's scale."""
         return self.gradient_norm <= tolerance * self.objective_scale(self.current)
 
+    def stationarity(self, point: Point) -> np.ndarray:
+        """Gradient (n,) that vanishes at an optimum between the bounds."""
+        return point.gradient
+
+    @property
+    def remaining_decrease(self) -> float:
+        """Decrease of the objective from the best point, to first order, as in `History`."""
+        return float(np.max(self.variables.predicted_decrease(self.best.x, self.best.gradient)))
+
     def objective_scale(self, point: Point) -> float:
         """The objective at a point, or the decrease that its gradient predicted at the first design, if larger."""
         first = self.variables.predicted_decrease(self._first.x, self._first.gradient)

@@ -25,6 +25,16 @@ _STALLED = 100.0
 _FORWARD_ROWS = 300
 
 
+def first_working_set(problem: DesignProblem, variables: Variables) -> np.ndarray:
+    """Indices (k,) of the constraints that a search differentiates first.
+
+    n constraints can be active at a vertex; four times as many and 16 spare most re-compilations for larger sets.
+    Forward mode has the derivatives of all anyway; an optimiser is still to solve for them.
+    """
+    least = _FORWARD_ROWS if problem.gradient == "forward" else 16
+    return np.arange(min(problem.num_constraints, max(least, 4 * len(variables.start) + 16)), dtype=np.int32)
+
+
 class ConstrainedSearch(Search):
     """A search subject to limits.
 
@@ -39,11 +49,7 @@ class ConstrainedSearch(Search):
     ) -> None:
         self._problem, self._active = problem, np.zeros(0, np.int32)
         self._optimality_record: tuple[Point, np.ndarray, Multipliers] | None = None
-        # n constraints can be active at a vertex; four times as many and 16 spare most re-compilations for larger
-        # sets.  Forward mode has the derivatives of all anyway; an optimiser is still to solve for them.
-        least = _FORWARD_ROWS if problem.gradient == "forward" else 16
-        size = min(problem.num_constraints, max(least, 4 * len(variables.start) + 16))
-        self.working_set = np.arange(size, dtype=np.int32)
+        self.working_set = first_working_set(problem, variables)
         super().__init__(lambda vector: evaluate(vector, self.working_set), variables, *args, **options)
         if not self.reason and len(self.working_set) < problem.num_constraints:
             self.update_working_set()
@@ -102,6 +108,13 @@ class ConstrainedSearch(Search):
         """True if the best point is optimal by its residual, as far as an optimiser that stalled there can tell."""
         allowed = _STALLED * self._tolerance * self.objective_scale(self.best)
         return self.best.violation <= FEASIBILITY and self.residual <= allowed
+
+    def stationarity(self, point: Point) -> np.ndarray:
+        return point.gradient + self.multipliers(point).limits @ point.jacobian
+
+    @property
+    def remaining_decrease(self) -> float:
+        return self.residual
 
     @property
     def residual(self) -> float:

@@ -20,7 +20,7 @@ from ..model._system import System
 from ..runtime import segment_sum_static
 from ._joint_friction import FrictionSolution, carriers, joint_axes
 from ._newton_euler import motion_with_friction, saddle_solver
-from ._normal_loads import spectral_radius
+from ._normal_loads import contraction
 
 #: Random vectors among which a component of a load is below the tolerance by chance with its third power.
 _PROBES, _SEED, _TOLERANCE = 3, 5, {8: 1e-6, 4: 1e-3}
@@ -40,7 +40,8 @@ class FrictionLoads(eqx.Module):
             the axes of its parent.
         powers: (...) [W], never positive but where bristles spring back.
         contraction: (...) spectral radius of the derivative of the loads by the loads: from 1 on they have no unique
-            solution.
+            solution.  Of a jam that at the solution that goes on from the last one, with negative or complex loads;
+            NaN where none is found.
         jammed: (...) true for the joints whose loads have none, as those of a drawer pulled at its corner.
         shared: (...) true where redundant constraints leave the load open at this pose: they share it by least
             compliance, as `reactions` do.
@@ -61,7 +62,7 @@ class FrictionLoads(eqx.Module):
 def _joint_friction(system: System, state: State) -> FrictionLoads:
     at = closures.with_directions(system, with_velocities(system, at_state(system, state), state.velocities))
     found, f = motion_with_friction(system, at), system.friction
-    contraction = spectral_radius(lax.stop_gradient(found.loads.slope))
+    ratio = lax.stop_gradient(contraction(found.loads))
     jammed = ~found.loads.unique & _growing(lax.stop_gradient(found.loads.slope))
     shared, touched = _shared_loads(system, at, found), _touched_by_couplers(system, at)
     unique = found.loads.unique & ~(shared | touched)
@@ -77,7 +78,7 @@ def _joint_friction(system: System, state: State) -> FrictionLoads:
         loads=by_joint(found.total, one),
         efforts={name: jnp.concatenate([efforts[k] for k in mine]) for name, mine in places.items()},
         powers=by_joint(found.powers, jnp.sum),
-        contraction=contraction,
+        contraction=ratio,
         jammed=by_joint(jammed, jnp.any),
         shared=by_joint(shared, jnp.any),
         unique=by_joint(unique, jnp.all),

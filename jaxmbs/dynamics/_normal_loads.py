@@ -18,6 +18,8 @@ _MOST_STEPS = 20
 _SOLVED = {8: 1e-9, 4: 1e-4}
 #: Squarings of the matrix whose spectral radius is asked: its 256th power gives that to a quarter per cent.
 _SQUARINGS = 8
+#: Newton steps to the complex loads of a jam.
+_STEPS_IN_JAM = 40
 #: Unknowns that are eliminated without a loop.
 _FEW = 4
 
@@ -66,12 +68,13 @@ class LoadMap(NamedTuple):
 
 
 class NormalLoads(NamedTuple):
-    """Loads (n,) without the preload, NaN where they are not unique; the derivative (n, n) of their map there; and
-    True () where they have one solution."""
+    """Loads (n,) without the preload, NaN where they are not unique; the derivative (n, n) of their map there; True
+    () where they have one solution; and the map."""
 
     load: Array
     slope: Array
     unique: Array
+    map: LoadMap
 
 
 def normal_loads(loads: LoadMap) -> NormalLoads:
@@ -104,7 +107,7 @@ def normal_loads(loads: LoadMap) -> NormalLoads:
     solved = jnp.max(jnp.abs(left)) <= _SOLVED[dtype.itemsize] * jnp.max(value + fixed.smooth)
     unique = contracts(slope) & solved
     # the value in place of N, which rounding may make negative
-    return NormalLoads(jnp.where(unique, N + left, jnp.nan), slope, unique)
+    return NormalLoads(jnp.where(unique, N + left, jnp.nan), slope, unique, fixed)
 
 
 def solve_small(A, b):
@@ -133,12 +136,44 @@ def contracts(C):
 
 
 def _norm(C):
-    return jnp.sqrt(jnp.sum(C * C))
+    return jnp.sqrt(jnp.sum((C * C.conj()).real if jnp.iscomplexobj(C) else C * C))
+
+
+def contraction(found: NormalLoads):
+    """Spectral radius () of the derivative of the loads by the loads; of a jam at the solution that goes on from the
+    last one, whose loads are negative or complex: one or more, NaN where none is found."""
+    jam = spectral_radius(_slope_in_jam(found.map))
+    return jnp.where(found.unique, spectral_radius(found.slope), jnp.where(jam >= 1.0, jam, jnp.nan))
+
+
+def _slope_in_jam(loads: LoadMap):
+    """The derivative (n, n) of the map at its complex solution; NaN where none is found.
+
+    `|R|` goes on as the root of `R . R` with the phase of its load.
+    """
+    eye, start = np.eye(len(loads.preload)), loads.value(-loads.preload) + loads.smooth
+
+    def value_and_slope(N):
+        R = loads.R + jnp.sum(loads.G * (N + loads.preload)[None], axis=1)
+        own = jnp.sum(loads.surfaces * N[:, None], axis=0)
+        root = jnp.sqrt(jnp.sum(loads.patches * (R * R)[None], axis=1))
+        root = jnp.where((own.conj() * root).real < 0.0, -root, root)
+        along = (loads.surfaces[:, :, None] * (1.0 / root)[None, :, None] * loads.patches[None]).sum(1) * R[None]
+        return jnp.sum(loads.surfaces * root[None], axis=1), jnp.sum(along[:, :, None] * loads.G[None], axis=1)
+
+    def step(_, N):
+        value, slope = value_and_slope(N)
+        return N + square.solve(eye - slope, value - N)
+
+    N = lax.fori_loop(0, _STEPS_IN_JAM, step, lax.complex(0.3 * start, start))
+    value, C = value_and_slope(N)
+    solved = jnp.max(jnp.abs(value - N)) <= _SOLVED[start.dtype.itemsize] * jnp.max(jnp.abs(N))
+    return jnp.where(solved, C, jnp.nan)
 
 
 def spectral_radius(C):
     """Spectral radius () of C (n, n), from above; zero where a power of it is zero."""
-    power, logarithm, is_zero = C, jnp.zeros((), C.dtype), jnp.zeros((), bool)
+    power, logarithm, is_zero = C, jnp.zeros((), C.real.dtype), jnp.zeros((), bool)
     for k in range(_SQUARINGS + 1):
         if k:
             power = few_columns(power, power)

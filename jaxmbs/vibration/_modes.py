@@ -17,6 +17,7 @@ from ..linear._rigid_flags import rigid_flags
 from ..linear._symmetric import check_mass, require_symmetric
 from ..linear._system import LinearSystem
 from ..math._eigen import eigh, same
+from ..math._nan import nan_where
 from ..runtime import jit
 from ..tables import format_number, table_repr
 from ..typing import AnyArray, CoordinateLike, ScalarLike
@@ -92,8 +93,8 @@ class Modes(eqx.Module):
 
     @property
     def is_unstable(self) -> Array:
-        """Flags (m,) of unstable modes: negative values of natural modes, which grow like `e^(|w| t)`, or roots whose
-        positive real part is more than rounding.  A free rigid motion drifts and is not unstable."""
+        """Flags (m,) of unstable modes: negative values of natural modes, which grow like `e^(sqrt(-value) t)`, or
+        roots whose positive real part is more than rounding.  A free rigid motion drifts and is not unstable."""
         if self.roots is None:
             return (self.values < 0) & ~self.is_rigid
         return (self._growth() > 0) & ~self.is_rigid
@@ -107,7 +108,7 @@ class Modes(eqx.Module):
 
     @property
     def omega(self) -> Float[Array, " m"]:
-        """Angular frequencies (m,) [rad/s]; zero for rigid modes, `-sqrt(-value)` for unstable ones.
+        """Angular frequencies (m,) [rad/s]; zero for rigid modes, NaN for unstable natural ones, which have none.
 
         Of complex modes the magnitudes of the roots: for proportional damping the undamped frequencies.
         Source: S1 (37).
@@ -116,14 +117,15 @@ class Modes(eqx.Module):
 
     @property
     def frequencies(self) -> Float[Array, " m"]:
-        """Frequencies (m,) [Hz], with the signs of `omega`."""
+        """Frequencies (m,) [Hz]; NaN for unstable natural modes, which do not swing."""
         return self.omega / (2.0 * jnp.pi)
 
     @property
     def damping_ratios(self) -> Float[Array, " m"]:
-        """Damping ratios `-Re(root) / |root|` (m,); zero within rounding, for zero roots and for natural modes."""
+        """Damping ratios `-Re(root) / |root|` (m,); zero within rounding, for zero roots and for natural modes, NaN
+        where the frequency is."""
         if self.roots is None:
-            return jnp.zeros_like(self.values)
+            return jnp.where(jnp.isnan(self.omega), jnp.nan, jnp.zeros_like(self.values))
         size = self.omega
         return jnp.where(size > 0, (0.0 - self._growth()) / jnp.where(size > 0, size, 1.0), 0.0)
 
@@ -226,10 +228,10 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
 
 @jit
 def _omega(values, is_rigid):
-    """Angular frequencies from squared ones, with the sign convention of `Modes.omega`."""
+    """Angular frequencies from squared ones, as `Modes.omega` has them."""
     still = is_rigid | (values == 0)
     size = jnp.sqrt(jnp.abs(jnp.where(still, 1.0, values)))
-    return jnp.where(still, 0.0, jnp.where(values < 0, -size, size))
+    return jnp.where(still, 0.0, nan_where((values < 0) & ~still, size))
 
 
 def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
