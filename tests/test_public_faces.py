@@ -115,7 +115,7 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        History Limit LimitResult Optimum ParetoFront Tolerance Uncertainty minimise pareto
+        History Limit LimitResult Optimum ParetoFront Tolerance Uncertainty Worst minimise pareto
         propagate_uncertainty sensitivities tolerances
     """,
     "jaxmbs.experiment": """

@@ -4,7 +4,7 @@ Turning a thin element stretches it to second order: its tension, times what a s
 bending in the slope, and the more the thinner it is.  So the slope is taken with the stresses that the step before
 predicts, to first order, not with those of its end; where the search ends both are the same.
 
-Source: Magisano, Leonetti and Garcea, Int. J. Numer. Methods Eng. 109 (2017) 1237-1262, mixed integration points.
+Source: Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Eng. 313 (2017) 986-1005, mixed integration points.
 """
 
 import equinox as eqx

@@ -11,21 +11,23 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ._limit import Limit
-from ._optimum import Optimum
+from ._optimum import History, Optimum
 from ._variables import Variables
 from ._worst import Worst
 
 #: The answer, beside those of the user, that has the numbers over the bound.
 _ANSWER = "numbers over the bound of design.Worst"
+#: Unit of the numbers, over the largest size among them, where the largest number itself is near zero.
+_LEAST_UNIT = 1e-3
 
 
 def bound_formulation(worst: Worst, limits: Sequence[Limit]) -> tuple[Callable, tuple[Limit, ...]]:
-    """Objective and limits as functions of (design, bound, unit)."""
+    """Objective and limits as functions of (design, bound, unit), the bound in units of the numbers."""
 
     def objective(x):
         design, bound, unit = x
         numbers, answers = worst.numbers(design)
-        return bound, {**(answers or {}), _ANSWER: (numbers - bound) / unit}
+        return bound, {**(answers or {}), _ANSWER: numbers / unit - bound}
 
     def of_design(limit):
         if not callable(limit.value):
@@ -47,11 +49,11 @@ def with_bound(variables: Variables) -> Variables:
 
 def at_largest(variables: Variables, numbers: np.ndarray) -> Variables:
     """Variables whose bound begins at the largest of the numbers at their start, which is its unit."""
-    bound = float(np.max(numbers))
-    unit = abs(bound) or float(np.max(np.abs(numbers))) or 1.0
-    start, lower, upper, scale = (np.array(part) for part in variables[1:5])
-    start[-2:], lower[-1], upper[-1], scale[-2:] = (bound, unit), unit, unit, (unit, 1.0)
-    return variables._replace(start=start, lower=lower, upper=upper, scale=scale)
+    largest = float(np.max(numbers))
+    unit = max(abs(largest), _LEAST_UNIT * float(np.max(np.abs(numbers)))) or 1.0
+    start, lower, upper = (np.array(part) for part in variables[1:4])
+    start[-2:], lower[-1], upper[-1] = (largest / unit, unit), unit, unit
+    return variables._replace(start=start, lower=lower, upper=upper)
 
 
 def without_bound(optimum: Optimum) -> Optimum:
@@ -59,19 +61,23 @@ def without_bound(optimum: Optimum) -> Optimum:
     own, *others = optimum.limits
     (design, bound, unit), (initial, first, _) = optimum.design, optimum.initial_design
     bound, unit, first = (float(x) for x in (bound, unit, first))
-    before, after = own.before * unit + first, own.after * unit + bound
+    before, after = unit * (own.before + first), unit * (own.after + bound)
     value = float(np.max(after))
-    limit = own._replace(before=before, after=after, bound=value, prices=own.prices / unit, side="<=")
-    prices = optimum.bound_prices
+    limit = own._replace(before=before, after=after, bound=value)
+    others = [each._replace(prices=unit * each.prices) for each in others]
+    values, norms, evaluations = optimum.history
+    prices, kkt = optimum.bound_prices, optimum.kkt
     return dataclasses.replace(
         optimum,
         design=design,
         value=value if np.isfinite(optimum.value) else optimum.value,
         initial_design=initial,
         initial_value=float(np.max(before)),
+        history=History(unit * values, unit * norms, evaluations),
         lower=optimum.lower[:-2],
         upper=optimum.upper[:-2],
         names=optimum.names[:-2],
         limits=(limit, *others),
-        bound_prices=None if prices is None else prices[:-2],
+        bound_prices=None if prices is None else unit * prices[:-2],
+        kkt=None if kkt is None else unit * kkt,
     )

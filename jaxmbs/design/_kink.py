@@ -83,7 +83,7 @@ def _stays(slope, length, a, b) -> bool:
             high, b = middle, between
         else:
             low, a = middle, between
-    return abs(b - a) > _CHANGE * whole
+    return bool(abs(b - a) > _CHANGE * whole)
 
 
 def _sentence(search, which, a, b):

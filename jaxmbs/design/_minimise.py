@@ -139,7 +139,7 @@ def _search(
 
 def _of_design(callback: Callable[[int, PyTree, float], Any]) -> Callable[[int, PyTree, float], Any]:
     """The callback of (step, design, objective) where a design has its bound and unit beside it."""
-    return lambda step, x, value: callback(step, x[0], value)
+    return lambda step, x, value: callback(step, x[0], value * float(x[2]))
 
 
 def _optax_multistart(

@@ -179,6 +179,13 @@ CASES = {
             )
         ),
     ),
+    "design.Worst": case(
+        lambda z: call(_square, "numbers"),
+        "name *: names are free",
+        through=lambda kind: (
+            lambda function, name: mbs.minimise(kind(function, name), {"x": 2.0}, steps=3, progress=False)
+        ),
+    ),
     "design.propagate_uncertainty": case(
         lambda z: call(_square, {"x": 2.0}, {"x": 0.5}, 90.0, 16, 1),
         "samples huge: as many",
