@@ -22,6 +22,7 @@ ALLOWED = {  # tests of more than one room, or of what is no module
     "test_notebooks": "the notebooks",
     "test_program_size": "programs of the main verbs",
     "test_public_faces": "the `__all__` of every room",
+    "test_verdicts": "every result with a verdict",
     "test_user_programs": "programs of every kind, compiled without flags",
     "runtime/test_contract": "every trick of the room, on the JAX at hand",
     "test_wheel": "the built package",

@@ -31,7 +31,7 @@ class CampbellDiagram(eqx.Module):
         roots: (S, m) [rad/s], of each conjugate pair the one with positive imaginary part; that of a root without
             oscillation is zero.
         shapes: (S, n, m), largest entry 1.
-        ok: (S,) true where a steady motion was found.
+        ok: (S,) true where a steady motion was found; roots and shapes are NaN where none was.
         coordinates: names of the rows of the shapes (n, static).
     """
 
@@ -173,7 +173,8 @@ def _roots(system, speeds, state, spin, column, keep):
     roots = jnp.take_along_axis(roots, order, axis=1)
     shapes = jnp.take_along_axis(shapes, order[:, None], axis=2)
     place = jnp.argmax(jnp.abs(shapes), axis=1, keepdims=True)
-    return jnp.where(ok[:, None], roots, jnp.nan), shapes / jnp.take_along_axis(shapes, place, axis=1), ok
+    shapes = shapes / jnp.take_along_axis(shapes, place, axis=1)
+    return jnp.where(ok[:, None], roots, jnp.nan), jnp.where(ok[:, None, None], shapes, jnp.nan), ok
 
 
 def _held_reduction(lin, spin):

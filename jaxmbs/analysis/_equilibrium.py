@@ -219,8 +219,8 @@ def _equilibrium(system, state, moving):
         ok = ok | _is_rounding(psi, at, still)
     if top.internal:
         stiffness, missing, still = stiffness[:N, :N], missing[:N], still[:N]
-    stable = _is_stable(stiffness, still)
     psi, u, K, missing = (nan_where(~ok, x) for x in (psi, at.velocities, stiffness, missing))
+    stable = _is_stable(K, still)
     _, psi, internal = at_unknowns(system, psi)
     state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
     return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * missing, steps=count)

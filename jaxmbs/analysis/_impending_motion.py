@@ -16,6 +16,7 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
 from ..kinematics._state import State
+from ..math._nan import nan_where
 from ..model._changes import system_at
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
@@ -37,7 +38,8 @@ class ImpendingMotion(eqx.Module):
         frictionless: efforts in balance without friction in the joints.
         efficiency: () power of the frictionless efforts over that of the forward ones, of a slow motion.
         self_locking: () true where it rests without the actuators.
-        ok: () true where both limits exist: the loads of the joints are unique, and the actuators balance them.
+        ok: () true where both limits exist: the loads of the joints are unique, and the actuators balance them; a
+            limit that does not exist is NaN.
     """
 
     forward: dict[str, Float[Array, " n"]]
@@ -92,7 +94,7 @@ def _limits(system, state, columns):
     rest = with_velocities(here, at_state(here, state), none)
     loads = efforts(here, rest)[:2]
     need = tree_efforts(here, rest, none, loads)
-    plain = balance_efforts(here, rest, need, columns)
+    plain, least = balance_efforts(here, rest, need, columns), ROUNDING_TOLERANCE[need.dtype.itemsize]
 
     def limit(sign):
         moving = with_velocities(here, rest, sign * state.velocities)
@@ -102,10 +104,11 @@ def _limits(system, state, columns):
         a = jnp.zeros((len(every), len(none)), need.dtype)
         found = solve_friction(here, rest, rub, loads[0], a, held)
         balance = balance_efforts(here, rest, need - jnp.sum(found.efforts, axis=0), columns)
-        return balance.efforts, found.loads.unique & (balance.gap <= ROUNDING_TOLERANCE[need.dtype.itemsize])
+        exists = found.loads.unique & (balance.gap <= least)
+        return nan_where(~exists, balance.efforts), exists
 
     (forward, first), (backward, second) = limit(1.0), limit(-1.0)
-    return forward, backward, plain.efforts, first & second
+    return forward, backward, nan_where(~(plain.gap <= least), plain.efforts), first & second
 
 
 def _at_breakaway(system, at):

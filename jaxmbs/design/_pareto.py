@@ -31,7 +31,7 @@ class ParetoFront(eqx.Module):
             out.
         designs: a pytree like one design, with a leading axis (points,).
         exchange: (points,) trade-off rate: cost in the first objective of one unit less of the second; nan at the
-            ends.
+            ends, and where the search did not converge.
         ok: (points,) True where the search converged.
     """
 
@@ -102,7 +102,8 @@ def pareto(
             start = found[-1].design[0]
     every = [ends[0], *found, ends[1]]
     values = np.array([objectives.values(optimum.design[0]) for optimum in every])
-    exchange = np.array([np.nan, *(-optimum.limits[0].price / span for optimum in found), np.nan])
+    rates = [-optimum.limits[0].price / span if optimum.ok else np.nan for optimum in found]
+    exchange = np.array([np.nan, *rates, np.nan])
     kept = _non_dominated(values)
     designs = [every[k].design[0] for k in kept]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)

@@ -1,7 +1,8 @@
 """Kinks where a search ends are said, and smooth functions, stiff ones among them, have none."""
 
+import functools
+
 import jax.numpy as jnp
-import numpy as np
 import pytest
 
 import jaxmbs as mbs
@@ -10,7 +11,9 @@ from jaxmbs.design import Limit
 START, BOUNDS = {"x": 0.7, "y": 0.6}, {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
 KINKS = {
     "maximum": lambda d: jnp.maximum(d["x"] + 0.3 * d["y"], -2.0 * d["x"] + 0.1 * d["y"]) + d["y"] ** 2,
-    "largest of many": lambda d: jnp.max(jnp.abs(d["x"] + d["y"] * np.linspace(0, 1, 7) - np.linspace(0, 1, 7) ** 2)),
+    "largest of three": lambda d: functools.reduce(
+        jnp.maximum, [jnp.abs(d["x"] + d["y"] * t - t**2) for t in (0.0, 0.6, 1.0)]
+    ),
     "absolute value": lambda d: jnp.abs(d["x"] - 0.2) + (d["y"] - 1.0) ** 2,
     "steep kink": lambda d: 1e4 * jnp.abs(d["x"] - d["y"]) + d["x"] ** 2,
     "beside a bound": lambda d: jnp.abs(d["x"] - 0.2) - d["y"],
