@@ -35,8 +35,8 @@ def unheld_coordinates(system: System, state) -> list[str]:
     found = [
         repr(name) for name, part in zip(names, parts, strict=True) if part > _SHARE * np.max(parts, initial=0.0)
     ]
-    more = [f"{len(found) - _MOST_NAMES} more"] if len(found) > _MOST_NAMES else []
-    return found[:_MOST_NAMES] + more
+    rest = found[_MOST_NAMES:]
+    return [*found[:_MOST_NAMES], f"{len(rest)} more"] if rest else found
 
 
 @jit(compile="quick")

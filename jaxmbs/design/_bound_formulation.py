@@ -51,9 +51,9 @@ def at_largest(variables: Variables, numbers: np.ndarray) -> Variables:
     """Variables whose bound begins at the largest of the numbers at their start, which is its unit."""
     largest = float(np.max(numbers))
     unit = max(abs(largest), _LEAST_UNIT * float(np.max(np.abs(numbers)))) or 1.0
-    start, lower, upper = (np.array(part) for part in variables[1:4])
-    start[-2:], lower[-1], upper[-1] = (largest / unit, unit), unit, unit
-    return variables._replace(start=start, lower=lower, upper=upper)
+    start, lower, upper, scale = (np.array(part) for part in variables[1:5])
+    start[-2:], lower[-1], upper[-1], scale[-1] = (largest / unit, unit), unit, unit, unit
+    return variables._replace(start=start, lower=lower, upper=upper, scale=scale)
 
 
 def without_bound(optimum: Optimum) -> Optimum:

@@ -62,7 +62,10 @@ def first():
 
 @pytest.mark.long
 def test_every_verdict_is_that_of_the_potential(first):
-    """What is found is stationary, its status that of the Hessian; what is followed is stable; none is lost."""
+    """What is found is stationary, its status that of the Hessian; few are lost, and some are followed to stable ones.
+
+    What is followed and unstable was not found at first.
+    """
     counts = dict.fromkeys(Status, 0)
     followed = 0
     for numbers in NUMBERS:
@@ -83,8 +86,9 @@ def test_every_verdict_is_that_of_the_potential(first):
         least = np.linalg.eigvalsh(hessian)[0]
         if abs(least) > 1e-4 * size:
             assert (found.status == Status.UNSTABLE) == (least < 0) and bool(found.stable) == (least > 0)
-        followed += bool(found.followed)
-        assert not found.followed or found.status == Status.SUCCESS
+        followed += bool(found.followed) and found.status == Status.SUCCESS
+        if found.followed and found.status == Status.UNSTABLE:
+            assert not mbs.equilibrium(system, state, throw=False, follow=False).ok
     assert counts[Status.SUCCESS] > 0.7 * CASES and followed > 2 and counts[Status.NO_EQUILIBRIUM] <= 2
 
 
