@@ -151,15 +151,18 @@ def _slope_in_jam(loads: LoadMap):
 
     `|R|` goes on as the root of `R . R` with the phase of its load.
     """
-    eye, start = np.eye(len(loads.preload)), loads.value(-loads.preload) + loads.smooth
+    start = loads.value(-loads.preload) + loads.smooth
+    number = lax.complex(start, start).dtype
+    eye, patches, surfaces = (x.astype(number) for x in (np.eye(len(start)), loads.patches, loads.surfaces))
+    R0, G, preload = (x.astype(number) for x in (loads.R, loads.G, loads.preload))
 
     def value_and_slope(N):
-        R = loads.R + jnp.sum(loads.G * (N + loads.preload)[None], axis=1)
-        own = jnp.sum(loads.surfaces * N[:, None], axis=0)
-        root = jnp.sqrt(jnp.sum(loads.patches * (R * R)[None], axis=1))
+        R = R0 + jnp.sum(G * (N + preload)[None], axis=1)
+        own = jnp.sum(surfaces * N[:, None], axis=0)
+        root = jnp.sqrt(jnp.sum(patches * (R * R)[None], axis=1))
         root = jnp.where((own.conj() * root).real < 0.0, -root, root)
-        along = (loads.surfaces[:, :, None] * (1.0 / root)[None, :, None] * loads.patches[None]).sum(1) * R[None]
-        return jnp.sum(loads.surfaces * root[None], axis=1), jnp.sum(along[:, :, None] * loads.G[None], axis=1)
+        along = (surfaces[:, :, None] * (1.0 / root)[None, :, None] * patches[None]).sum(1) * R[None]
+        return jnp.sum(surfaces * root[None], axis=1), jnp.sum(along[:, :, None] * G[None], axis=1)
 
     def step(_, N):
         value, slope = value_and_slope(N)
@@ -180,6 +183,6 @@ def spectral_radius(C):
         size = _norm(power)
         is_zero = is_zero | (size == 0.0)
         size = jnp.where(is_zero, 1.0, size)
-        power = power / size  # so that no power leaves the range of numbers
+        power = power / size.astype(power.dtype)  # so that no power leaves the range of numbers
         logarithm = logarithm + jnp.log(size) / 2**k
     return jnp.where(is_zero, 0.0, jnp.exp(logarithm))

@@ -62,7 +62,7 @@ def first():
 
 @pytest.mark.long
 def test_every_verdict_is_that_of_the_potential(first):
-    """What is found is stationary, its status that of the Hessian; few are lost, and some are followed to stable ones.
+    """What is found is stationary, its status that of the Hessian; few are lost, some are followed to stable ones.
 
     What is followed and unstable was not found at first.
     """
