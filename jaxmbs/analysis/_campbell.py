@@ -174,7 +174,8 @@ def _roots(system, speeds, state, spin, column, keep):
     shapes = jnp.take_along_axis(shapes, order[:, None], axis=2)
     place = jnp.argmax(jnp.abs(shapes), axis=1, keepdims=True)
     shapes = shapes / jnp.take_along_axis(shapes, place, axis=1)
-    return jnp.where(ok[:, None], roots, jnp.nan), jnp.where(ok[:, None, None], shapes, jnp.nan), ok
+    lost = jnp.asarray(complex(np.nan, np.nan), roots.dtype)  # both parts: the imaginary one is the frequency
+    return jnp.where(ok[:, None], roots, lost), jnp.where(ok[:, None, None], shapes, lost), ok
 
 
 def _held_reduction(lin, spin):
