@@ -96,7 +96,7 @@ def follow_load(system: System, state: State, moving: tuple[int, ...]) -> tuple[
 
     found = lax.while_loop(continues, correct, _first_increment(system, psi, t, w))
     _, psi, internal = at_unknowns(system, found.psi)
-    end = State(t, psi, state.velocities, structure=top.structure, internal=internal)
+    end = State(t, psi, state.velocities, structure=top.structure, internal=internal, changes=state.changes)
     return lax.stop_gradient((end, found.share, found.steps))
 
 
