@@ -33,6 +33,7 @@ STANDING = {
     "RowLoad": "`unique` marks a share by convention: least compliance",
     "State": "NaN where it was not assembled within a trace: tests/kinematics",
     "StaticResponse": "`ok` says that the displacements are finite",
+    "Validity": "margins, of which negative ones are the verdict",
     "SuspensionCheck": "the ratio and its limit are the verdict",
 }
 
