@@ -102,7 +102,7 @@ def equilibrium(
     if throw and not bool(result.ok):
         raise SimulationError(_failure(system, state, result, held))
     if result.status == Status.UNSTABLE:
-        warnings.warn(f"equilibrium: it is unstable: {Status.UNSTABLE}; start nearer to another", stacklevel=3)
+        warnings.warn(f"equilibrium: it is unstable: {Status.UNSTABLE}; start nearer to another", stacklevel=4)
     return result
 
 
