@@ -71,6 +71,11 @@ def as_flag(what: str, value: Any) -> bool:
     return bool(value)
 
 
+def flag(what: str) -> Callable[[Any], bool]:
+    """Converter of a field that is a switch; what: its name."""
+    return lambda value: as_flag(what, value)
+
+
 def is_flag(value: Any) -> bool:
     """True for the values of a switch: true, false, and the whole numbers 1 and 0."""
     return np.shape(value) == () and not isinstance(value, float | str | bytes) and value in (False, True)
@@ -126,6 +131,23 @@ def are_axes(rows: Any) -> bool:
         return False
     unit = np.allclose(rows @ np.swapaxes(rows, -1, -2), np.eye(3), rtol=0, atol=1e-5)
     return bool(unit and np.all(np.linalg.det(rows) > 0))
+
+
+def require_numbers(**values: Any) -> None:
+    """Raises: TypeError with the argument's name for None, text and other things than numbers; ValueError for whole
+    numbers that no float holds.  Numbers may be complex, or traced."""
+    for name, value in values.items():
+        leaves = jax.tree.leaves(value)
+        if value is None or any(not _is_number(leaf) for leaf in leaves):
+            raise TypeError(f"{name} must be numbers, not {value!r}")
+        for leaf in leaves:
+            if isinstance(leaf, int) and abs(leaf) >= 2**1023:
+                raise ValueError(f"{name} must be finite numbers, not {_short(leaf)}")
+
+
+def _is_number(leaf):
+    kind = getattr(getattr(leaf, "dtype", None), "kind", None)
+    return kind not in ("S", "U", "O") if kind else isinstance(leaf, int | float | complex)
 
 
 def require_reals(value: Any) -> None:

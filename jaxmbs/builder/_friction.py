@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..checks import any_concrete, is_concrete, no_such
+from ..checks import any_concrete, is_concrete, no_such, require_reals
 from ..forces import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
 from ..model._friction import JointFriction
 from ..model._friction_surfaces import SURFACES
@@ -72,8 +72,9 @@ def _number_faults(item):
             found += [f"{name} must be one number, got shape {np.shape(value)}"] if np.shape(value) else []
             continue
         try:
+            require_reals(value)
             number = np.asarray(value, float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             found.append(f"{name} must be one number, got {value!r}")
             continue
         if number.shape or not np.isfinite(number):

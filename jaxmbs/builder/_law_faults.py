@@ -6,6 +6,7 @@ import numpy as np
 
 from ..checks import any_concrete, faults_if
 from ..forces import AbstractStateLaw, InternalState
+from ..runtime import explain_error
 
 
 def law_call_faults(law, port, displacement, size) -> list[str]:
@@ -39,7 +40,7 @@ def _shape_of(what, call):
     try:
         return [], jax.eval_shape(lambda: jnp.asarray(call())).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
-        return [f"the {what} cannot be evaluated: {type(error).__name__}: {error}"], None
+        return [f"the {what} cannot be evaluated: {explain_error(error)}"], None
 
 
 def declared_state_faults(part, may_have_none: bool = False) -> list[str]:
@@ -52,7 +53,7 @@ def _declared_states(law, may_have_none=False):
     try:
         declared = law.internal_states
     except Exception as error:  # noqa: BLE001 - the user's own code
-        return {}, [f"internal_states cannot be evaluated: {type(error).__name__}: {error}"]
+        return {}, [f"internal_states cannot be evaluated: {explain_error(error)}"]
     if not isinstance(declared, dict) or not (declared or may_have_none):
         return {}, [f"internal_states must be a dict of InternalState by name, got {declared!r}"]
     faults = []
@@ -69,7 +70,7 @@ def named_faults(what, call, declared, all_needed):
     try:
         found = jax.eval_shape(lambda: {name: jnp.asarray(value, float) for name, value in call().items()})
     except Exception as error:  # noqa: BLE001 - the user's own code
-        return [f"{what} cannot be evaluated: {type(error).__name__}: {error}"]
+        return [f"{what} cannot be evaluated: {explain_error(error)}"]
     faults = [f"{what} gives {name!r}, which is no internal state" for name in found if name not in declared]
     if all_needed:
         faults += [f"{what} lacks the internal state {name!r}" for name in declared if name not in found]

@@ -274,7 +274,7 @@ class MachineElements:
                 module,
                 pressure_angle,
                 helix_angle,
-                bool(internal),
+                internal,
                 stiffness,
                 damping,
                 backlash,

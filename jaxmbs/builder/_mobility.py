@@ -23,7 +23,7 @@ _STEP = 0.3  # between poses, about [rad]: beyond rounding, and near enough to c
 _STEP_NEAR_GUESS = 0.05  # the same about a pose of use, whose branch is to be kept
 _SEED = 7  # of the poses looked at: any, but the same in every build, so that a model has one answer
 _HALF_TURN_MARGIN = 1e-4  # relative residual, about a degree off half a turn
-_ZERO_INERTIA = {8: 1e-13, 4: 1e-6}  # relative inertia that counts as none: rounding of the mass matrix
+_ZERO_INERTIA = {8: 2e-14, 4: 1e-6}  # relative inertia that counts as none: rounding of the mass matrix
 
 
 def _float_type():
@@ -48,7 +48,7 @@ def analyse_mobility(system: System, independent: Iterable[str] | None = None) -
     for _ in range(_NUM_POSES):
         rows = evaluate_rows(system, psi, t)
         spaces = rank, Z, _ = row_spaces(system, rows)
-        found = _inertia_fault(top, rows.M, Z, weight)
+        found = _inertia_fault(top, rows.M, Z)
         if best is None or rank > best[1][0]:
             best, fault, stresses = (rows, spaces), found, []
         elif rank == best[1][0]:  # one pose with inertia will do
@@ -88,7 +88,7 @@ def check_closure_and_inertia(system: System) -> None:
     for _ in range(_NUM_POSES):
         rows = evaluate_rows(system, psi, t)
         Z = constraint_spaces(rows.A, 1.0)[1]
-        if (fault := _inertia_fault(top, rows.M, Z, weight)) is None:
+        if (fault := _inertia_fault(top, rows.M, Z)) is None:
             return
         psi = _another_pose(system, psi, t, Z, weight, random)
     raise ModelError([fault] if fault else [])
@@ -152,14 +152,23 @@ def _refuse_half_turns(system, f):
         raise ModelError(faults)
 
 
-def _inertia_fault(top, M, Z, weight) -> str | None:
-    """Message where a motion among Z moves no inertia; else None."""
-    reduced = (Z * weight[:, None]).T @ (M @ (Z * weight[:, None]))
-    if reduced.size == 0:
+def _inertia_fault(top, M, Z) -> str | None:
+    """Message where a motion among Z moves no inertia, beside that of its velocities one by one; else None.
+
+    So neither ratios of masses nor units count.
+    """
+    if Z.shape[1] == 0:
         return None
-    values, vectors = np.linalg.eigh(reduced)
-    if values[0] > _ZERO_INERTIA[_float_type().itemsize] * max(values[-1], 1e-300) and values[-1] > 0:
-        return None
-    mode = np.abs(Z @ vectors[:, 0])
+    least = _ZERO_INERTIA[_float_type().itemsize]
+    own = np.sqrt(np.maximum(M.diagonal(), 0.0))
+    U, size, Vt = np.linalg.svd(own[:, None] * Z, full_matrices=False)
+    mode = Vt[-1]
+    if size[-1] > least * size[0]:
+        inverse = np.where(own > 0.0, 1.0 / np.where(own > 0.0, own, 1.0), 0.0)[:, None]
+        values, vectors = np.linalg.eigh((inverse * U).T @ (M @ (inverse * U)))
+        if values[0] > least:
+            return None
+        mode = Vt.T @ (vectors[:, 0] / size)
+    mode = np.abs(Z @ mode)
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
     return f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"

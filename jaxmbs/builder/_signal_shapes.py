@@ -14,6 +14,7 @@ from ..kinematics._poses import neutral_coordinates, node_parameters
 from ..model._internal_states import internal_records, replace_field, with_internal
 from ..model._signals import drivers_of
 from ..model._system import System
+from ..runtime import explain_error
 from ._law_faults import law_call_faults, named_faults
 
 
@@ -102,7 +103,7 @@ def _shape_of(call, most=1):
     try:
         found = jax.eval_shape(lambda: jnp.asarray(call(), float)).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
-        return (), [f"it cannot be evaluated: {type(error).__name__}: {error}"]
+        return (), [f"it cannot be evaluated: {explain_error(error)}"]
     if len(found) > most:
         return (), [f"it has shape {found}; a signal is one number or (n,)"]
     return found, []

@@ -11,7 +11,7 @@ from ..checks import is_concrete
 from ..kinematics._poses import coordinate_rate
 from ..model._rows import CoordinateRows, CoupledJoints, UserPositionRows, UserVelocityRows
 from ..model._system import System
-from ..runtime import jit
+from ..runtime import explain_error, jit
 from ..typing import AnyArray
 
 _NUM_STATES = 6
@@ -45,7 +45,7 @@ def shape_faults(row: CoordinateRows, psi: Array, u: Array) -> list[str]:
     try:
         found = jax.eval_shape(returned, *given, jnp.zeros(()))
     except Exception as error:  # noqa: BLE001 - it is the user's function: anything may come
-        return [f"{where} cannot be evaluated: {type(error).__name__}: {str(error).splitlines()[0]}"]
+        return [f"{where} cannot be evaluated: {explain_error(error)}"]
     if not hasattr(found, "dtype") or not jnp.issubdtype(found.dtype, jnp.floating):
         kind = getattr(found, "dtype", type(found).__name__)
         return [f"{where} must return an array of real numbers, zero where the row is kept; it returns {kind}"]

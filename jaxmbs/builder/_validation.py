@@ -20,6 +20,7 @@ from ..forces import (
 from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, WinchPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
+from ..runtime import explain_error
 from ._circuits import circuit_faults, with_circuits
 from ._declarations import GROUND, Model, as_pose, has_one_coordinate, resolve_frame
 from ._elastic import entry_faults
@@ -199,7 +200,7 @@ def _drive_faults(drive):
         signal = as_signal(drive)
         shape = jax.eval_shape(signal, jnp.zeros(())).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
-        return [f"it cannot be evaluated: {type(error).__name__}: {error}"]
+        return [f"it cannot be evaluated: {explain_error(error)}"]
     found = signal.faults() if hasattr(signal, "faults") else []
     return found + faults_if((shape not in ((), (1,)), f"it gives shape {shape}, not one number"))
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete, require_reals
+from ..checks import any_concrete, is_concrete, require_numbers, require_reals
 from ..math._eigen import eigh
 from ..reductions._base import Reduced
 from ..runtime import as_dtype, jit
@@ -120,6 +120,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
 
 def equivalent_impulse(omega: ArrayLike, peak: ArrayLike) -> Array:
     """Equivalent impulse `J = omega |q|_max` on a mode of omega [rad/s] from its peak response.  Source: S1 (32)."""
+    require_numbers(omega=omega, peak=peak)
     return jnp.asarray(omega) * jnp.asarray(peak)
 
 
@@ -139,6 +140,7 @@ def combine_modal_maxima(
 
     The result is an estimate, a bound only for "abs".  Source: S1 (32).
     """
+    require_numbers(values=values)
     moved = jnp.moveaxis(values, axis, 0)
     if weights is not None:
         moved = moved * weights.reshape(-1, *[1] * (moved.ndim - 1))
@@ -212,6 +214,7 @@ def truncation_shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
 
     Source: S1 (32).
     """
+    require_numbers(limits=limits, truth=truth)
     quotient = jnp.asarray(limits) / jnp.asarray(truth)
     short = jnp.maximum(1.0 - quotient, 0.0)
     count = jnp.sum(short > 0, axis=0).astype(quotient.dtype)

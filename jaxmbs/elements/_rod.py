@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..checks import flag
 from ..typing import Convertible
 from ._base import AbstractElement, as_real
 
@@ -19,7 +20,7 @@ class Rod(AbstractElement):
     young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
     area: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
     density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
-    lumped: bool = eqx.field(static=True, default=False)
+    lumped: bool = eqx.field(static=True, converter=flag("lumped"), default=False)
 
     num_nodes = 2
     coordinates = 3

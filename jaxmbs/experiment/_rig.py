@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..checks import distinct_names
+from ..checks import distinct_names, require_numbers
 from ..coupling._regularised_inverse import regularised_inverse
 from ..coupling._transfer_functions import add_stiffness
 from ..errors import ModelError
@@ -53,6 +53,7 @@ def free_response(
     Raises: ModelError for shapes that do not match and too few runs.
     Source: S1 (41), Figs 4-5.
     """
+    require_numbers(motions=motions, exciters=exciters)
     motions, exciters = jnp.asarray(motions), jnp.asarray(exciters)
     supports, weights = (None if a is None else jnp.asarray(a) for a in (supports, weights))
     faults = _shape_faults(motions, exciters, supports, weights)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, negative, not_positive
+from ..checks import any_concrete, negative, not_positive, require_numbers
 from ..runtime import as_dtype
 from ..typing import ArrayLike
 
@@ -36,6 +36,7 @@ def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLik
 
     Source: S1 (41).
     """
+    require_numbers(values=values, relative=relative, floor=floor)
     values = jnp.asarray(values)
     relative, floor = (jnp.broadcast_to(as_dtype(a, values.real.dtype), values.shape) for a in (relative, floor))
     return jnp.abs(values) ** 2 * relative**2 + floor**2
@@ -43,6 +44,7 @@ def noise_variance(values: ArrayLike, relative: ArrayLike = 0.0, floor: ArrayLik
 
 def add_noise(key: Array, values: ArrayLike, variance: ArrayLike) -> Array:
     """Add circular complex noise of the given variance, independent from entry to entry; `key` seeds it."""
+    require_numbers(values=values, variance=variance)
     values, variance = jnp.asarray(values), jnp.asarray(variance)
     parts = jax.random.normal(key, (2, *values.shape), values.real.dtype) * jnp.sqrt(variance / 2)[None]
     return values + lax.complex(parts[0], parts[1])
@@ -61,6 +63,7 @@ def propagate(function: Callable, values: ArrayLike, variance: ArrayLike) -> tup
 
     Returns: (value, variance), the variance of a complex entry being that of its complex error.  Source: S1 (41).
     """
+    require_numbers(values=values, variance=variance)
     values, variance = jnp.asarray(values), jnp.asarray(variance)
     found = function(values)
     deviation = jnp.sqrt(variance / 2)
@@ -84,6 +87,7 @@ def propagate_scalar(
 
     Args: as of `propagate`; the function gives a real scalar.  Source: S1 (41).
     """
+    require_numbers(values=values, variance=variance)
     values, variance = jnp.asarray(values), jnp.asarray(variance)
     if negative(variance):
         raise ValueError("variance must not be negative")

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import faults_if, not_positive
+from ..checks import faults_if, flag, not_positive
 from ..errors import ModelError
 from ..forces._fields import number, optional_number
 from ..runtime import as_dtype
@@ -34,7 +34,7 @@ class SN(eqx.Module):
     knee: Any = eqx.field(converter=optional_number, default=None)
     second_slope: Any = eqx.field(converter=optional_number, default=None)
     limit: Any = eqx.field(converter=optional_number, default=None)
-    ranges: bool = eqx.field(static=True, default=False, kw_only=True)
+    ranges: bool = eqx.field(static=True, converter=flag("ranges"), default=False, kw_only=True)
 
     def __check_init__(self):
         names = ("intercept", "slope", "knee", "second_slope", "limit")

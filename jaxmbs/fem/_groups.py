@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import is_concrete, no_such
+from ..checks import flag, is_concrete, no_such
 from ..elements import DIRECTIONS, AbstractElement
 from ..typing import AnyArray
 
@@ -23,7 +23,7 @@ class Group(eqx.Module):
 
     element: AbstractElement
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
-    shared: bool = eqx.field(static=True)
+    shared: bool = eqx.field(static=True, converter=flag("shared"))
 
     @property
     def connections(self) -> np.ndarray:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from ..checks import as_flag
 from ..elements import DIRECTIONS
 from ..linear._system import LinearSystem
 from ..typing import AnyArray
@@ -28,6 +29,7 @@ def assemble(
     Raises: ModelError for an unknown interface, and for a concrete preload beyond buckling (under tracing
     `Modes.is_unstable` says so); ValueError for a preload of another shape or with blocks.  Source: S1 (3).
     """
+    blocks = as_flag("blocks", blocks)
     if blocks and preload is not None:
         raise ValueError("a preload needs dense matrices: leave blocks=True out")
     damped = any(group.element.has_damping for group in structure.groups.values())

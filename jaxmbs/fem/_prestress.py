@@ -108,6 +108,9 @@ def stiffness_under_load(structure: Structure, load: AnyArray) -> Float[Array, "
     K, x = _under_load(structure, load)
     if is_concrete(x) and np.isnan(np.asarray(x)).any():
         _refuse_free(structure, "preload")
+        raise ModelError(
+            ["preload: the stiffness is singular to rounding: hold more nodes, or stiffen the structure"]
+        )
     total = K + geometric_stiffness(structure, x)
     if is_concrete(total) and np.linalg.eigvalsh(np.asarray(total))[0] <= 0.0:
         factor = float(buckling(structure, load).factors[0])

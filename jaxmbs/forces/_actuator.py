@@ -9,7 +9,7 @@ from ..checks import faults_if, negative
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._fields import as_law_function, number
-from ._signals import Constant, as_signal, value_and_rate
+from ._signals import AbstractSignal, Constant, as_signal, value_and_rate
 
 
 def _effort(value):
@@ -24,7 +24,8 @@ class Actuator(AbstractScalarLaw):
     distance [m], v its rate, and a positive effort pushes them apart, as a hydraulic cylinder under pressure.
 
     Attributes:
-        function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static. Or a number.
+        function: callable; the arrays of an `eqx.Module` are leaves, a plain function is static. Or a number, or a
+            signal of time, such as `Ramp`.
     """
 
     function: Convertible[Callable[..., Any]] = eqx.field(converter=_effort)
@@ -33,6 +34,8 @@ class Actuator(AbstractScalarLaw):
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """`function(x, v, t)` [N or N m]."""
+        if isinstance(self.function, AbstractSignal):
+            return number(self.function(t))
         return number(self.function(x, v, t))
 
 

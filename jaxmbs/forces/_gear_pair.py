@@ -9,7 +9,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from ..checks import any_concrete, faults_if, is_concrete, may_be_nonzero, negative, not_positive
+from ..checks import any_concrete, faults_if, flag, is_concrete, may_be_nonzero, negative, not_positive
 from ..math._linalg import safe_norm, skew
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
@@ -68,7 +68,7 @@ class GearPair(AbstractPathLaw):
     module: Convertible[Scalar] = eqx.field(converter=number)
     pressure_angle: Convertible[Scalar] = eqx.field(converter=number, default=np.pi / 9)
     helix_angle: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
-    internal: bool = eqx.field(static=True, default=False)
+    internal: bool = eqx.field(static=True, converter=flag("internal"), default=False)
     stiffness: Convertible[Scalar] = eqx.field(converter=number, default=1e8)
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     backlash: Convertible[Scalar] = eqx.field(converter=number, default=0.0)

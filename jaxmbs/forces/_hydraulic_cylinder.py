@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, faults_if, negative, not_positive
+from ..checks import any_concrete, faults_if, flag, negative, not_positive
 from ..math._signed_root import signed_root
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
@@ -72,7 +72,7 @@ class HydraulicCylinder(AbstractScalarStateLaw):
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     laminar: Convertible[Scalar] = eqx.field(converter=number, default=1e4)
     length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
-    varying: bool = eqx.field(static=True, default=False)
+    varying: bool = eqx.field(static=True, converter=flag("varying"), default=False)
     inflow: Convertible[Callable[..., Any] | None] = eqx.field(converter=_optional_signal, default=None)
     end_cushion: AbstractScalarLaw | None = None
     is_source: ClassVar[bool] = True

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import faults_if, negative, not_positive
+from ..checks import faults_if, flag, negative, not_positive
 from ..typing import Convertible, Scalar
 from ._fields import number
 from ._pitch_point_mesh import AbstractPitchPointMesh, PitchPoint, angle_about, within_a_tooth
@@ -43,7 +43,7 @@ class WormGear(AbstractPitchPointMesh):
     teeth: int = eqx.field(static=True)  # type: ignore[misc]
     module: Convertible[Scalar] = eqx.field(converter=number)
     radius: Convertible[Scalar] = eqx.field(converter=number)  # type: ignore[misc]
-    left_handed: bool = eqx.field(static=True, default=False)
+    left_handed: bool = eqx.field(static=True, converter=flag("left_handed"), default=False)
     pressure_angle: Convertible[Scalar] = eqx.field(converter=number, default=np.pi / 9)
     friction: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)

@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 from ..checks import any_concrete, distinct_names, no_such
 from ..math._rotation import rotation_matrix
-from ..runtime import as_array
+from ..runtime import as_array, explain_error
 from ..typing import ArrayLike, ScalarLike
 from ._base import alignment_rows
 from ._closures import AbstractClosure
@@ -104,7 +104,7 @@ def _path_faults(path):
     try:
         shape = jax.eval_shape(lambda t: _evaluate_path(path, t), jnp.zeros(())).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
-        return [f"it cannot be evaluated: {type(error).__name__}: {error}"]
+        return [f"it cannot be evaluated: {explain_error(error)}"]
     found = list(path.faults()) if hasattr(path, "faults") else []
     if not callable(path) and any_concrete(lambda x: ~np.isfinite(x), path):
         found.append("it is not finite")

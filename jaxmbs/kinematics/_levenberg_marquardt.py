@@ -71,7 +71,10 @@ def _damped_solution(A, damping, right):
     """`(A^T A + damping)^-1 right` of rows A (rows, nv), dense or sparse, and damping (nv,)."""
     if scipy.sparse.issparse(A):
         return damped_solver(A, damping)(right)
-    return np.linalg.solve(A.T @ A + np.diag(damping), right)
+    try:
+        return np.linalg.solve(A.T @ A + np.diag(damping), right)
+    except np.linalg.LinAlgError:  # columns that no row moves, at a damping that has become nothing
+        return np.linalg.lstsq(A.T @ A + np.diag(damping), right, rcond=None)[0]
 
 
 def minimise_in_trace(linearise: Callable, damped_step: Callable, step: Callable, psi: Array) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from ..checks import as_flag
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..runtime import as_array
@@ -91,6 +92,7 @@ def check(
     Raises: ModelError where `throw` is set and a fault is found; it names the coordinates.
     Source: the checks of `cbcheck` of pyYeti; S1 (3).
     """
+    throw = as_flag("throw", throw)
     sub, about = system.to_dense(), np.asarray(as_array(about), float)
     if about.shape != (3,) or not np.all(np.isfinite(about)):
         raise ValueError(f"about must be a point of three finite numbers, got {about}")

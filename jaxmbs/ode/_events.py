@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from ..runtime import tracer_errors_in_words
+
 
 class Events(eqx.Module):
     """Several events, in their order.
@@ -41,6 +43,7 @@ class Events(eqx.Module):
 
 def check_condition(condition: Any, state: Any, name: str = "the event") -> None:
     """Raises: TypeError unless it is a function of a state to one real number."""
-    found = jax.eval_shape(condition, state)
+    with tracer_errors_in_words():
+        found = jax.eval_shape(condition, state)
     if not (hasattr(found, "dtype") and found.shape == () and jnp.issubdtype(found.dtype, jnp.floating)):
         raise TypeError(f"{name} must return one real number (), got {found}")

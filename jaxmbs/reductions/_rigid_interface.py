@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import distinct_names, is_concrete
+from ..checks import as_flag, distinct_names, is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._condensation import partition
@@ -29,7 +29,7 @@ def rigid_body_motions(positions: AnyArray, reference: ArrayLike, rotations: boo
     Source: S1 (14).
     """
     motions = rigid_motions(positions, reference)
-    return (motions if rotations else motions[:, :3]).reshape(-1, 6)
+    return (motions if as_flag("rotations", rotations) else motions[:, :3]).reshape(-1, 6)
 
 
 def averaged_motion(

@@ -27,6 +27,7 @@ from ._releases import release_advice, warn_of_wrong_release
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import kernel_options, one_kernel, sets_marks, small_call
+from ._tracer_errors import explain_error, tracer_errors_in_words
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
@@ -51,6 +52,7 @@ __all__ = [
     "compile_kind",
     "constant_product",
     "content_of",
+    "explain_error",
     "export",
     "fingerprint",
     "flag_advice",
@@ -80,6 +82,7 @@ __all__ = [
     "set_quick_flags",
     "sets_marks",
     "small_call",
+    "tracer_errors_in_words",
     "trick_states",
     "tuning",
     "user_jit",

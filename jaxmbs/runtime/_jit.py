@@ -13,6 +13,7 @@ from ._compile_log import start_listening
 from ._compiler_options import check_kind, compiler_options
 from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
+from ._tracer_errors import tracer_errors_in_words
 from ._tracing import not_tracing
 from ._tricks import OFF, is_on
 
@@ -83,7 +84,8 @@ def compile_kind(compile: str):
     backend = jax.default_backend()
     marked = compile != "tape" and not_tracing() and should_mark(backend, compiler_options(compile, backend))
     with SMALL_PROGRAM(compile != "full" or SMALL_PROGRAM.value), MARKING(marked), garbage_collection_paused():
-        yield
+        with tracer_errors_in_words():
+            yield
 
 
 @contextlib.contextmanager

@@ -25,6 +25,8 @@ def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
 
     Raises: TypeError for complex numbers where they are to be real.
     """
+    if x is None:
+        raise TypeError("real numbers are needed, got None")
     if dtype is float:
         require_reals(x)
     if isinstance(x, Array) or not is_concrete(x) or not not_tracing():

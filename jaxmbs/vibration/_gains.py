@@ -5,6 +5,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
+from ..checks import require_numbers
 from ..typing import AnyArray, ArrayLike, Number
 
 
@@ -13,6 +14,7 @@ def mobility(receptance: AnyArray, omega: ArrayLike) -> Array:
 
     Source: S1 (40).
     """
+    require_numbers(receptance=receptance, omega=omega)
     return harmonic_rate(omega, receptance) * receptance
 
 
@@ -22,6 +24,7 @@ def accelerance(receptance: AnyArray, omega: ArrayLike) -> Array:
 
     Source: S1 (40).
     """
+    require_numbers(receptance=receptance, omega=omega)
     return harmonic_rate(omega, receptance) ** 2 * receptance
 
 
@@ -33,6 +36,7 @@ def harmonic_rate(omega: ArrayLike, like: AnyArray) -> Array:
 
 def acceleration_gain(acceleration: Number | complex, reference: Number | complex) -> Number | complex:
     """Acceleration gain `k_g = q'' / x_C''` of complex amplitudes or of magnitudes.  Source: S1 (45)."""
+    require_numbers(acceleration=acceleration, reference=reference)
     return acceleration / reference
 
 
@@ -41,16 +45,19 @@ def mobility_from_gain(gain: Number | complex, total_mass: Number, omega: Number
 
     The force is the inertia of the whole mass M moving with the reference.  Source: S1 (44).
     """
+    require_numbers(gain=gain, total_mass=total_mass, omega=omega)
     return gain * _match_dtype(gain, omega / generalised_stiffness(total_mass, omega))
 
 
 def gain_from_mobility(mobility: Number | complex, total_mass: Number, omega: Number) -> Number | complex:
     """Gain `k_g = kbar B / w_C` of a mode of omega [rad/s]: the inverse of `mobility_from_gain`.  Source: S1 (45)."""
+    require_numbers(mobility=mobility, total_mass=total_mass, omega=omega)
     return mobility * _match_dtype(mobility, generalised_stiffness(total_mass, omega) / omega)
 
 
 def generalised_stiffness(total_mass: Number, omega: Number) -> Number:
     """Generalised stiffness `kbar = M w_C^2` [N/m] of a mode of omega [rad/s].  Source: S1 (44)-(45)."""
+    require_numbers(total_mass=total_mass, omega=omega)
     return total_mass * omega**2
 
 
@@ -64,5 +71,6 @@ def superpose(shapes: AnyArray, coordinates: AnyArray) -> AnyArray:
 
     Source: S1 (43).
     """
+    require_numbers(shapes=shapes, coordinates=coordinates)
     dtype = np.result_type(shapes.dtype, coordinates.dtype)
     return shapes.astype(dtype) @ coordinates.astype(dtype)

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..checks import flag
 from ..forces import AbstractScalarLaw
 from ..linear._massless import condense_massless
 from ..linear._system import LinearSystem
@@ -65,7 +66,7 @@ class ModalSuperposition(eqx.Module):
 
     ratios: Float[Array, "..."] | float | None = None
     num: int | None = eqx.field(static=True, default=None)
-    static_start: bool = eqx.field(static=True, default=False)
+    static_start: bool = eqx.field(static=True, converter=flag("static_start"), default=False)
 
 
 class LinearState(NamedTuple):

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import require_reals
+from ..checks import require_numbers, require_reals
 from ..math._eigen import same
 from ..runtime import lapack
 from ..typing import AnyArray
@@ -28,6 +28,7 @@ def mode_ratios(modes: Modes, coordinate: int = 0) -> Float[Array, "n m"]:
 
 def participation(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array, "m directions"]:
     """Participation factors `shapes^T M rigid` (m, directions) of the modes in rigid motions (n, directions)."""
+    require_numbers(M=M, rigid=rigid)
     return modes.shapes.T @ M @ rigid
 
 
@@ -38,6 +39,7 @@ def effective_masses(modes: Modes, M: AnyArray, rigid: AnyArray) -> Float[Array,
 
 def mac(first: AnyArray, second: AnyArray, M: AnyArray | None = None) -> Float[Array, "m k"]:
     """Modal assurance criterion (m, k) of shapes (n, m) and (n, k): squared cosines, in the metric M (n, n)."""
+    require_numbers(first=first, second=second)
     require_reals(M)
     conj = jnp.conj(first)
     other = second if M is None else M.astype(second.dtype) @ second

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix
-from ..checks import distinct_names
+from ..checks import as_flag, distinct_names
 from ..errors import ModelError
 from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._labels import format_label
@@ -42,7 +42,7 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     Raises: as `natural_modes` and `complex_modes`; ValueError for such modes of other block matrices.
     Source: S1 (33)-(37), (39).
     """
-    damped = system.damping is not None if damped is None else damped
+    damped = system.damping is not None if damped is None else as_flag("damped", damped)
     if num is not None and not 0 <= num <= system.num_rows:
         raise ValueError(f"num = {num}: there are {system.num_rows} modes")
     names = tuple(map(format_label, system.coordinates))
