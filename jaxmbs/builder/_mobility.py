@@ -152,6 +152,15 @@ def _refuse_half_turns(system, f):
         raise ModelError(faults)
 
 
+def _inertia_of_columns(top, M):
+    """Inertia (nv,) of each velocity alone, zero where it is rounding of that of others of its unit on its branch."""
+    path = np.asarray(top.nodes.path, float)
+    spins = np.asarray(top.spins) > 0
+    together = (path.T @ path > 0) & (spins[:, None] == spins[None])
+    own = np.maximum(np.asarray(M.diagonal()), 0.0)
+    return np.where(own > 16 * np.finfo(_float_type()).eps * np.max(together * own[None], axis=1), own, 0.0)
+
+
 def _inertia_fault(top, M, Z) -> str | None:
     """Message where a motion among Z moves no inertia, beside that of its velocities one by one; else None.
 
@@ -160,15 +169,17 @@ def _inertia_fault(top, M, Z) -> str | None:
     if Z.shape[1] == 0:
         return None
     least = _ZERO_INERTIA[_float_type().itemsize]
-    own = np.sqrt(np.maximum(M.diagonal(), 0.0))
-    U, size, Vt = np.linalg.svd(own[:, None] * Z, full_matrices=False)
-    mode = Vt[-1]
+    own = np.sqrt(_inertia_of_columns(top, M))
+    columns = np.linalg.norm(own[:, None] * Z, axis=0)
+    unit = np.where(columns > 0.0, columns, 1.0)
+    U, size, Vt = np.linalg.svd(own[:, None] * Z / unit, full_matrices=False)
+    mode = Vt[-1] / unit
     if size[-1] > least * size[0]:
         inverse = np.where(own > 0.0, 1.0 / np.where(own > 0.0, own, 1.0), 0.0)[:, None]
         values, vectors = np.linalg.eigh((inverse * U).T @ (M @ (inverse * U)))
         if values[0] > least:
             return None
-        mode = Vt.T @ (vectors[:, 0] / size)
+        mode = Vt.T @ (vectors[:, 0] / size) / unit
     mode = np.abs(Z @ mode)
     names = sorted({top.column_joint_name[k] for k in np.nonzero(mode > 0.1 * mode.max())[0]})
     return f"a motion of joint(s) {', '.join(names)} moves no inertia: give the bodies there mass or inertia"
