@@ -27,7 +27,8 @@ class Event(eqx.Module):
             event ends the motion, unless it has a `system`.
         direction: +1 where only a rising value counts, -1 where only a falling one does, 0 for both.
         system: the mechanism from the event on, of the same structure with other numbers (`build(like=system)` or
-            `equinox.tree_at`): springs that latch, hooks that release, switches.
+            `equinox.tree_at`): springs that latch, hooks that release, switches.  States after the event carry the
+            numbers that differ, so that questions about the motion take the system that it was made with.
         name: in the account of work and in the record of the motion; default "event 0" by its place.
 
     Energy that the action adds, negative when lost, is an entry of the motion's account of work under that name.

@@ -127,7 +127,8 @@ class Motion(eqx.Module):
         if any_concrete(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
             raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
         rows = with_events(self)
-        last = jnp.sum(jnp.isfinite(rows.ts), dtype=jnp.int32) - 1
+        if rows is not self:
+            last = jnp.sum(jnp.isfinite(rows.ts), dtype=jnp.int32) - 1
         return _at(system, rows.states, rows.ts, last, self.sampling, t)
 
     def with_knots(self, system: System) -> "Motion":

@@ -48,8 +48,8 @@ def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> 
     Raises: ValueError for a batch of motions; ModelError for the motion of another system.
     """
     check_one_motion(system, motion)
-    motion = pieces_of(system, motion)
-    return _peak(system, motion, as_argument(quantity, _shapes(motion)))
+    pieces = pieces_of(system, motion)
+    return _peak(system, pieces, as_argument(quantity, _shapes(motion)), pieces is not motion)
 
 
 def check_one_motion(system: System, motion: Motion) -> None:
@@ -60,7 +60,7 @@ def check_one_motion(system: System, motion: Motion) -> None:
 
 
 @jit(compile="quick")
-def _peak(system, motion, quantity):
+def _peak(system, motion, quantity, has_jumps):
     """One program, with the quantity in it twice: at the saved states, and in the search between them."""
     state = _shapes(motion)
     shape = jax.eval_shape(quantity, state).shape
@@ -74,8 +74,9 @@ def _peak(system, motion, quantity):
     def one(entry, i):
         index = jnp.clip(i + jnp.arange(-1, 2), 0, last)
         knots = knots_of(system, jax.tree.map(lambda x: x[index], motion.states))
-        # the two sides of an event have the same time: the peak may be on either, as at an end
-        at_end = (i == 0) | (i == last) | jnp.any(jnp.diff(knots.t) <= 0.0)
+        at_end = (i == 0) | (i == last)
+        if has_jumps:  # the two sides of a jump have the same time: the peak may be on either, as at an end
+            at_end = at_end | jnp.any(jnp.diff(knots.t) <= 0.0)
         return _peak_near(_Interpolated(system, P, knots, entries, entry), values[index, entry], at_end)
 
     found = jax.vmap(one)(jnp.arange(values.shape[1]), best)
