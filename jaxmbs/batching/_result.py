@@ -5,21 +5,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
+from ..analysis import Equilibrium
 from ..kinematics._state import State
 from ..motion._motion import Motion
 from ..reaction import Reactions
 from ..status import Status, succeeded
 
 #: Kinds of results that have a result code of their own.
-_JUDGED = (Motion, Reactions)
+_JUDGED = (Motion, Reactions, Equilibrium)
 
 
 def design_status(values: PyTree) -> Array:
     """Status code () of the results for one design.
 
-    The worst result among its motions and reactions; NOT_ASSEMBLED for a state that is not ok, BRANCH for states that
-    are not all on the branch of the first of them; NOT_FINITE if they succeeded but some other number is not finite.
-    That is not checked after an event: the motion then has unused entries.
+    The worst result among its motions, reactions and equilibria; NOT_ASSEMBLED for a state that is not ok, BRANCH for
+    states that are not all on the branch of the first of them; NOT_FINITE if they succeeded but some other number is
+    not finite.  That is not checked after an event: the motion then has unused entries.
     """
     parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, (*_JUDGED, State)))
     codes = [_part_status(part) for part in parts]

@@ -215,3 +215,16 @@ def test_what_nothing_holds_is_named():
     found = mbs.equilibrium(system, mbs.State.at(system), throw=False)
     assert found.status == Status.NO_EQUILIBRIUM and str(Status.NO_EQUILIBRIUM) in repr(found)
     assert np.isnan(found.stiffness).all() and not bool(found.is_unstable)
+
+
+@pytest.mark.slow
+def test_a_batch_of_equilibria_has_their_statuses():
+    system, _ = pendulum(0.0)
+    rests = mbs.batch(
+        lambda angle: mbs.equilibrium(system, mbs.State.at(system, swing=angle), throw=False),
+        np.array([0.3, 3.1]),
+        progress=False,
+        compile="quick",
+    )
+    assert list(rests.status) == [Status.SUCCESS, Status.UNSTABLE]
+    np.testing.assert_allclose(rests.values.state.coordinates[:, 0], [0.0, np.pi], atol=1e-9)
