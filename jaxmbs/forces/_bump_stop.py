@@ -15,8 +15,9 @@ class BumpStop(AbstractScalarLaw):
     """Nothing inside the gap `lower <= x <= upper`; beyond it `k d^n (1 + c max(rate of d, 0))`, d the depth.
 
     The damping factor (Hunt and Crossley) acts in compression only and grows from zero with the depth, so the
-    stop never pulls and the effort has no jump. For n > 1 the effort is C1 at the edge, for n > 2 C2. Give
-    one bound for a one-sided stop.
+    stop never pulls and the effort has no jump; it has a corner where the rate of d changes its sign, so that
+    derivatives of motions through a damped stop need tight tolerances. For n > 1 the effort is C1 at the
+    edge, for n > 2 C2. Give one bound for a one-sided stop.
 
     On a joint x is its coordinate [m or rad]; between two points it is their distance [m], so a strut's stop in
     compression is `lower`, its shortest free length, and that in rebound `upper`.

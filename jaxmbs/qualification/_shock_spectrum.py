@@ -67,6 +67,7 @@ def shock_spectrum(
     Between samples the acceleration is straight, and the motion of the oscillators exact for that (ramp-invariant:
     Smallwood 1981, ISO 18431-4); peaks are those at the samples.  After the last sample the base moves on without
     acceleration: that time has no end, and its peaks are exact.
+    Oscillators are at rest until the first sample: if it is not zero, the acceleration begins with a jump there.
 
     Args:
         signal: (samples,) [m/s^2, or g], from rest.
