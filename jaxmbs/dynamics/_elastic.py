@@ -101,6 +101,7 @@ class ElasticBodies(AbstractBodies):
         return lambda moved: self._loads(carry, system, at_rest(system, moved), None, held)
 
     def strain_energy(self, system, at):
+        """Source: S2 (70)."""
         return self._energy(elastic_state(system, self.group, at_rest(system, at)).q)
 
     def strain_energy_and_validity(self, system, at):
@@ -108,7 +109,7 @@ class ElasticBodies(AbstractBodies):
         return self._energy(q), self._margins(q)
 
     def _energy(self, q):
-        """Source: S2 (70)."""
+        """Strain energy () of all bodies at deformations q (bodies, modes)."""
         if self.group.body.stiffening is not None:
             return jnp.sum(jax.vmap(lambda body, q: body.strain_energy(q))(self.group.body, q))
         return 0.5 * jnp.einsum("ek,ekl,el->", q, self.group.body.stiffness, q)
