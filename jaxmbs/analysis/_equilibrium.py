@@ -13,6 +13,7 @@ from jax import lax
 from ..checks import distinct_names, is_concrete, no_such
 from ..contact import BristleContact
 from ..dynamics._bodies import total_mass
+from ..dynamics._validity import has_ends, validity
 from ..errors import ModelError, SimulationError
 from ..forces import LuGre
 from ..kinematics._kic import independent_columns
@@ -68,6 +69,9 @@ def equilibrium(
     pendulum that stands, is not left.  Stiffness does not tell the stability of a steady motion (`modes` do), which
     has no such status.
 
+    Where a part is beyond the end of its model at the equilibrium, its `status` is VALIDITY and its print and a
+    warning name the part, as `dynamics.validity` does.
+
     Joints that rub hold a mechanism at rest in a band of poses: the answer is the pose of
     that band at which their friction is zero, and `stable` and `stiffness` are those without friction.
     `impending_motion` gives the two limits of the efforts that hold it.
@@ -103,6 +107,8 @@ def equilibrium(
         raise SimulationError(_failure(system, state, result, held))
     if result.status == Status.UNSTABLE:
         warnings.warn(f"equilibrium: it is unstable: {Status.UNSTABLE}; start nearer to another", stacklevel=4)
+    if faults := result.faults():
+        warnings.warn(f"equilibrium: {Status.VALIDITY}: {'; '.join(faults)}", stacklevel=4)
     return result
 
 
@@ -223,7 +229,9 @@ def _equilibrium(system, state, moving):
     stable = _is_stable(K, still)
     _, psi, internal = at_unknowns(system, psi)
     state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
-    return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=(1.0 - still) * missing, steps=count)
+    ends = validity(system, state) if has_ends(system) else None
+    efforts = (1.0 - still) * missing
+    return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=efforts, steps=count, validity=ends)
 
 
 def _is_rounding(psi, at, still):

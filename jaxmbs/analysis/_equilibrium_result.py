@@ -9,6 +9,7 @@ from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import is_concrete
+from ..dynamics._validity import Validity
 from ..kinematics._state import State
 from ..runtime import lapack
 from ..status import Status
@@ -26,6 +27,7 @@ def _table_rows(found):
     if (internal := found.state.internal) is not None:
         rows += [(name, format_number(x)) for name, x in zip(internal.entries, internal.values, strict=True)]
     summary = f"{found.reason}; {int(found.steps)} steps, residual {format_number(found.residual)}"
+    summary += "".join(f"; {fault}" for fault in found.faults())
     return summary, [("coordinate", "value"), *rows]
 
 
@@ -46,6 +48,7 @@ class Equilibrium(eqx.Module):
         steps: number of Newton steps.
         followed: true where the loads were followed from zero, see `equilibrium`.
         share: of the loads, up to which they could be followed; one where they were not.
+        validity: margins of its parts to the ends of their models there; None where none has any.
         is_steady: true for a steady motion, whose stability the stiffness alone does not tell (static).
     """
 
@@ -58,6 +61,7 @@ class Equilibrium(eqx.Module):
     steps: Int[Array, ""]
     followed: Bool[Array, ""] = eqx.field(default_factory=lambda: np.zeros((), bool))
     share: Float[Array, ""] = eqx.field(default_factory=lambda: np.ones(()))
+    validity: Validity | None = None
     is_steady: bool = eqx.field(static=True, default=False)
 
     __repr__, _repr_html_ = table_repr(_table_rows)
@@ -72,6 +76,10 @@ class Equilibrium(eqx.Module):
         """Words for results at an equilibrium that is unstable, otherwise empty; also where it is traced."""
         return "at an UNSTABLE equilibrium" if is_concrete(self.ok) and self.status == Status.UNSTABLE else ""
 
+    def faults(self) -> list[str]:
+        """Parts that are beyond the end of their model there, in words (concrete equilibria)."""
+        return [] if self.validity is None else self.validity.faults()
+
     @property
     def is_unstable(self) -> Bool[Array, ""]:
         """True where the stiffness is negative along some direction, of an equilibrium at rest (traceable)."""
@@ -81,8 +89,10 @@ class Equilibrium(eqx.Module):
 
     @property
     def result(self) -> Int[Array, ""]:
-        """Code of the `Status`: SUCCESS, UNSTABLE or NO_EQUILIBRIUM (traceable)."""
-        found = jnp.where(self.is_unstable, Status.UNSTABLE, Status.SUCCESS)
+        """Code of the `Status`: SUCCESS, VALIDITY, UNSTABLE or NO_EQUILIBRIUM (traceable)."""
+        is_outside = False if self.validity is None else self.validity.is_outside
+        found = jnp.where(is_outside, Status.VALIDITY, Status.SUCCESS)
+        found = jnp.where(self.is_unstable, Status.UNSTABLE, found)
         return jnp.where(self.ok, found, Status.NO_EQUILIBRIUM)
 
     @property

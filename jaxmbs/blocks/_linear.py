@@ -292,4 +292,4 @@ class ShiftRegister(AbstractBlock):
 
 def _delay_periods(duration: ArrayLike, period: ArrayLike) -> int:
     """Number of periods after which a signal that is sampled has been delayed; nearly whole ones are whole."""
-    return max(1, math.ceil(float(duration) / float(period) * (1 - 1e-9)))
+    return max(1, math.ceil(np.asarray(duration).item() / np.asarray(period).item() * (1 - 1e-9)))

@@ -187,3 +187,23 @@ def test_margins_have_derivatives():
     tilted = lambda x: mbs.dynamics.validity(*at(wheels(GEAR), b=x)).margins["law"]  # noqa: E731
     for name, slope in (("reach", -1.0), ("base circles", 1.0), ("tilt", 0.0)):
         np.testing.assert_allclose(jax.jacfwd(lambda x, n=name: tilted(x)[n].value)(0.05), slope, atol=1e-9)
+
+
+def test_an_equilibrium_beyond_a_model_says_so():
+    """A ball pressed on a plane by twice the load that its bound of depth carries; by half of it the model holds."""
+
+    def pressed(load):
+        b = mbs.SystemBuilder(gravity=(0, 0, 0))
+        b.body("m", 1.0, inertia=1.0)
+        b.joint("z", mbs.Prismatic("z"), "ground", "m")
+        law = contact.HuntCrossley(1e6, exponent=1.0)
+        b.contact("foot", contact.SphereOnPlane(0.1), "m", "ground", law, max_depth=1e-3)
+        b.force("load", mbs.Force(jnp.array([0.0, 0.0, -load])), on="m")
+        system = b.build()
+        return system, mbs.State.at(system, z=0.1 - load / 1e6)
+
+    with pytest.warns(UserWarning, match="'foot' is pressed deeper than its max_depth, by 0.001 m"):
+        found = mbs.equilibrium(*pressed(2000.0))
+    assert found.ok and found.status == mbs.Status.VALIDITY and "'foot' is pressed deeper" in repr(found)
+    found = mbs.equilibrium(*pressed(500.0))
+    assert found.ok and found.status == mbs.Status.SUCCESS and found.faults() == []
