@@ -52,7 +52,7 @@ def _pendulum(law=None, **options):
 @pytest.mark.parametrize(
     "function, way_out",
     [(with_numpy, "jnp.sin"), (with_if, "jnp.where"), (with_int, "leave out")],
-    ids=lambda x: str(x),
+    ids=lambda x: getattr(x, "__name__", x),
 )
 @pytest.mark.parametrize("asked", ASKED)
 def test_functions_that_cannot_be_compiled_are_named_with_the_way_out(asked, function, way_out):
