@@ -20,7 +20,6 @@ STANDING = {
     "Actuation": "`gap` says how far the nearest efforts are from those required",
     "Batch": "a row answers NaN where its design failed: tests/batching",
     "BondLoads": "`residual` is the error of loads that do not balance",
-    "Check": "a list of faults",
     "DriveLoad": "`unique` marks a share by convention: least compliance",
     "InternalStates": "`ok` says that they are finite",
     "HarmonicResponse": "`ok` says that the amplitudes are finite",

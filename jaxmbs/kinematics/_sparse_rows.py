@@ -32,6 +32,16 @@ class MassOperator(NamedTuple):
     def __matmul__(self, Z):
         return _by_chunks(lambda z: _momenta(self.system, self.psi, self.t, z), Z.T).T
 
+    def diagonal(self) -> np.ndarray:
+        """Inertia (nv,) of each velocity alone; a few columns of the matrix are there at a time."""
+        number, found = self.system.topology.num_velocities, []
+        for first in range(0, number, _TOGETHER):
+            places = np.arange(first, min(first + _TOGETHER, number))
+            units = np.zeros((number, len(places)), self.psi.dtype)
+            units[places, places - first] = 1.0
+            found.append((self @ units)[places, places - first])
+        return np.concatenate(found)
+
 
 class ReactionOperator(NamedTuple):
     """`reaction_map` of a system at a pose: `B @ Y` (carriers, 6, k) of multipliers Y (rows, k)."""

@@ -197,7 +197,7 @@ def pieces_of(system: System, motion: Motion) -> Motion:
     return of_one(system, motion)
 
 
-def with_events(motion: Motion) -> Motion:
+def with_events(motion: Any) -> Any:
     """The motion with both sides of its events among its states."""
     if motion.events is None or motion.events.sides is None:
         return motion
@@ -224,7 +224,7 @@ def _with_rows(motion, states, accounts):
     return replace_field(found, "diagnostics", accounts)
 
 
-def events_shown(motion: Motion) -> Motion:
+def events_shown(motion: Any) -> Any:
     """A motion to be drawn: with both sides of its events among its states; the motion itself where none act."""
     found = with_events(motion)
     return found if found is motion else _without_unused(found)

@@ -80,7 +80,7 @@ def _leaves(found):
 
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_another_kind_is_refused(question):
-    with pytest.raises(ValueError, match="'full' or 'quick', got 'fast'"):
+    with pytest.raises(ValueError, match="'full', 'quick' or 'tape', got 'fast'"):
         question("fast")
 
 

@@ -25,7 +25,7 @@ def parts(t=1.0):
     for k, name in enumerate("pqr"):
         K, M = chain(3, t * (1.0 + k), 1.0 + 0.3 * k, ends=1)
         found[name] = TransferFunctions(
-            OMEGA, dense_response(K=K, M=M, load=jnp.eye(3), omega=OMEGA, C=0.05 * K), "abc", "abc"
+            OMEGA, dense_response(K=K, M=M, load=jnp.eye(3), omega=OMEGA, C=0.05 * K), list("abc"), list("abc")
         )
     return found
 
@@ -116,5 +116,5 @@ def test_measured_rings_and_single_precision():
 
 def test_a_channel_taken_off_twice():
     known = parts()["p"]
-    with pytest.raises(ModelError, match="channels named twice: a"):
+    with pytest.raises(ModelError, match="'a' stands there twice"):
         decouple(known, known, ["a", "b", "a"])

@@ -315,7 +315,7 @@ def _short():
     ("call", "told"),
     [
         (lambda: TransferFunctions(OMEGA, A.values, list("abc"), list("abcde")), "values have shape"),
-        (lambda: TransferFunctions(OMEGA, A.values, list("abcda"), list("abcde")), "named twice: a"),
+        (lambda: TransferFunctions(OMEGA, A.values, list("abcda"), list("abcde")), "'a' stands there twice"),
         (
             lambda: TransferFunctions(OMEGA, A.values, list("abcde"), list("abcde"), kind="force"),
             "unknown kind 'force'",

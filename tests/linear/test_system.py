@@ -62,7 +62,7 @@ FAULTS = [
     ),
     (dict(mass=np.eye(4), stiffness=CHAIN, interface=["q"]), "there is no coordinate or node 'q'"),
     (dict(mass=np.eye(4), stiffness=CHAIN, interface=[4]), "there is no coordinate or node 4"),
-    (dict(mass=np.eye(4), stiffness=CHAIN, interface=[1, 1]), "named twice"),
+    (dict(mass=np.eye(4), stiffness=CHAIN, interface=[1, 1]), "stands there twice"),
     (dict(mass=np.eye(4), stiffness=CHAIN, coordinates=["a", "b", "b", "c"]), "coordinates named twice: b"),
     (
         dict(mass=np.eye(4), stiffness=CHAIN, coordinates=["a", "b"]),

@@ -220,7 +220,7 @@ def test_single_precision_and_batches():
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (lambda K, M: reduce(component(K, M, (0, 0)), Guyan()), "named twice"),
+        (lambda K, M: reduce(component(K, M, (0, 0)), Guyan()), "stands there twice"),
         (lambda K, M: reduce(component(K, M, (0, 99)), CraigBampton(2)), "no coordinate or node 99"),
         (lambda K, M: by(CraigBampton(15), K, M), "must be between 0 and 14"),
         (

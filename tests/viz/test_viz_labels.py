@@ -51,7 +51,7 @@ def motion(fleet):
         energy_residual=3e-11 * np.sin(7 * TIMES),
     )
     states = State(jnp.asarray(TIMES), jnp.asarray(wave), jnp.zeros((n, top.num_velocities)), zeros)
-    return SimpleNamespace(ts=TIMES, states=states, diagnostics=accounts)
+    return SimpleNamespace(ts=TIMES, states=states, diagnostics=accounts, events=None)
 
 
 @pytest.fixture(scope="module")
@@ -282,7 +282,8 @@ def slider_crank(design, ts):
     psi = np.zeros((len(ts), 3))
     for name, column in columns.items():
         psi[:, system.topology.joints[system.topology.joint_index[name]].first_coordinate] = column
-    return system, SimpleNamespace(ts=ts, states=State(*map(jnp.asarray, (ts, psi, 0.0 * psi, 0.0 * ts))))
+    states = State(*map(jnp.asarray, (ts, psi, 0.0 * psi, 0.0 * ts)))
+    return system, SimpleNamespace(ts=ts, states=states, events=None)
 
 
 def test_pictures_of_the_demo(motion, tmp_path, monkeypatch):

@@ -121,7 +121,7 @@ def _stack(writer, operation, values):
     return [join(writer, operation.outputs[0].shape, operation.params["axis"], operation.inputs, values)]
 
 
-def join(writer: Writer, shape: tuple[int, ...], axis: int, atoms: Any, values: list[Value]) -> Value:
+def join(writer: Writer, shape: Any, axis: Any, atoms: Any, values: list[Value]) -> Value:
     """Arrays side by side along an axis of the result."""
     rows = int(np.prod(shape[:axis], dtype=np.int64))
     length = int(np.prod(shape[axis:], dtype=np.int64))

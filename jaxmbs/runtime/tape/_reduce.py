@@ -1,6 +1,6 @@
 """Rules of sums and other reductions, of cumulative ones, and of sorting."""
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def _reduction(writer, operation, values):
     return [_wrapped(writer, operation, result)]
 
 
-def _along(writer: Writer, value: Value, shape: tuple[int, ...], axes: Sequence[int]) -> tuple[int, int, int]:
+def _along(writer: Writer, value: Value, shape: Any, axes: Any) -> tuple[int, int, int]:
     """Numbers as (outer, axes together, inner): their place, and the lengths of the last two."""
     axes, size = sorted(axes), int(np.prod(shape, dtype=np.int64))
     length = int(np.prod([shape[axis] for axis in axes], dtype=np.int64))

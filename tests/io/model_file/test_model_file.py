@@ -215,6 +215,7 @@ def test_every_class_is_tried():
         reductions.SymmetrySubspace,
         reductions.VirtualMotions,
         forces.ElementBond,
+        forces.Margin,
     }
     for room in (forces, blocks, mbs.hydraulics, joints, elements, reductions):
         for name in room.__all__:
