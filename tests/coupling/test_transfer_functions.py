@@ -116,5 +116,5 @@ def test_measured_rings_and_single_precision():
 
 def test_a_channel_taken_off_twice():
     known = parts()["p"]
-    with pytest.raises(ModelError, match="'a' stands there twice"):
+    with pytest.raises(ModelError, match="channels named twice: a"):
         decouple(known, known, ["a", "b", "a"])
