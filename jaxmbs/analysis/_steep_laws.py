@@ -7,12 +7,12 @@ predicts, to first order, not with those of its end; where the search ends both 
 Source: Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Eng. 313 (2017) 986-1005, mixed integration points.
 """
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
 from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._element_flows import element_flows
+from ..model._internal_states import replace_field
 from ..model._system import System
 
 
@@ -39,8 +39,9 @@ def given_or_own(given: tuple, own: tuple) -> tuple:
 def under_stresses(system: System, given: tuple) -> System:
     """The system whose steep laws are under given stresses."""
     for k, stress in zip(steep_groups(system), given, strict=True):
-        law = system.forces[k].law
-        system = eqx.tree_at(lambda s, k=k: s.forces[k].law, system, law.under(stress))
+        group = system.forces[k]
+        changed = replace_field(group, "law", group.law.under(stress))
+        system = replace_field(system, "forces", (*system.forces[:k], changed, *system.forces[k + 1 :]))
     return system
 
 

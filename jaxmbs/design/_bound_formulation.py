@@ -42,9 +42,9 @@ def with_bound(variables: Variables) -> Variables:
     """Variables (design, bound, unit), of which the unit is fixed; the bound begins at zero."""
     ends = np.array([-np.inf, 1.0]), np.array([np.inf, 1.0])
     parts = zip(variables[1:5], (np.array([0.0, 1.0]), *ends, np.ones(2)), strict=True)
-    arrays = [np.concatenate(pair) for pair in parts]
+    start, lower, upper, scale = (np.concatenate(pair) for pair in parts)
     names = (*variables.names, "bound", "unit")
-    return Variables(names, *arrays, lambda x: (variables.unravel(x[:-2]), x[-2], x[-1]))
+    return Variables(names, start, lower, upper, scale, lambda x: (variables.unravel(x[:-2]), x[-2], x[-1]))
 
 
 def at_largest(variables: Variables, numbers: np.ndarray) -> Variables:
