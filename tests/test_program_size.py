@@ -44,7 +44,7 @@ QUESTIONS = {
 # Searches do not follow residuals that are rounding, nor an equilibrium efforts: 20 equations each.
 CEILINGS = {  # equations, loops
     "four-bar": {
-        "equilibrium": (3190, 17),
+        "equilibrium": (3220, 17),
         "forward dynamics": (850, 4),
         "simulate": (3180, 20),
         "reactions": (2000, 9),
@@ -160,7 +160,9 @@ def test_programs_of_design():
 def test_programs_of_an_equilibrium():
     system = four_bar(LENGTHS)
     state = begin(system)
-    assert _programs(lambda: mbs.equilibrium(system, state)) <= 1
+    with pytest.warns(UserWarning, match="unstable"):
+        assert _programs(lambda: mbs.equilibrium(system, state, follow=False)) <= 1
+    assert _programs(lambda: mbs.equilibrium(system, state)) <= 2  # once more with the loads from zero
 
 
 @pytest.mark.long

@@ -24,11 +24,12 @@ from ..math._nan import nan_where
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._friction import bristle_groups, refuse_friction, without_friction
+from ..model._internal_states import replace_field
 from ..model._system import System
 from ..runtime import jit, lapack
 from ..status import Status
 from ._balance import search_balance, still_columns
-from ._equilibrium_result import Equilibrium
+from ._equilibrium_result import Equilibrium, has_negative_curvature
 from ._load_following import follow_load
 from ._steep_laws import is_steep
 from ._unheld import unheld_coordinates
@@ -114,19 +115,33 @@ def equilibrium(
 
 def _followed(system, state, moving, held, first):
     """The first equilibrium, or that at the end of the loads where it is unstable or none."""
-    leaves = ~first.ok | first.is_unstable
-    if is_concrete(first) and (not bool(leaves) or _is_at(first.state, state)):
+    if is_concrete(first) and (bool(first.ok) and not bool(first.is_unstable) or _is_at(first.state, state)):
         return first
     here = with_mobility_at(system, state)
     end, share, steps = follow_load(here, state, _columns(here, moving) + _held_columns(here.topology, held))
+    # of one structure with the start, so that one program serves both searches
+    end = replace_field(replace_field(state, "coordinates", end.coordinates), "internal", end.internal)
+    if is_concrete(first, share):
+        return _chosen(system, end, moving, held, first, float(share), int(first.steps) + int(steps))
+    leaves = ~first.ok | first.is_unstable
     first = dataclasses.replace(first, share=share, steps=first.steps + steps)
-    if is_concrete(first) and share < 1.0:
-        return first
     found = _equilibrium_on_sets(system, end, moving, held)
     found = dataclasses.replace(found, is_steady=first.is_steady, share=share, steps=first.steps + found.steps)
     better = leaves & (share >= 1.0) & found.ok & (~found.is_unstable | ~first.ok)
     result = jax.tree.map(lambda a, b: jnp.where(better, a, b), found, first)
     return dataclasses.replace(result, followed=better)
+
+
+def _chosen(system, end, moving, held, first, share, steps):
+    """The first equilibrium or that at the end of the loads, of known ones."""
+    kept = dataclasses.replace(first, share=np.asarray(share), steps=np.asarray(steps))
+    if share < 1.0:
+        return kept
+    found = _equilibrium_on_sets(system, end, moving, held)
+    if not bool(found.ok) or (bool(first.ok) and bool(found.is_unstable) and not first.is_steady):
+        return kept
+    steps = np.asarray(steps + int(found.steps))
+    return dataclasses.replace(found, is_steady=first.is_steady, steps=steps, followed=np.asarray(True))
 
 
 def _is_at(state, start):
@@ -231,7 +246,8 @@ def _equilibrium(system, state, moving):
     state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
     ends = validity(system, state) if has_ends(system) else None
     efforts = (1.0 - still) * missing
-    return Equilibrium(state, residual, ok, stable, stiffness=K, efforts=efforts, steps=count, validity=ends)
+    negative = ok & ~stable & has_negative_curvature(K)
+    return Equilibrium(state, residual, ok, stable, K, efforts, count, negative, validity=ends)
 
 
 def _is_rounding(psi, at, still):

@@ -41,7 +41,7 @@ class CylinderOnPlane(AbstractPair):
     def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
         """Angle of the axis to that of the plane, less a hundredth [rad]."""
         angle = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2]))
-        return {"tilt": Margin(angle - 0.01, "rad", "stands on an end, where no point of its rim is the lowest")}
+        return {"tilt": Margin(angle - 0.01, "rad", "has an end on the plane, no point of whose rim is lowest")}
 
     def area(self, depth: Array) -> Array:
         """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""

@@ -26,7 +26,7 @@ _TRACED_SAMPLES = 32
 
 
 class Sampling(eqx.Module):
-    """How a motion with samples was made, so that a part of it can be made again.
+    """Options by which a motion with samples was made, so that a part of it can be made again.
 
     Attributes:
         start: () time of the first sample [s].
@@ -105,7 +105,8 @@ def rows_with_samples(
             part.states,
             then,
         )
-        after = jax.vmap(lambda state: after_sample(system, state, clock.due(state.t) & (state.t < end)))(inside)
+        taken = lambda state: clock.is_sample(state.t) & (state.t < end)  # noqa: E731
+        after = jax.vmap(lambda state: after_sample(system, state, taken(state)))(inside)
         missed = instants[-1] < end
         after = eqx.tree_at(lambda s: s.coordinates, after, nan_where(missed, after.coordinates))
         both = jax.tree.map(lambda a, b: jnp.stack([a, b], axis=1).reshape(2 * len(a), *a.shape[1:]), inside, after)

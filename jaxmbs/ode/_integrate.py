@@ -178,7 +178,7 @@ def integrate_equations(
     if clock is not None and samples_start is None:
         begin = _first_sample(t0, begin, args, late, start)
     elif clock is not None:
-        due = clock.due(start)
+        due = clock.is_sample(start)
         sampled = _sample(start, y0, args, due, clock.first - 1)  # type: ignore[operator]
         begin = jax.tree.map(lambda new, old: jnp.where(jnp.any(due), new, old), sampled, y0)
     else:

@@ -48,7 +48,7 @@ class SampleClock(eqx.Module):
         """Numbers of the samples that come first after a time."""
         return jnp.floor((t + self.tolerance(t) - self.start) / self.periods).astype(jnp.int32) + 1
 
-    def due(self, t: Float[Array, ""]) -> Bool[Array, " m"]:
+    def is_sample(self, t: Float[Array, ""]) -> Bool[Array, " m"]:
         """True for the periods with a sample at a time."""
         numbers = self.next_numbers(t) - 1
         return (jnp.abs(self.instants(numbers) - t) <= self.tolerance(t)) & (numbers >= 0)

@@ -43,7 +43,7 @@ class TapeFunction:
         self._lock = threading.Lock()
 
     def call(self, args: tuple, kwargs: dict) -> Any:
-        """What the function returns, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
+        """Results of the function, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
         dynamic, static = eqx.partition((args, kwargs), _is_array)
         leaves, structure = jax.tree.flatten(dynamic)
         static_leaves, static_structure = jax.tree.flatten(static)

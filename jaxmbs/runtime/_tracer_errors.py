@@ -1,4 +1,4 @@
-"""What JAX says of functions that need the values of numbers while they are compiled, in words of the user's."""
+"""Errors of functions that need the values of numbers while they are compiled, in words of the user's."""
 
 import contextlib
 import traceback

@@ -100,7 +100,7 @@ def _scan(writer, operation, values):
             [Value(v.buffer, v.place, v.is_splat or r.size == 1) for v, r in zip(slots, rows, strict=True)]
         )
         found, _ = writer.body(params["jaxpr"], given, [*shapes[:num_known], *atoms, *rows])
-        found[num_carried:] = _apart(writer, found[num_carried:], carried, outputs, params["length"])
+        found[num_carried:] = _copied_outputs(writer, found[num_carried:], carried, outputs, params["length"])
         _carry_on(writer, found[:num_carried], carried, atoms)
         return found
 
@@ -126,18 +126,18 @@ class _RowAtom:
         self.size = int(np.prod(self.shape, dtype=np.int64))
 
 
-def _apart(writer, found, carried, outputs, length):
+def _copied_outputs(writer, found, carried, outputs, length):
     """Outputs of a turn, copied from where the loop carries something: that is written anew before they are taken."""
     buffers = {value.buffer for value in carried}
-    apart = []
+    copies = []
     for value, atom in zip(found, outputs, strict=True):
         if value.buffer.origin in buffers:
             size = 1 if value.is_splat else atom.size // max(length, 1)
             copy = writer.new(size)
             writer.copy(value, size, copy.place)
             value = Value(copy.buffer, copy.place, value.is_splat)
-        apart.append(value)
-    return apart
+        copies.append(value)
+    return copies
 
 
 @rule("cond")

@@ -37,11 +37,11 @@ def folded(operation: Operation, constants: list[np.ndarray]) -> np.ndarray | No
     if len(operation.outputs) != 1 or operation.outputs[0].size > tuning.FOLDED_CONSTANT:
         return None
     with np.errstate(all="ignore"):
-        found = _found(operation, constants)
+        found = _evaluate(operation, constants)
     return None if found is None else np.asarray(found).astype(operation.outputs[0].dtype)
 
 
-def _found(operation: Operation, constants: list[np.ndarray]) -> Any:
+def _evaluate(operation: Operation, constants: list[np.ndarray]) -> Any:
     name, params, out = operation.name, operation.params, operation.outputs[0]
     if name in _FUNCTIONS:
         return _FUNCTIONS[name](*constants)

@@ -1,4 +1,4 @@
-"""What the machine leaves to NumPy: decompositions of matrices."""
+"""Decompositions of matrices, which the machine leaves to NumPy."""
 
 from collections.abc import Callable
 from typing import Any

@@ -46,10 +46,10 @@ def _reshape(writer, operation, values):
 def _move(writer, operation, values):
     if values[0].is_splat:
         return [Value(values[0].buffer, values[0].place, True)]
-    return [take(writer, values[0], _moved(operation))]
+    return [take(writer, values[0], _places_after(operation))]
 
 
-def _moved(operation: Operation) -> np.ndarray:
+def _places_after(operation: Operation) -> np.ndarray:
     name, params, out = operation.name, operation.params, operation.outputs[0]
     places = places_of(operation.inputs[0].shape)
     if name == "broadcast_in_dim":

@@ -134,7 +134,7 @@ class Writer:
         return len(self.tapes) - 1
 
     def on_tape(self, tape: int, write: Callable[[], Any]) -> Any:
-        """What `write` returns; its instructions go to another tape."""
+        """Result of `write`, whose instructions go to another tape."""
         outer, self._tape = self._tape, tape
         found = write()
         self._tape = outer
