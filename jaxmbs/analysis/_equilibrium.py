@@ -134,14 +134,14 @@ def _followed(system, state, moving, held, first):
 
 def _chosen(system, end, moving, held, first, share, steps):
     """The first equilibrium or that at the end of the loads, of known ones."""
-    kept = dataclasses.replace(first, share=np.asarray(share), steps=np.asarray(steps))
+    kept = dataclasses.replace(first, **jax.device_put({"share": np.asarray(share), "steps": np.asarray(steps)}))
     if share < 1.0:
         return kept
     found = _equilibrium_on_sets(system, end, moving, held)
     if not bool(found.ok) or (bool(first.ok) and bool(found.is_unstable) and not first.is_steady):
         return kept
-    steps = np.asarray(steps + int(found.steps))
-    return dataclasses.replace(found, is_steady=first.is_steady, steps=steps, followed=np.asarray(True))
+    more = jax.device_put({"steps": np.asarray(steps + int(found.steps)), "followed": np.asarray(True)})
+    return dataclasses.replace(found, is_steady=first.is_steady, **more)
 
 
 def _is_at(state, start):
