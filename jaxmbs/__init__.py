@@ -38,6 +38,7 @@ from . import (
 from .adapters import as_block
 from .adapters.fmi import Fmu, export_fmu
 from .analysis import linearise, stiffness
+from .arguments import explain_arguments
 from .batching import batch
 from .builder import SystemBuilder
 from .design import Limit, minimise
@@ -178,3 +179,5 @@ __all__ = [
 ]
 
 runtime.warn_of_wrong_release()
+
+explain_arguments(globals())

@@ -88,6 +88,8 @@ def flag_fault(what: str, value: Any) -> str:
 
 #: Whole numbers from here on are no counts of anything: arrays of so many entries cannot be.
 LARGEST_COUNT = 2**31
+#: Whole numbers from here on are no arrays' and no floats'.
+HUGE_INTEGER = 2**63
 
 
 def count_faults(what: str, value: Any, least: int = 0) -> list[str]:
@@ -96,7 +98,7 @@ def count_faults(what: str, value: Any, least: int = 0) -> list[str]:
         return [f"{what} must be a whole number, not {value!r}"]
     if value < least:
         return [f"{what} must be a whole number of at least {least}, not {value}"]
-    return [f"{what} is too large: {_count_text(value)}"] if value >= LARGEST_COUNT else []
+    return [f"{what} is too large: {count_text(value)}"] if value >= LARGEST_COUNT else []
 
 
 def check_count(what: str, value: Any, least: int = 0) -> None:
@@ -106,7 +108,7 @@ def check_count(what: str, value: Any, least: int = 0) -> None:
         raise ModelError(faults, "the question")
 
 
-def _count_text(value):
+def count_text(value: int) -> str:
     """A whole number as text; of one with many digits the number of these."""
     size = value.bit_length() * np.log10(2.0)
     return str(value) if size < 30 else f"a number of {int(size) + 1} digits"
@@ -142,7 +144,7 @@ def require_numbers(**values: Any) -> None:
             raise TypeError(f"{name} must be numbers, not {value!r}")
         for leaf in leaves:
             if isinstance(leaf, int) and abs(leaf) >= 2**1023:
-                raise ValueError(f"{name} must be finite numbers, not {_count_text(leaf)}")
+                raise ValueError(f"{name} must be finite numbers, not {count_text(leaf)}")
 
 
 def _is_number(leaf):
@@ -162,7 +164,7 @@ def require_reals(value: Any) -> None:
         if isinstance(leaf, str | bytes) or getattr(getattr(leaf, "dtype", None), "kind", None) in ("S", "U"):
             raise TypeError(f"real numbers are needed, got the text {leaf!r}")
         if isinstance(leaf, int) and abs(leaf) >= 2**1023:
-            raise ValueError(f"a finite number is needed, got {_count_text(leaf)}")
+            raise ValueError(f"a finite number is needed, got {count_text(leaf)}")
 
 
 def no_such(what: str, name: Any, among: Iterable[str]) -> str:

@@ -19,6 +19,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "errors",
         "status",
         "checks",
+        "arguments",
         "tables",
         "palette",
         "atomic_write",
@@ -179,7 +180,15 @@ def _is_word(value):
     return isinstance(value, str) and value.isidentifier()
 
 
-SHOWN = {"io", "viz", "bondgraph", "tables", "cli", "demo"}  # rooms that count lines, letters and names, not work
+SHOWN = {
+    "io",
+    "viz",
+    "bondgraph",
+    "tables",
+    "cli",
+    "demo",
+    "arguments",
+}  # rooms that count lines, letters and names, not work
 BOUNDS = {"MAX_DENSE_ROWS", "8"}  # a matrix too large to be made dense; names in a message
 
 

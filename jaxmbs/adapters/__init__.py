@@ -1,5 +1,6 @@
 """Adapters: mechanisms as components of other programs, and the reverse, one module for each program."""
 
+from ..arguments import explain_arguments
 from . import fmi, openmdao, tesseract
 from ._system_block import SystemBlock, as_block
 
@@ -10,3 +11,5 @@ __all__ = [
     "openmdao",
     "tesseract",
 ]
+
+explain_arguments(globals())

@@ -1,6 +1,7 @@
 """Analyses of a mechanism at a state: equilibrium, linearisation, modes, frequency response, stiffness; Campbell
 diagrams."""
 
+from ..arguments import explain_arguments
 from ._campbell import CampbellDiagram, campbell
 from ._equilibrium import equilibrium
 from ._equilibrium_result import Equilibrium
@@ -24,3 +25,5 @@ __all__ = [
     "modes",
     "stiffness",
 ]
+
+explain_arguments(globals())

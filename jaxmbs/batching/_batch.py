@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int, PyTree
 from tqdm import tqdm
 
+from ..checks import as_flag
 from ..errors import BatchError
 from ..runtime import tuning
 from ..status import Status, succeeded
@@ -101,7 +102,8 @@ def batch(
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     designs, devices = read_designs(designs), tuple(devices or ())
-    with tqdm(total=num_designs(designs), desc="batch: compiling", unit=" designs", disable=not progress) as bar:
+    is_quiet = not as_flag("progress", progress)
+    with tqdm(total=num_designs(designs), desc="batch: compiling", unit=" designs", disable=is_quiet) as bar:
         batched = batched_function(function, designs, cost, compile)
         if batched.is_traced or is_traced(designs):
             bar.disable = True

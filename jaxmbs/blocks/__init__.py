@@ -1,5 +1,6 @@
 """Blocks: controllers, filters and delays that read signals of a mechanism and drive its force elements."""
 
+from ..arguments import explain_arguments
 from ._base import AbstractBlock
 from ._controllers import PI, PID
 from ._linear import Delay, FirstOrder, StateSpace, TransferFunction
@@ -18,3 +19,5 @@ __all__ = [
     "StateSpace",
     "TransferFunction",
 ]
+
+explain_arguments(globals())

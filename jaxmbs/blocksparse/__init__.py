@@ -1,5 +1,6 @@
 """Block-sparse linear systems: pattern, ordering, factorisation, solution; vmapped and differentiable."""
 
+from ..arguments import explain_arguments
 from ._factorisation import Factor, factor, is_finite, log_determinant, matrix_inertia, solve, solve_once
 from ._matrix import BlockMatrix, assemble
 from ._operator import BlockOperator, BlockSolver
@@ -22,3 +23,5 @@ __all__ = [
     "solve",
     "solve_once",
 ]
+
+explain_arguments(globals())

@@ -34,6 +34,8 @@ class BlockMatrix(eqx.Module):
         n, b = self.pattern.shape
         wanted = {"diagonal": (n, b, b), "upper": (self.pattern.num_edges, b, b)}
         for name, shape in (wanted | {"lower": wanted["upper"]}).items():
+            if isinstance(getattr(self, name), list | tuple | str):
+                raise TypeError(f"{name} must be an array, not {getattr(self, name)!r}")
             given = getattr(getattr(self, name), "shape", shape)
             if given != shape:
                 raise ValueError(f"{name} has shape {given}; a matrix on {self.pattern} needs {shape}")

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..checks import check_count, distinct_names, require_numbers
 from ..typing import ArrayLike
 
 
@@ -35,10 +36,15 @@ class Pattern:
         names: Sequence[str] | None = None,
         sizes: ArrayLike | None = None,
     ) -> None:
-        pairs = np.sort(np.asarray(list(edges) if not isinstance(edges, np.ndarray) else edges, np.int64), axis=-1)
+        check_count("size", size)
+        if not isinstance(edges, np.ndarray):
+            edges = list(edges)
+            require_numbers(edges=edges)
+        pairs = np.sort(np.asarray(edges, np.int64), axis=-1)
         pairs = np.unique(pairs.reshape(-1, 2), axis=0)
         if pairs.size and (pairs.min() < 0 or pairs.max() >= num_blocks or np.any(pairs[:, 0] == pairs[:, 1])):
             raise ValueError(f"edges must join two different blocks of 0 ... {num_blocks - 1}")
+        names = names if names is None else distinct_names("names", names)
         if names is not None and len(set(names)) != num_blocks:
             raise ValueError(f"{num_blocks} blocks need {num_blocks} different names, got {len(set(names))}")
         self.num_blocks, self.size, self.edges = int(num_blocks), int(size), pairs

@@ -1,5 +1,6 @@
 """The bond graph of a mechanism: its three views, causality, powers, and the state equations read off it."""
 
+from ..arguments import explain_arguments
 from ._causality import bond_graph
 from ._element_powers import element_powers
 from ._equations import graph_state_equations
@@ -12,3 +13,5 @@ __all__ = [
     "graph_state_equations",
     "junction_residual",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Contact: pairs of surfaces between two frames, the force that holds them apart and the friction between them."""
 
+from ..arguments import explain_arguments
 from ._bristle_contact import BristleContact
 from ._closed_curve import ClosedCurve
 from ._contact import Contact
@@ -32,3 +33,5 @@ __all__ = [
     "WheelOnRoad",
     "hertz_stiffness",
 ]
+
+explain_arguments(globals())

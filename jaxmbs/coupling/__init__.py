@@ -1,5 +1,6 @@
 """Coupling of components: bonds, networks, the loads of bonds and their limits, coupling by transfer functions."""
 
+from ..arguments import explain_arguments
 from ._base_excitation import BaseMotion, base_motion
 from ._block_assembly import Components, CoupledResponse, coupled_response, interface_pattern
 from ._bond_loads import BondLoad, BondLoads, Determinacy
@@ -54,3 +55,5 @@ __all__ = [
     "truncation_shortfall",
     "uncoupled_transfer",
 ]
+
+explain_arguments(globals())

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex
 
-from ..checks import distinct_names
+from ..checks import distinct_names, require_numbers
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
@@ -129,6 +129,8 @@ def _multipliers(Y, pairs, compliance, regular):
     B, Bf = (signed_interface(names, pairs) for names in (Y.outputs, Y.inputs))
     first, rings = independent_pairs(B)
     Bu, Bf, every = (jnp.asarray(A, dtype) for A in (B, Bf, np.eye(len(pairs))))
+    if compliance is not None:
+        require_numbers(compliance=compliance)
     S = None if compliance is None else jnp.asarray(compliance, dtype)
     S = S[None] if S is not None and S.ndim == 2 else S
     if regular:

@@ -1,5 +1,6 @@
 """Design: finding the numbers of a model that make an objective small."""
 
+from ..arguments import explain_arguments
 from ._limit import Limit
 from ._limit_result import LimitResult
 from ._minimise import minimise
@@ -23,3 +24,5 @@ __all__ = [
     "sensitivities",
     "tolerances",
 ]
+
+explain_arguments(globals())

@@ -10,7 +10,7 @@ import optax
 from jaxtyping import PyTree
 from tqdm import tqdm
 
-from ..checks import repeated
+from ..checks import as_flag, check_count, repeated
 from ..runtime import jit
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
@@ -83,7 +83,7 @@ def minimise(
     points = [read_variables(design0, bounds)] if starts is None else starting_points(design0, bounds, starts)
     points = [with_bound(point) for point in points] if is_worst else points
     problem = trace_problem(objective, points[0], gradient, limits, compile)
-    with tqdm(total=steps * len(points), disable=not progress, desc="minimise") as bar:
+    with tqdm(total=steps * len(points), disable=not as_flag("progress", progress), desc="minimise") as bar:
         options = _Options(steps, tolerance, callback, bar, starts is not None, check, compile, is_worst)
         if starts is not None and not isinstance(optimiser, str):
             return _optax_multistart(problem, objective, points, optimiser, options)
@@ -158,8 +158,7 @@ def _optax_multistart(
 
 def _check(steps: int, tolerance: float, limits: Sequence[Limit]) -> None:
     """Raises: ValueError for steps or a tolerance below zero, and for limits of one name."""
-    if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 0:
-        raise ValueError(f"steps must be a whole number, zero or more, got {steps!r}")
+    check_count("steps", steps)
     if not tolerance >= 0.0:
         raise ValueError(f"tolerance must be zero or more, got {tolerance!r}")
     names = [limit.name for limit in limits if isinstance(limit, Limit)]

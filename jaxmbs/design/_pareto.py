@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import PyTree
 from tqdm import tqdm
 
+from ..checks import as_flag
 from ..runtime import jit
 from ._constrained import run_constrained, slsqp
 from ._kink import judge
@@ -84,7 +85,7 @@ def pareto(
     outer = (design0, 0.0, 1.0), None if bounds is None else (bounds, None, None)
     problem = trace_problem(lambda x: first(x[0]), read_variables(*outer), gradient, [limit], compile)
     objectives = _TwoObjectives(problem, compile, outer)
-    with tqdm(total=steps * points, disable=not progress, desc="pareto") as bar:
+    with tqdm(total=steps * points, disable=not as_flag("progress", progress), desc="pareto") as bar:
         ends = objectives.ends(steps, tolerance, bar)
         (_, high), (_, low) = (objectives.values(end.design[0]) for end in ends)
         span, found, start = high - low, [], ends[0].design[0]

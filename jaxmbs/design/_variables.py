@@ -9,6 +9,8 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, PyTree
 
+from ..checks import require_reals
+
 #: A variable nearer to its bound than this share of its scale is at it; optimisers clip to bounds, the rest is
 #: rounding.
 AT_BOUND = 1e-9
@@ -110,6 +112,7 @@ def _broadcast_bounds(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, n
         raise ValueError(f"{label}: bounds must be (lower, upper) or None, not {pair!r}")
     lower, upper = (default if x is None else x for x, default in zip(pair, (-np.inf, np.inf), strict=True))
     try:
+        require_reals((lower, upper))
         lower, upper = (np.broadcast_to(np.asarray(x, float), leaf.shape) for x in (lower, upper))
     except (TypeError, ValueError) as error:
         raise ValueError(f"{label}: bounds {pair!r} do not fit the shape {leaf.shape}") from error

@@ -1,5 +1,6 @@
 """Dynamics of mechanisms: Hamiltonian equations and their fields, accelerations, energies, reactions."""
 
+from ..arguments import explain_arguments
 from ._cable_states import CableResult, cable_states
 from ._contact_load import ContactLoad, contact_load
 from ._energy import kinetic_energy, potential_energy
@@ -62,3 +63,5 @@ __all__ = [
     "total_effort",
     "validity",
 ]
+
+explain_arguments(globals())

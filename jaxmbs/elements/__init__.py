@@ -1,5 +1,6 @@
 """Finite elements, one per file.  A new element is a file here and a line below; the tests over all take it in."""
 
+from ..arguments import explain_arguments
 from ._base import DIRECTIONS as DIRECTIONS
 from ._base import AbstractElement as AbstractElement
 from ._beam import Beam as Beam
@@ -25,3 +26,5 @@ __all__ = [
     "Spring",
     "Triangle",
 ]
+
+explain_arguments(globals())

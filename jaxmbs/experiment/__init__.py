@@ -1,5 +1,6 @@
 """Measured transfer functions: decoupling, virtual points, test rigs, sine sweeps, uncertainty; model updating."""
 
+from ..arguments import explain_arguments
 from ._decoupling import decouple
 from ._rig import free_response, measured_stiffness, remove_stiffness
 from ._sine_sweep import nonlinearity, sweep_amplitudes, sweep_phase, sweep_variance
@@ -33,3 +34,5 @@ __all__ = [
     "update",
     "virtual_point",
 ]
+
+explain_arguments(globals())

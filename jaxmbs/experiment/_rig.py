@@ -102,6 +102,7 @@ def remove_stiffness(measured: TransferFunctions, channels: Sequence[str], stiff
 
     Source: S1 (41).
     """
+    require_numbers(stiffness=stiffness)
     Z = jnp.asarray(stiffness, measured.values.dtype)
     channels = distinct_names("channels", channels)
     n = len(channels)

@@ -1,5 +1,6 @@
 """Fatigue: rainflow cycles, damage of histories and of spectra, all with derivatives."""
 
+from ..arguments import explain_arguments
 from ._cycles import Cycles, rainflow
 from ._damage import damage, equivalent_load
 from ._psd import PsdTable, psd_table
@@ -7,3 +8,5 @@ from ._sn import SN
 from ._spectral_damage import spectral_damage
 
 __all__ = ["SN", "Cycles", "PsdTable", "damage", "equivalent_load", "psd_table", "rainflow", "spectral_damage"]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Finite-element structures: assembly, loads, recovery of forces and stresses."""
 
+from ..arguments import explain_arguments
 from ._assembly import assemble_blocks, assemble_dense, element_matrices, node_pattern
 from ._groups import Group
 from ._history import recover_history
@@ -31,3 +32,5 @@ __all__ = [
     "recover_history",
     "scatter_rows",
 ]
+
+explain_arguments(globals())

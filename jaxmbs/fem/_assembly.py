@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from ..blocksparse import BlockMatrix, Pattern
 from ..blocksparse import assemble as summed
 from ..blocksparse._matrix import constrain
+from ..checks import distinct_names
 from ..runtime import jit
 from ._structure import Structure
 
@@ -34,7 +35,7 @@ def assemble_dense(structure: Structure, kinds: Sequence[str] = ("stiffness", "m
 
     Source: S1 (3).
     """
-    return tuple(_assemble_dense(structure, kind) for kind in kinds)
+    return tuple(_assemble_dense(structure, kind) for kind in distinct_names("kinds", kinds))
 
 
 def _assemble_dense(structure, kind):
@@ -61,7 +62,7 @@ def assemble_blocks(structure: Structure, kinds: Sequence[str] = ("stiffness", "
     Held coordinates stay in their blocks, uncoupled: one on the diagonal of the stiffness, zero elsewhere.  Source:
     S1 (3).
     """
-    return tuple(_assemble_blocks(structure, kind) for kind in kinds)
+    return tuple(_assemble_blocks(structure, kind) for kind in distinct_names("kinds", kinds))
 
 
 def _assemble_blocks(structure, kind):

@@ -1,5 +1,6 @@
 """Elastic bodies in mechanisms: substructures in a floating frame, and the recovery of their loads."""
 
+from ..arguments import explain_arguments
 from ..model._elastic import ElasticBody, GeometricStiffening
 from ._carried_loads import carried_loads, mass_properties
 from ._floating_frame import FloatingFrame, floating_frame
@@ -26,3 +27,5 @@ __all__ = [
     "stiffening",
     "stresses",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Force laws: one law per file, each a port from motion to effort."""
 
+from ..arguments import explain_arguments
 from ._actuator import PD, Actuator
 from ._air_spring import AirSpring
 from ._applied import Force, Torque, Wrench
@@ -108,3 +109,5 @@ __all__ = [
     "Wrench",
     "Zener",
 ]
+
+explain_arguments(globals())

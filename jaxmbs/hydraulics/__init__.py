@@ -1,5 +1,6 @@
 """Hydraulic elements of circuits: nodes with a pressure, and orifices, valves, pumps and lines between them."""
 
+from ..arguments import explain_arguments
 from ._accumulator import Accumulator
 from ._base import AbstractHydraulicElement, AbstractNode, AbstractStorage, AbstractTwoPort
 from ._check_valve import CheckValve
@@ -26,3 +27,5 @@ __all__ = [
     "Valve",
     "Volume",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Identification: unknowns of a model from measurements, and a verdict on what the measurements can tell."""
 
+from ..arguments import explain_arguments
 from ._best_excitation import Excitation, best_excitation
 from ._fourier import FourierMotion
 from ._identification import Identification
@@ -19,3 +20,5 @@ __all__ = [
     "log_cholesky",
     "multiple_shooting",
 ]
+
+explain_arguments(globals())

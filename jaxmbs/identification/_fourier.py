@@ -7,7 +7,8 @@ from jaxtyping import Array, Float
 
 from ..checks import number_faults
 from ..errors import ModelError
-from ..typing import ArrayLike
+from ..runtime import as_array
+from ..typing import ArrayLike, Convertible
 
 
 class FourierMotion(eqx.Module):
@@ -21,9 +22,9 @@ class FourierMotion(eqx.Module):
     Source: Swevers et al., Optimal robot excitation and identification (1997).
     """
 
-    offset: Float[Array, " n"]
-    sines: Float[Array, "n harmonics"]
-    cosines: Float[Array, "n harmonics"]
+    offset: Convertible[Float[Array, " n"]] = eqx.field(converter=as_array)
+    sines: Convertible[Float[Array, "n harmonics"]] = eqx.field(converter=as_array)
+    cosines: Convertible[Float[Array, "n harmonics"]] = eqx.field(converter=as_array)
     period: float = eqx.field(static=True)
 
     def __check_init__(self):

@@ -1,5 +1,6 @@
 """Readers and writers of files; each format imports its libraries when it is called."""
 
+from ..arguments import explain_arguments
 from ._matrices import read_dmig, read_matrix_market, read_op4
 from ._meshes import Mesh, read_mesh
 from .curves import Curves, read_curves, read_psd, write_curves, write_psd
@@ -36,3 +37,5 @@ __all__ = [
     "write_sid",
     "write_uff",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Joints, one per file.  A new joint is a file here and a line below; the tests over all joints take it in."""
 
+from ..arguments import explain_arguments
 from ._base import AbstractJoint as AbstractJoint
 from ._base import Node as Node
 from ._base import parallel_rows as parallel_rows
@@ -52,3 +53,5 @@ __all__ = [
     "Weld",
     "parallel_rows",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Kinematics of mechanisms: states, constraints, influence coefficients and products with them, points."""
 
+from ..arguments import explain_arguments
 from ..math._tensor import left_product, plane_mix, quadratic, right_product
 from ._constraint_rows import constraint_jacobian, constraint_residual
 from ._instant import Instant
@@ -49,3 +50,5 @@ __all__ = [
     "velocity",
     "with_mobility_at",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Linear systems: matrices over named coordinates, condensation, checks, statics, transfer functions."""
 
+from ..arguments import explain_arguments
 from ._block_matrices import block_matrices
 from ._check import Check, check
 from ._condensation import constraint_modes, interface_basis, partition
@@ -22,3 +23,5 @@ __all__ = [
     "rigid_motions",
     "static_response",
 ]
+
+explain_arguments(globals())

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from ..checks import distinct_names, place_of
+from ..checks import distinct_names, place_of, require_numbers
 from ..errors import ModelError
 from ..runtime import jit
 from ..typing import ArrayLike
@@ -46,6 +46,7 @@ class TransferFunctions(eqx.Module):
         inputs: Sequence[str],
         kind: str = "receptance",
     ) -> None:
+        require_numbers(omega=omega, values=values)
         self.values = jnp.asarray(values)
         self.values = self.values.astype(np.result_type(self.values.dtype, np.complex64))
         self.omega = jnp.asarray(omega, self.values.real.dtype)

@@ -1,5 +1,7 @@
 """The model: static topology, array parameters, inertia helpers."""
 
+from ..arguments import explain_arguments
+from . import inertia, rotations
 from ._internal_states import InternalStates
 from ._pose import Pose
 from ._system import System
@@ -11,3 +13,6 @@ __all__ = [
     "System",
     "Topology",
 ]
+
+for _room in (globals(), vars(inertia), vars(rotations)):
+    explain_arguments(_room)

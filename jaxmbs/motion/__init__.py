@@ -1,5 +1,6 @@
 """Motions in time."""
 
+from ..arguments import explain_arguments
 from ..ode._gauss import Gauss4, ImplicitMidpoint
 from ..ode._projected_solver import ProjectedSolver
 from ..ode._rosenbrock import Rodas5P
@@ -35,3 +36,5 @@ __all__ = [
     "simulate",
     "vector_field",
 ]
+
+explain_arguments(globals())

@@ -12,7 +12,7 @@ import numpy as np
 import optimistix
 from jax import lax
 
-from ..checks import is_concrete
+from ..checks import as_flag, is_concrete
 from ..errors import ModelError, SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
@@ -143,7 +143,7 @@ def simulate(
         gradient=gradient,
         max_steps=max_steps,
         lands_on_times=not interpolate and not chosen.follows_rows,
-        progress=bool(progress),
+        progress=as_flag("progress", progress),
         has_event=events is not None,
         max_actions=0 if events is None else events[0].max_actions,
         loop=loop,

@@ -1,5 +1,6 @@
 """Qualification: responses to random, sine and shock tests, notching, load events."""
 
+from ..arguments import explain_arguments
 from ..fatigue._psd import PsdTable, psd_table
 from ._critical_plane import CriticalPlane, critical_plane
 from ._damage_spectrum import DamageSpectrum, damage_spectrum
@@ -45,3 +46,5 @@ __all__ = [
     "stress_spectrum",
     "von_mises_spectrum",
 ]
+
+explain_arguments(globals())

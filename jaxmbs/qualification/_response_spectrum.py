@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete, no_such, not_positive
+from ..checks import any_concrete, is_concrete, no_such, not_positive, require_numbers
 from ..coupling._limit_loads import cqc_correlation
 from ..errors import ModelError
 from ..fatigue._log_lines import frequency_faults, log_lines
@@ -134,6 +134,7 @@ def _checked(spectrum, combine, source, unit):
         spectrum = (spectrum.frequencies, spectrum.maximax * factor)
     if not isinstance(spectrum, tuple | list) or len(spectrum) != 2:
         raise ModelError([*faults, "the spectrum must be frequencies and accelerations, or a ShockSpectrum"])
+    require_numbers(spectrum=tuple(spectrum))
     f, a = (jnp.asarray(part, float) for part in spectrum)
     if f.ndim != 1 or f.shape != a.shape or f.size < 2:
         faults.append(f"frequencies {f.shape} and accelerations {a.shape} must be two or more numbers each")

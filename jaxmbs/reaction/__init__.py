@@ -1,5 +1,6 @@
 """Reactions of mechanisms: loads of every joint, drive and constraint row, and the efforts that a motion needs."""
 
+from ..arguments import explain_arguments
 from ._bonds import reaction_bonds
 from ._inverse_dynamics import Actuation, inverse_dynamics
 from ._result import DriveLoad, JointReaction, LawForce, Reactions, RowLoad
@@ -16,3 +17,5 @@ __all__ = [
     "reaction_bonds",
     "reactions",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Component mode synthesis: reductions of components to interface and modal coordinates, and the expansion back."""
 
+from ..arguments import explain_arguments
 from ._accuracy import force_errors, frequency_errors, num_modes_below
 from ._base import AbstractReduction, Reduced, Unreduced, reduce
 from ._characteristic import Characteristic, characteristic_modes
@@ -63,3 +64,5 @@ __all__ = [
     "transform_interface",
     "virtual_work",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Reactions of networks of rigid bodies: trees by sums, loops by parameters or nodes, redundancy named."""
 
+from ..arguments import explain_arguments
 from ._bonds import Bonds
 from ._indeterminacy import Redundancy, redundancy, with_redundancy
 from ._network import BodyNetwork
@@ -21,3 +22,5 @@ __all__ = [
     "redundancy",
     "with_redundancy",
 ]
+
+explain_arguments(globals())

@@ -1,5 +1,6 @@
 """Studies: a function of a design over a grid, a table or samples, written to disk as it runs."""
 
+from ..arguments import explain_arguments
 from ._plans import Designs, grid, latin_hypercube, normal, sobol
 from ._study import StudyError, sweep
 
@@ -12,3 +13,5 @@ __all__ = [
     "sobol",
     "sweep",
 ]
+
+explain_arguments(globals())

@@ -13,6 +13,7 @@ from tqdm import tqdm
 from ..batching._batch import batch
 from ..batching._result import count_steps
 from ..batching._table import design_shape, select_designs
+from ..checks import as_flag
 from ..errors import BatchError
 from ..runtime import fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
@@ -104,8 +105,9 @@ def _compute_chunks(
     left = list(range(len(spans))) if store is None else _load_chunks(found, spans, store)
     done = size - sum(spans[k].stop - spans[k].start for k in left)
     where = "the study" if store is None else store.path
+    is_quiet = not as_flag("progress", progress)
     try:
-        with tqdm(total=size, initial=done, desc="sweep", unit=" designs", disable=not progress) as bar:
+        with tqdm(total=size, initial=done, desc="sweep", unit=" designs", disable=is_quiet) as bar:
             for number, arrays in run(left):
                 for name, values in arrays.items():
                     found[name][spans[number]] = values

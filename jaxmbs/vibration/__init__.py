@@ -1,5 +1,6 @@
 """Vibration of linear systems: modes, damping, receptances, response in frequency and time."""
 
+from ..arguments import explain_arguments
 from ._base_excitation import ResonanceGains, resonance_gains
 from ._damping import (
     complex_modes,
@@ -80,3 +81,5 @@ __all__ = [
     "transmissibility",
     "viscous_receptance",
 ]
+
+explain_arguments(globals())

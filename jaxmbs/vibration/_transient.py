@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..blocksparse import BlockMatrix
-from ..checks import is_concrete
+from ..checks import as_flag, is_concrete
 from ..errors import SimulationError
 from ..linear._mass_rank import is_dependent_in_blocks
 from ..linear._massless import condense_massless
@@ -137,7 +137,7 @@ def simulate(
         gradient=gradient,
         max_steps=max_steps,
         lands_on_times=not interpolate,
-        progress=bool(progress),
+        progress=as_flag("progress", progress),
         has_event=event is not None,
         dtype=ts.dtype,
     )

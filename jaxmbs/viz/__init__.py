@@ -3,6 +3,7 @@
 Plots are drawn into `ax` and never shown.
 """
 
+from ..arguments import explain_arguments
 from ..bondgraph._drawing import draw_bond_graph
 from ._animation import animate
 from ._designs import plot_limits, plot_parallel, plot_pareto_front, plot_scatter
@@ -54,3 +55,5 @@ __all__ = [
     "plot_views",
     "scene",
 ]
+
+explain_arguments(globals())

@@ -1,0 +1,6 @@
+"""Wrong arguments in words, for all public functions at once."""
+
+from ._explain import explain_arguments
+from ._faults import argument_faults
+
+__all__ = ["argument_faults", "explain_arguments"]

@@ -1,0 +1,93 @@
+"""Public functions that name their wrong arguments where they fail on them; a call that succeeds pays nothing."""
+
+import functools
+import inspect
+import linecache
+import re
+import sys
+import sysconfig
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import AssemblyError, ModelError, UnknownNameError
+from ._faults import argument_faults
+
+_HERE = Path(__file__).resolve().parent.parent
+_BELOW = ("site-packages", "dist-packages")
+_STANDARD = Path(sysconfig.get_path("stdlib"))
+_IN_WORDS = (ModelError, UnknownNameError, AssemblyError)
+_RAW = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RecursionError, TypeError, ValueError),
+    np.linalg.LinAlgError,
+)
+
+
+def explain_arguments(room: dict[str, Any]) -> None:
+    """Let the public functions and classes of a room, given by its `globals()`, name arguments that they fail on;
+    of a module without `__all__` its own functions.
+
+    An error that has words of the library stays; so does any error where no argument is found wrong, and one that
+    comes from a function of the user's.
+    """
+    own = [name for name, item in room.items() if inspect.isfunction(item) and item.__module__ == room["__name__"]]
+    for name in room.get("__all__", own):
+        item = room[name]
+        if not re.match(r"jaxmbs\.(?!runtime)", getattr(item, "__module__", "")):
+            continue
+        if inspect.isfunction(item) and not hasattr(item, "_is_explained"):
+            # where it is defined, too: pickles look there
+            room[name] = vars(sys.modules[item.__module__])[item.__name__] = _explained(item, item.__name__)
+        elif inspect.isclass(item) and not issubclass(item, BaseException):
+            _explain_construction(item)
+
+
+def _explain_construction(kind):
+    """Let a class name the arguments that it cannot be made of."""
+    method = "__new__" if issubclass(kind, tuple) else "__init__"
+    function = vars(kind).get(method)
+    if inspect.isfunction(function) and not hasattr(function, "_is_explained"):
+        setattr(kind, method, _explained(function, kind.__name__))
+    for name, item in list(vars(kind).items()):
+        if isinstance(item, classmethod) and not name.startswith("_") and not hasattr(item, "_is_explained"):
+            setattr(kind, name, classmethod(_explained(item.__func__, f"{kind.__name__}.{name}")))
+
+
+def _explained(function: Callable, name: str) -> Callable:
+    """The function, whose raw errors name the arguments that are wrong."""
+
+    @functools.wraps(function)
+    def explained(*args, **options):
+        try:
+            return function(*args, **options)
+        except _RAW as error:
+            faults = _is_raw(error) and argument_faults(function, args, options, error)
+            if not faults:
+                raise
+            raise ModelError(faults, f"the call of {name}") from error
+
+    explained._is_explained = True  # type: ignore[attr-defined]
+    return explained
+
+
+def _is_raw(error):
+    """True for an error from below the library, or of a line of it that raises nothing itself."""
+    if isinstance(error, _IN_WORDS) or type(error).__module__.startswith("jaxtyping"):
+        return False
+    frames = traceback.extract_tb(error.__traceback__)[1:]
+    if not frames or any(not _is_below(frame.filename) for frame in frames):
+        return False
+    last = frames[-1]
+    is_own = _HERE in Path(last.filename).parents
+    return not (is_own and linecache.getline(last.filename, last.lineno or 0).strip().startswith("raise"))
+
+
+def _is_below(file):
+    """True for files of the library, of what it stands on and of Python, but none of the user's."""
+    path = Path(file)
+    return (
+        file.startswith("<") or _HERE in path.parents or _STANDARD in path.parents or bool({*_BELOW} & {*path.parts})
+    )

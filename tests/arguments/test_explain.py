@@ -1,0 +1,72 @@
+"""Wrong arguments of any public function: named, where the function fails on them below the library."""
+
+import inspect
+import pickle
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs.arguments import argument_faults
+
+HUGE = 10**400
+
+
+def gain(x: float, y: np.ndarray | list | None = None, *, names: tuple[str, ...] = ("a",), count: int = 2) -> float:
+    return np.asarray(x, float) / count
+
+
+@pytest.mark.parametrize(
+    "args, options, words",
+    [
+        (("text",), {}, "x must be numbers, not 'text'"),
+        ((None,), {}, "x must be given, not None"),
+        ((HUGE,), {}, "x is too large: a number of 401 digits"),
+        ((1.0, [[HUGE]]), {}, "y is too large"),
+        ((1.0,), {"count": "3"}, "count must be a whole number, not '3'"),
+        ((1.0,), {"names": 3.0}, "names must be a list, not 3.0"),
+        ((np.zeros(0),), {}, "x is empty"),
+        ((np.ones(2), np.ones(3)), {}, "these shapes do not fit: x (2,), y (3,)"),
+        ((1.0, None), {}, None),
+    ],
+    ids=str,
+)
+def test_faults_of_a_call(args, options, words):
+    faults = argument_faults(gain, args, options, ValueError("shapes"))
+    assert faults == [] if words is None else len(faults) == 1 and words in faults[0]
+
+
+def test_all_faults_stand_in_one_report():
+    assert len(argument_faults(gain, ("a", "b"), {"count": "c"})) == 3
+
+
+def test_errors_in_the_functions_of_a_user_stay():
+    with pytest.raises(KeyError, match="mine"):
+        mbs.design.tolerances(lambda d: {}["mine"], {"k": 0.3}, {"k": 0.1})
+    with pytest.raises(ZeroDivisionError):
+        mbs.batch(lambda x: 1 / 0, jnp.arange(3.0), progress=False)
+
+
+def test_words_of_the_library_stay():
+    with pytest.raises(mbs.UnknownNameError, match="there is no"):
+        b = mbs.SystemBuilder()
+        b.body("bob", 1.0, com=(0.5, 0.0, 0.0))
+        b.joint("pin", mbs.Revolute("y"), "ground", "bob")
+        system = b.build()
+        mbs.position(system, mbs.State.at(system), "nonesuch")
+
+
+def test_public_things_stay_what_they_were():
+    mac = mbs.vibration.mac
+    assert pickle.loads(pickle.dumps(mac)) is mac and mac.__module__.startswith("jaxmbs.vibration")
+    assert list(inspect.signature(mac).parameters) == ["first", "second", "M"]
+    spring = pickle.loads(pickle.dumps(mbs.SpringDamper(stiffness=3.0)))
+    assert float(spring.stiffness) == 3.0
+
+    class Mine(mbs.forces.SpringDamper):
+        extra: float = 2.0
+
+    assert Mine(stiffness=1.0, extra=5.0).extra == 5.0
+    assert jax.tree.leaves(Mine(stiffness=1.0))
