@@ -22,6 +22,7 @@ from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
 from ._rigid_motions import interface_rows, rigid_basis, rotated_shapes
 from ._second_order import second_order
+from ._tension_shapes import has_tension_shapes, with_tension_shapes
 
 _STRAIN_TOLERANCE = {
     8: 1e-6,
@@ -71,7 +72,9 @@ def floating_frame(
             nearest to the ground along the tree.
         num_modes: number of normal modes kept in addition to the constraint modes of the interfaces.
         damping_ratio: of the modes with the first interface fixed, in place of the substructure's own damping.
-        method: a reduction of `jaxmbs.reductions`; default `CraigBampton(num_modes)`.
+        method: a reduction of `jaxmbs.reductions`; default `CraigBampton(num_modes)`.  With `stiffening` the
+            default has four more shapes for each interface but the first, those of motions across a pull at it, where
+            the structure has coordinates enough.
         stiffening: the structure that the system was assembled from, or True where `system` is one: its geometric
             stiffness under the body's own inertia, weight and interface loads stiffens or softens it.  False: strains
             are linear.
@@ -80,7 +83,9 @@ def floating_frame(
     that of nodes with axes fixed in the floating frame.  Without `stiffening`, that by rotation is neglected
     (`flexible.stiffening` estimates the error) and a blade or a fast arm must be divided into several bodies.  With
     it, stresses are those of unit loads on the whole structure, so that the reduced basis needs no axial shapes;
-    deflections are moderate: rotations up to some 0.3 rad within the body.
+    frequencies come out from above, and that of the lag, whose square is that of the flap less `speed^2`, with the
+    larger error: give more modes at high speeds, above all where the body has one interface only.  Deflections are
+    moderate: rotations up to some 0.3 rad within the body.
 
     Raises: ModelError with every fault, of a stiffening without finite elements too; ValueError for more modes than
     there are.  Source: S1 (4)-(9); S2 (35); for the stiffening Wallrapp and Schwertassek (1991).
@@ -100,10 +105,13 @@ def floating_frame(
         check_num_modes(num_modes, s.num_rows - len(outer))
     if len(outer) == s.num_rows:
         method = Unreduced()
-    reduced = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer))
+    if isinstance(stiffening, Structure) and method is None and has_tension_shapes(s, outer, num_modes):
+        basis = with_tension_shapes(s, stiffening, outer, num_modes)
+    else:
+        basis = (CraigBampton(num_modes) if method is None else method).of(s.with_interface(*outer)).basis
     if damping_ratio is not None and negative(damping_ratio):
         raise ValueError(f"damping_ratio = {damping_ratio} must not be negative")
-    frame = _frame_of_basis(s, reduced.basis, rigid, damping_ratio, tuple(interfaces), outer)
+    frame = _frame_of_basis(s, basis, rigid, damping_ratio, tuple(interfaces), outer)
     if not isinstance(stiffening, Structure):
         return frame
     bent = second_order(frame.system, stiffening, frame.shapes, rigid, outer)
