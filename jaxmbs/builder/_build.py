@@ -19,6 +19,7 @@ from ..model._system import System
 from ._arrays import reference_poses
 from ._assemble_system import assemble_system
 from ._declarations import Body, Joint, Model
+from ._laws_in_place import with_laws_in_place
 from ._mobility import analyse_mobility, check_closure_and_inertia
 from ._signal_shapes import with_signal_shapes
 from ._signals import with_driven_fields
@@ -35,7 +36,7 @@ def build_system(
     model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
     if model.blocks:
         model = with_driven_fields(model)
-    system = assemble_system(model, _cut_loops(model, cut), guess)
+    system = with_laws_in_place(assemble_system(model, _cut_loops(model, cut), guess))
     if like is not None and linear_solver == "auto":
         linear_solver = like.topology.linear_solver
     system = with_linear_solver(system, linear_solver)

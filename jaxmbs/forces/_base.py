@@ -188,6 +188,11 @@ class AbstractPathLaw(AbstractLaw):
     def num_frames(self) -> int:
         """Number of frames that the law acts on."""
 
+    def in_place(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> "AbstractPathLaw":
+        """The law with what it takes from the places of its frames where all coordinates are zero; arguments as in
+        `PathKinematics`.  By default the law itself."""
+        return self
+
     @abc.abstractmethod
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Forces [N] and moments [N m] on the frames, in world axes, each about its frame's origin."""

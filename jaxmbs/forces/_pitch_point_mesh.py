@@ -4,6 +4,7 @@ import abc
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
@@ -21,23 +22,22 @@ class PitchPoint(NamedTuple):
     """Teeth at one instant, in world axes.
 
     Attributes:
-        point: (3,) where they touch [m].
-        normals: (2, 3) of the drive and the coast flank, unit vectors that push wheel B.
-        approach: (2,) of the flanks along their normals [m].
-        sliding: (3,) unit vector along the flanks in which they slide, zero where they only roll.
+        approach: (2,) of the drive and the coast flank along their normals [m].
+        point: (3,) where they touch [m]; sliding: (3,) unit vector along the flanks in which they slide there; both
+            None where they only roll.
     """
 
-    point: Array
-    normals: Array
     approach: Array
-    sliding: Array
+    point: Array | None = None
+    sliding: Array | None = None
 
 
 class AbstractPitchPointMesh(AbstractPathLaw):
     """Two wheels A and B that turn about the z axes of their frames and press at their pitch point.
 
-    The flanks approach by the angles of the wheels and the places of their centres; tilt of the axes against each
-    other changes the directions of the forces, and not the approach.
+    All forces but friction act along the derivatives of the approach of the flanks by the poses of both wheels, which
+    for wheels in place are the forces of the textbook at the pitch point.  So teeth whose shafts tilt store all the
+    work that is done on them.
     """
 
     module: eqx.AbstractVar[Scalar]
@@ -66,18 +66,33 @@ class AbstractPitchPointMesh(AbstractPathLaw):
         return 0.0, 1.0
 
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
-        """Normal forces of both flanks and friction, at the pitch point."""
-        teeth = self._pitch_point(frames.rotations, frames.positions)
+        """Forces and moments of both flanks, and friction at the pitch point."""
+        teeth, on_x, on_turn = self._approach_and_slopes(frames)
+        rate = jax.vmap(frames.power)(on_x, on_turn)
+        normal = self._normal_forces(teeth.approach, rate)
+        force, moment = -jnp.einsum("s,snj->nj", normal, on_x), -jnp.einsum("s,snj->nj", normal, on_turn)
+        if teeth.point is None or teeth.sliding is None:
+            return force, moment
+        mu, speed = self._friction()
         arms = teeth.point[None] - frames.positions
         velocity = frames.velocities + jnp.cross(frames.angular_velocities, arms)
-        closing = velocity[0] - velocity[1]
-        normal = self._normal_forces(teeth.approach, jnp.sum(teeth.normals * closing[None], axis=1))
-        push = jnp.sum(normal[:, None] * teeth.normals, axis=0)
-        mu, speed = self._friction()
-        slip = jnp.sum(teeth.sliding * closing) / speed
-        push = push + jnp.sum(normal) * mu * tanh_over(slip * slip) * slip * teeth.sliding
-        force = jnp.stack([-push, push])
-        return force, jnp.cross(arms, force)
+        slip = jnp.dot(teeth.sliding, velocity[0] - velocity[1]) / speed
+        push = jnp.sum(normal) * mu * tanh_over(slip * slip) * slip * teeth.sliding
+        rubbing = jnp.stack([-push, push])
+        return force + rubbing, moment + jnp.cross(arms, rubbing)
+
+    def _approach_and_slopes(self, frames):
+        """The teeth, and derivatives (2, wheels, 3) of the approach by the positions and the turns of the wheels."""
+
+        def approach(rotations, positions):
+            teeth = self._pitch_point(rotations, positions)
+            return teeth.approach, teeth
+
+        _, pull_back, teeth = jax.vjp(approach, frames.rotations, frames.positions, has_aux=True)
+        by_R, on_x = jax.vmap(pull_back)(jnp.eye(2, dtype=teeth.approach.dtype))
+        M = jnp.einsum("snij,nkj->snik", by_R, frames.rotations)
+        axial = (M[..., 2, 1] - M[..., 1, 2], M[..., 0, 2] - M[..., 2, 0], M[..., 1, 0] - M[..., 0, 1])
+        return teeth, on_x, jnp.stack(axial, axis=-1)
 
     def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
         """Distances [m] to wheels whose teeth no longer reach into each other, and to teeth pressed by a quarter of

@@ -22,8 +22,8 @@ class WormGear(AbstractPitchPointMesh):
 
     where the worm drives, so that bearings carry the right loads, the efficiency of the worm is
     `(cos(alpha) - mu tan(g)) / (cos(alpha) + mu cot(g))`, and with `mu > cos(alpha) tan(g)` the wheel cannot drive
-    it.  The flanks approach by the angles of both, and by the relative place of their centres; tilt of the axes does
-    not change that.  Friction rises with the speed of slip v as `tanh(v / slip_speed)`: at rest the worm creeps.
+    it.  The flanks approach by the angles of both, and by the relative place of their centres, along and across the
+    worm.  Friction rises with the speed of slip v as `tanh(v / slip_speed)`: at rest the worm creeps.
 
     Attributes:
         threads, teeth: of the worm and the wheel (static).
@@ -85,15 +85,13 @@ class WormGear(AbstractPitchPointMesh):
         second = angle_about(wheel, rotations[1, :, 0], centre)
         climb = jnp.dot(worm, between)
         cycle = hand * self.threads * first + sense * self.teeth * second + 2 * climb / self.module + self.phase
-        # the normal in the plane of both axes' directions: a right-handed worm drives the rim backwards
-        along = jnp.sin(lead) * about - jnp.cos(lead) * worm
+        # the wheel beside its place turns the thread: a right-handed worm drives the rim backwards
         turned = jnp.cos(lead) * self.module / 2 * within_a_tooth(cycle) - jnp.sin(lead) * jnp.dot(about, between)
-        side = np.array([1.0, -1.0])[:, None]
+        side = np.array([1.0, -1.0])
         nearer = self.centre_distance - jnp.dot(centre, between)
-        approach = side[:, 0] * jnp.cos(alpha) * turned + jnp.sin(alpha) * nearer - self.backlash / 2
-        normals = side * jnp.cos(alpha) * along[None] + jnp.sin(alpha) * centre[None]
+        approach = side * jnp.cos(alpha) * turned + jnp.sin(alpha) * nearer - self.backlash / 2
         point = positions[0] + climb * worm + self.radius * centre
-        return PitchPoint(point, normals, approach, jnp.cos(lead) * about + jnp.sin(lead) * worm)
+        return PitchPoint(approach, point, jnp.cos(lead) * about + jnp.sin(lead) * worm)
 
     def faults(self) -> list[str]:
         """Whole numbers of threads and teeth; positive module, radius and stiffness."""
