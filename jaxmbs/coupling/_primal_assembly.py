@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from ..blocksparse import BlockMatrix
 from ..elements._base import as_real
+from ..linear._rigid_motions import rigid_rows
 from ..linear._system import LinearSystem
 from ..reductions._base import Reduced, interface_first
 from ..runtime import jit
@@ -60,6 +61,12 @@ class Assembly(LinearSystem):
         """Number of joined coordinates before those that follow from rigid bodies are eliminated."""
         return self.num_rows if self.transformation is None else len(self.transformation)
 
+    def coupling_to_ground(self) -> Array | None:
+        """Sum over the components of `ground_inertia`, and of the mass between what is tied to the ground and other
+        coordinates; None where nothing is.  Components without positions have no part in it."""
+        shares = [_ground_share(c, places) for c, places in zip(self.components, self.places, strict=True)]
+        return None if all(share is None for share in shares) else self.gather_forces(shares)
+
     def component_coordinates(self, xi: ArrayLike) -> tuple[Array, ...]:
         """Coordinates `rho_c = beta_c xi` (r_c, ...) of every component.  Source: S1 (7), (11), (21)-(24)."""
         xi = jnp.asarray(xi)
@@ -79,6 +86,16 @@ class Assembly(LinearSystem):
             return gather_group_forces(self.groups, shares, self.num_rows)
         joined = _sum(self.places, shares, self.num_joined)
         return joined if self.transformation is None else _matmul(self.transformation.T, joined)
+
+
+def _ground_share(component, places):
+    """Forces (r_c, 6) on a component by motions of the ground beyond those of its free coordinates, or None."""
+    tied, ground = np.flatnonzero(np.array(places) < 0), component.coupling_to_ground()
+    if component.positions is None or not len(tied):
+        return ground
+    motions = rigid_rows(component, jnp.zeros(3, component.positions.dtype))
+    found = component.mass[:, tied] @ motions[tied]
+    return found if ground is None else found + ground
 
 
 class InterfaceReactions(eqx.Module):

@@ -11,6 +11,7 @@ from ..blocksparse import BlockMatrix, Pattern
 from ..blocksparse import assemble as summed
 from ..blocksparse._matrix import constrain
 from ..checks import distinct_names
+from ..linear._rigid_motions import rigid_motions
 from ..runtime import jit
 from ._structure import Structure
 
@@ -52,6 +53,27 @@ def sum_dense(structure: Structure, matrices: Callable[[str], Array]) -> Array:
         rows = np.where(rows < 0, n, rows)
         total = total.at[rows[:, :, None], rows[:, None, :]].add(matrices(name))
     return total[:n, :n]
+
+
+@jit
+def ground_inertia(structure: Structure, blocks: bool = False) -> Float[Array, "rows 6"]:
+    """Forces (rows, 6) [N, N m] by the mass between held and other coordinates, in unit rigid accelerations of the
+    ground, rotations about the origin; in rows of the dense or the block matrices.
+    """
+    held = np.zeros((structure.num_nodes, 6, 1), bool)
+    for node, direction in structure.held:
+        held[node, direction] = True
+    motions = jnp.where(held, rigid_motions(structure.positions), 0.0)
+    total = jnp.zeros_like(motions)
+    for name, group in structure.groups.items():
+        c = group.element.coordinates
+        moved = motions[group.connections, :c]
+        M = element_matrices(structure, name, "mass")
+        forces = M @ moved.reshape(len(M), -1, 6)
+        total = total.at[group.connections, :c].add(forces.reshape(moved.shape))
+    if blocks:
+        return jnp.where(held, 0.0, total)[:, : structure.size].reshape(-1, 6)
+    return total[structure.index.nodes, structure.index.directions]
 
 
 @jit

@@ -7,7 +7,7 @@ from ..checks import as_flag
 from ..elements import DIRECTIONS
 from ..linear._system import LinearSystem
 from ..typing import AnyArray
-from ._assembly import KINDS, assemble_blocks, assemble_dense
+from ._assembly import KINDS, assemble_blocks, assemble_dense, ground_inertia
 from ._prestress import stiffness_under_load
 from ._structure import Structure
 
@@ -24,7 +24,8 @@ def assemble(
         preload: (rows,) [N, N m] as `gather_rows(structure, nodal_load(...))`: the system is that of small motions
             about the structure under this load, with the geometric stiffness of its stress.
 
-    The system has the positions of the nodes, and damping if an element has any.
+    The system has the positions of the nodes, damping if an element has any, and the mass between held and other
+    coordinates, which counts where the ground moves (`ground_inertia`).
 
     Raises: ModelError for an unknown interface, and for a concrete preload beyond buckling (under tracing
     `Modes.is_unstable` says so); ValueError for a preload of another shape or with blocks.  Source: S1 (3).
@@ -43,6 +44,8 @@ def assemble(
         labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
     places = (structure.names, structure.positions)
     interface = [_node_name(structure, item) for item in interface]
+    if structure.held:
+        matrices["ground_inertia"] = ground_inertia(structure, blocks)
     return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places)
 
 

@@ -2,12 +2,15 @@
 
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse
 from jaxtyping import Array, Float
 
+from ..blocksparse import BlockMatrix
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..runtime import as_dtype, jit
 from ..typing import AnyArray, ArrayLike
+from ._block_rows import from_blocks, to_blocks
 
 
 def rigid_motions(positions: AnyArray, about: ArrayLike | None = None) -> Float[Array, "nodes 6 6"]:
@@ -42,4 +45,31 @@ def rigid_rows(system, about=None) -> Float[Array, "n 6"]:
     at = np.array([node[name] if direction else 0 for name, direction in system.coordinates])
     along = np.array([DIRECTIONS.index(direction) if direction else 0 for _, direction in system.coordinates])
     moving = np.array([bool(direction) for _, direction in system.coordinates])
+    if not moving.any():
+        return jnp.zeros((len(moving), 6), system.positions.dtype)
     return jnp.where(moving[:, None], rigid_motions(system.positions, about)[at, along], 0.0)
+
+
+def rigid_loads(system, about=None) -> Float[Array, "n 6"]:
+    """Forces (n, 6) [N, N m] on the coordinates in unit rigid accelerations of a system and the ground that holds it.
+
+    Args: about: as of `rigid_rows`.  Raises: ModelError as `rigid_rows`.
+    """
+    inertia = _product(system.mass, rigid_rows(system, about), system.block_rows)
+    return inertia + ground_loads(system, about)
+
+
+def ground_loads(system, about=None) -> Float[Array, "n 6"]:
+    """Part (n, 6) of `rigid_loads` that is not the mass matrix times the motion of the coordinates."""
+    ground = system.coupling_to_ground()
+    if ground is None:
+        return jnp.zeros((system.num_rows, 6), system.positions.dtype)
+    about = jnp.mean(system.positions, axis=0) if about is None else about
+    return ground @ rigid_motions(jnp.zeros_like(about)[None], about)[0]
+
+
+def _product(A, x, rows):
+    """Product (n, k) of a matrix of any storage."""
+    if isinstance(A, BlockMatrix):
+        return from_blocks(A @ to_blocks(x, A.pattern, rows), rows)
+    return A @ np.asarray(x) if scipy.sparse.issparse(A) else A @ x

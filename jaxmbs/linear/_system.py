@@ -14,6 +14,7 @@ from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
 from ._block_rows import BlockRows
 from ._labels import coordinate_labels, find_rows, format_label, node_positions
+from ._rigid_motions import rigid_motions
 from ._storage import Matrix, MatrixLike, dtype_of, num_rows, to_dense, unify_storage
 
 SystemT = TypeVar("SystemT", bound="LinearSystem")
@@ -47,6 +48,9 @@ class LinearSystem(eqx.Module):
         massless: rows known to have no mass, also under tracing: `modes` condenses them, which is exact.
         block_rows: of block matrices, the rows at the places of their blocks; default `size * block + place`, the
             padding of smaller blocks included.
+        ground_inertia: (n, 6), or None where nothing was held: forces on the coordinates [N, N m] in unit rigid
+            accelerations of the ground, rotations about the origin, beyond those of the same motion of the
+            coordinates themselves: `M_fb R_b` of held coordinates b, in all matrices that have lost them.
 
     Raises: ModelError with every fault: shapes, repeated or missing labels, an unknown interface.
     """
@@ -60,6 +64,7 @@ class LinearSystem(eqx.Module):
     coordinates: tuple[tuple[str, str], ...] = eqx.field(static=True)
     massless: tuple[int, ...] = eqx.field(static=True)
     block_rows: BlockRows | None = eqx.field(static=True)
+    ground_inertia: Float[Array, "n 6"] | None
 
     __repr__, _repr_html_ = table_repr(_table_rows)
 
@@ -74,6 +79,7 @@ class LinearSystem(eqx.Module):
         positions: Mapping | Sequence | None = None,
         massless: Iterable[int] = (),
         block_rows: BlockRows | None = None,
+        ground_inertia: ArrayLike | None = None,
     ) -> None:
         faults = []
         self.mass, self.stiffness, self.damping = unify_storage(
@@ -89,6 +95,9 @@ class LinearSystem(eqx.Module):
         self.nodes, self.positions = node_positions(positions, self.coordinates, faults)
         self.massless = tuple(massless)
         faults += [f"massless: there is no row {row!r}" for row in self.massless if row not in range(n)]
+        self.ground_inertia = None if ground_inertia is None else jnp.asarray(ground_inertia)
+        if self.ground_inertia is not None and self.ground_inertia.shape != (n, 6):
+            faults.append(f"ground_inertia has shape {self.ground_inertia.shape}, not ({n}, 6)")
         if faults:
             raise ModelError(faults)
 
@@ -160,6 +169,10 @@ class LinearSystem(eqx.Module):
         shape = np.broadcast_shapes((self.num_rows,), *(part.shape for part in parts))
         return sum((jnp.broadcast_to(part, shape) for part in parts), jnp.zeros(shape, dtype))
 
+    def coupling_to_ground(self) -> Array | None:
+        """`ground_inertia` (n, 6), or None."""
+        return self.ground_inertia
+
     def with_interface(self: SystemT, *names: CoordinateLike) -> SystemT:
         """The same system with another interface.  Raises: ModelError."""
         faults = []
@@ -172,7 +185,9 @@ class LinearSystem(eqx.Module):
         """The same system with all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
         if self.positions is None:
             raise ModelError(["`translate` needs the positions of the nodes: LinearSystem(..., positions=...)"])
-        return self.replace(positions=self.positions + jnp.asarray(by, self.positions.dtype)[None])
+        by, ground = jnp.asarray(by, self.positions.dtype)[None], self.ground_inertia
+        ground = None if ground is None else ground @ rigid_motions(by)[0]
+        return self.replace(positions=self.positions + by, ground_inertia=ground)
 
     def with_damping(self: SystemT, damping: MatrixLike | None) -> SystemT:
         """The same system with another damping matrix (n, n), such as `rayleigh_damping` or `modal_damping`.

@@ -20,12 +20,15 @@ from ._inputs import BaseAcceleration, RandomForce
 class Excitation(NamedTuple):
     """Motion of the base per input, and forces.
 
-    Attributes: base: rows that are moved; carried: (n, inputs) motion with the base; elastic: as in `Terms`; forces:
-    (n, inputs); given: forces by name of each input.
+    Attributes: base: rows that are moved; carried: (n, inputs) motion with the base; inertia: (n, inputs) forces in
+    its unit accelerations; ground: (3, inputs) motion of the ground in x, y, z; elastic: as in `Terms`; forces: (n,
+    inputs); given: forces by name of each input.
     """
 
     base: tuple[int, ...]
     carried: Array
+    inertia: Array
+    ground: Array
     elastic: bool
     forces: Array
     given: tuple
@@ -53,17 +56,24 @@ def excitation_of(system, inputs):
     n, dtype = system.num_rows, system.dtype
     base = _moved_rows(system, moved[0].at) if moved and moved[0].at is not None else ()
     T = motion_with(system, base) if base else None
-    carried, forces, given = [], [], []
+    carried, inertia, ground, forces, given = [], [], [], [], []
     for name, one in inputs.items():
-        pattern = jnp.zeros(n, dtype)
+        pattern = load = jnp.zeros(n, dtype)
+        along = jnp.zeros(3, dtype)
         if isinstance(one, BaseAcceleration):
             pattern = one.pattern(system)
             pattern = _held_motion(system, name, pattern) if T is None else T @ pattern[np.array(base)]
+            load = system.mass @ pattern
+            if T is None:
+                load, along = load + one.ground_load(system), one.translation(dtype)
         carried.append(pattern)
+        inertia.append(load)
+        ground.append(along)
         is_force = isinstance(one, RandomForce)
         forces.append(system.load(one.pattern) if is_force else jnp.zeros(n, dtype))
         given.append(one.pattern if is_force else None)
-    return Excitation(base, jnp.stack(carried, 1), bool(base), jnp.stack(forces, 1), tuple(given))
+    parts = (jnp.stack(part, 1) for part in (carried, inertia, ground))
+    return Excitation(base, *parts, bool(base), jnp.stack(forces, 1), tuple(given))
 
 
 def _held_motion(system, name, pattern):
@@ -115,7 +125,7 @@ def _moved_rows(system, at):
 
 def loads_of(system, excitation, inner):
     """Loads (inner, inputs) of unit inputs, and of their integrals or None."""
-    first = (excitation.forces - system.mass @ excitation.carried)[inner]
+    first = (excitation.forces - excitation.inertia)[inner]
     if system.damping is None or not excitation.elastic:
         return first, None
     second, size = system.damping @ excitation.carried, jnp.abs(system.damping) @ jnp.abs(excitation.carried)

@@ -1,6 +1,7 @@
 """Inputs of vibration tests: accelerations of a base, patterns of forces, and their coherence."""
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,7 +13,7 @@ from ..checks import distinct_names, no_such
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..fatigue._psd import PsdTable
-from ..linear._rigid_motions import rigid_rows
+from ..linear._rigid_motions import ground_loads, rigid_rows
 from ..linear._system import LinearSystem
 from ..typing import ArrayLike, CoordinateLike
 from ._coherence import Coherence
@@ -27,7 +28,7 @@ class BaseAcceleration(eqx.Module):
     Args:
         spectrum: of the acceleration, or None where only the direction is needed.
         direction: "x", "y", "z", "rx", "ry" or "rz": the base moves as a rigid body, rotations about the mean of the
-            nodes.  Or factors by name of coordinate: `{"foot z": 1.0}`.
+            nodes.  Or factors by name of coordinate: `{"foot z": 1.0}`, which do not tell how what is held moves.
         at: names of the coordinates or nodes that are moved, `"interface"` for those of the interface.  None: the
             ground that holds the structure.
 
@@ -59,6 +60,17 @@ class BaseAcceleration(eqx.Module):
         if isinstance(self.direction, str):
             return rigid_rows(system)[:, DIRECTIONS.index(self.direction)]
         return system.load(self.direction)
+
+    def ground_load(self, system: LinearSystem) -> Array:
+        """Forces (n,) on the coordinates by the masses that move with the ground alone, for a unit of the input."""
+        if isinstance(self.direction, str):
+            return ground_loads(system)[:, DIRECTIONS.index(self.direction)]
+        return jnp.zeros(system.num_rows, system.dtype)
+
+    def translation(self, dtype: Any) -> Array:
+        """Motion (3,) of the ground in x, y, z for a unit of the input, of directions by name."""
+        axes = [self.direction == d for d in DIRECTIONS[:3]]
+        return jnp.asarray(axes, dtype)
 
 
 class RandomForce(eqx.Module):

@@ -109,14 +109,17 @@ def _rows(system, outputs, excitation, shapes, light, lag, loss):
     sizes = [len(part) for part in sets]
     count, n, i = 3 * sum(sizes) + sizes[-1], system.num_rows, sizes[-1]
     zero = jnp.zeros((count, n), shapes.dtype)
+    still = jnp.zeros((count, 3), shapes.dtype)
     at = np.cumsum([0, *np.repeat(sizes, 3), i])
-    relative, carried = [], []
+    relative, carried, ground = [], [], []
     for power in range(3):
         x = zero.at[at[power] : at[power + 1]].set(sets[0]).at[at[3 + power] : at[4 + power]].set(sets[1])
         relative.append(x)
         carried.append(zero.at[at[6 + power] : at[7 + power]].set(sets[2]))
+        ground.append(still.at[at[6 + power] : at[7 + power]].set(excitation.ground.T))
     forces = zero.at[at[9] :].set(excitation.forces.T)
-    terms = Terms(tuple(relative), tuple(carried), excitation.elastic, zero, forces, (), excitation.base)
+    moved = tuple(relative), tuple(carried), tuple(ground)
+    terms = Terms(*moved, excitation.elastic, zero, forces, (), excitation.base)
     terms = terms._replace(given=_given_forces(excitation.given, at[9], count))
     late = zero if lag is None else zero.at[at[1] : at[2]].set(lag.T)
     if loss is not None:

@@ -11,7 +11,9 @@ from jaxtyping import Array
 
 from ..checks import as_flag, distinct_names, place_of
 from ..coupling._network import reactions
+from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..linear._labels import parse_label
 from ..linear._system import LinearSystem
 from ..typing import CoordinateLike
 
@@ -23,7 +25,7 @@ class Terms(NamedTuple):
 
     Attributes:
         relative: displacement, velocity, acceleration relative to the base.
-        carried: those of the motion with the base.
+        carried: those of the motion with the base; ground: (cases, 3) those of the ground in x, y, z.
         elastic: True if the carried displacement may strain the structure, as that of moved coordinates does and
             that of the ground does not.
         lag: (cases, n) displacement whose elastic forces are those of modal or structural damping.
@@ -33,6 +35,7 @@ class Terms(NamedTuple):
 
     relative: tuple[Array, Array, Array]
     carried: tuple[Array, Array, Array]
+    ground: tuple[Array, Array, Array]
     elastic: bool
     lag: Array
     forces: Array
@@ -79,7 +82,22 @@ class Coordinates(eqx.Module):
         rows, labels = system.outputs(*self.names)
         power = KINDS.index(self.kind)
         x = terms.relative[power] if self.relative else terms.total(power)
-        return x @ rows.T.astype(x.dtype), labels if len(labels) > 1 else ("",)
+        found = x @ rows.T.astype(x.dtype)
+        if not self.relative:
+            found = found + terms.ground[power] @ _beyond_coordinates(system, rows, labels).T
+        return found, labels if len(labels) > 1 else ("",)
+
+
+def _beyond_coordinates(system, rows, labels):
+    """Motion (k, 3) of outputs with the ground in x, y, z that the motion of the coordinates does not give them: of
+    reduced coordinates of what is held."""
+    along = jnp.asarray(_translations(system.coordinates), rows.dtype)
+    return jnp.asarray(_translations(map(parse_label, labels)), rows.dtype) - rows @ along
+
+
+def _translations(labels):
+    """Unit vectors (k, 3) of labels (node, direction), zero for rotations and modes."""
+    return np.array([[direction == d for d in DIRECTIONS[:3]] for _, direction in labels], float).reshape(-1, 3)
 
 
 class BondForces(eqx.Module):

@@ -14,6 +14,7 @@ from ..checks import check_count
 from ..linear._condensation import partition
 from ..linear._labels import find_rows, format_label, parse_label
 from ..linear._massless import condense_massless, massless_rows
+from ..linear._rigid_motions import rigid_loads, rigid_rows
 from ..linear._storage import as_inexact
 from ..linear._symmetric import require_symmetric
 from ..linear._system import LinearSystem
@@ -50,6 +51,17 @@ class Reduced(LinearSystem):
         b = whole.num_interface if num_interface is None else num_interface
         super().__init__(interface=range(b), **options)
         self.basis, self.whole = basis, whole.coordinates
+        self.ground_inertia = self.with_ground_of(whole).ground_inertia
+
+    def with_ground_of(self, whole: LinearSystem) -> "Reduced":
+        """The same system with the `ground_inertia` that follows from that of the component it was reduced from: on
+        all of its coordinates, less that of the motion of the reduced ones, as the basis of what is held need not
+        contain rigid motions."""
+        if whole.coupling_to_ground() is None or whole.positions is None or self.positions is None:
+            return self
+        origin = jnp.zeros(3, whole.positions.dtype)
+        inertia = self.basis.T @ rigid_loads(whole, origin) - self.mass @ rigid_rows(self, origin)
+        return self.replace(ground_inertia=inertia)
 
     def expand(self, rho: AnyArray) -> Array:
         """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""
@@ -119,7 +131,8 @@ def _reduce_without_massless(system, method):
         return method.of(system)
     whole = condense_massless(system, system.interior, damped=False)
     reduced = method.of(whole.system)
-    return reduced.replace(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
+    found = reduced.replace(basis=whole.expand(reduced.basis.T).T, whole=system.coordinates)
+    return found.with_ground_of(system)
 
 
 class Unreduced(AbstractReduction):

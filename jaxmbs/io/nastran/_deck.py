@@ -12,6 +12,7 @@ from ...elements import DIRECTIONS
 from ...elements._base import as_real
 from ...fem import Group, Structure, assemble, assemble_dense
 from ...linear import LinearSystem
+from ...linear._rigid_motions import rigid_loads, rigid_rows
 from ...linear._storage import as_inexact
 from ...typing import AnyArray, Convertible
 from ._coordinates import DeckCoordinates
@@ -91,7 +92,17 @@ class Deck(eqx.Module):
         found = assemble_dense(structure, kinds)
         made: dict[str, Any] = {k: self._reduced(structure, A, motions) for k, A in zip(kinds, found, strict=True)}
         made |= dict(interface=interface, coordinates=self._labels, massless=self.massless)
-        return LinearSystem(**made, positions=(self.names, self.positions))
+        system = LinearSystem(**made, positions=(self.names, self.positions))
+        return system if not self.held else system.replace(ground_inertia=self._ground(structure, motions, system))
+
+    def _ground(self, structure, motions, system):
+        """`ground_inertia` of the system: the forces of all masses in rigid accelerations, `T^T M R`, less those of
+        the free coordinates."""
+        whole, origin = assemble(structure), jnp.zeros(3, self.positions.dtype)
+        own, other, to, T = self._parts(structure, motions)
+        loads = rigid_loads(whole, origin)
+        found = jnp.zeros((system.num_rows, 6), loads.dtype).at[to].add(loads[own]) + T.T @ loads[other]
+        return found - system.mass @ rigid_rows(system, origin)
 
     def displacements(self, x: AnyArray) -> Inexact[Array, "... nodes 6"]:
         """Displacements and rotations of all nodes in basic axes, from x (..., rows) of `system`, times first.
@@ -133,6 +144,14 @@ class Deck(eqx.Module):
 
     def _reduced(self, structure, A, motions):
         """`T^T A T`: rows of nodes with coordinates of their own are only moved, the others multiplied."""
+        own, other, to, T = self._parts(structure, motions)
+        mixed = A[np.ix_(own, other)] @ T
+        found = T.T @ A[np.ix_(other, other)] @ T
+        return found.at[np.ix_(to, to)].add(A[np.ix_(own, own)]).at[to].add(mixed).at[:, to].add(mixed.T)
+
+    def _parts(self, structure, motions):
+        """Rows of nodes with coordinates of their own, all other rows, free coordinates of the first, T of the
+        second."""
         index = structure.index
         apart = {node: k for k, node in enumerate(self.coordinates.others)}
         free = {pair: k for k, pair in enumerate(self.coordinates.free)}
@@ -141,6 +160,4 @@ class Deck(eqx.Module):
         other = np.array([row for row, (n, _) in enumerate(pairs) if n in apart], int)
         to = np.array([free[pairs[row]] for row in own], int)
         T = motions[np.array([apart[pairs[row][0]] for row in other], int), index.directions[other]]
-        mixed = A[np.ix_(own, other)] @ T
-        found = T.T @ A[np.ix_(other, other)] @ T
-        return found.at[np.ix_(to, to)].add(A[np.ix_(own, own)]).at[to].add(mixed).at[:, to].add(mixed.T)
+        return own, other, to, T
