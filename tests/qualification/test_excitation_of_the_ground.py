@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-import jaxmbs as mbs
 from jaxmbs import elements, fem
 from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.qualification import BaseAcceleration, Coordinates, RandomForce
