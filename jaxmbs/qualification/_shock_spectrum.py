@@ -1,7 +1,6 @@
 """Shock response spectrum: greatest responses of oscillators on a base with a given acceleration."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -9,11 +8,10 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, not_positive
 from ..fatigue._arrays import float_array
-from ..math._exponential import expm
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
-from ..vibration._modal_equations import _rates
-from ._oscillator_peaks import peaks
+from ..vibration._oscillator_motion import Oscillators
+from ..vibration._oscillator_peaks import peaks
 
 KINDS = ("absolute acceleration", "relative displacement", "pseudo velocity")
 
@@ -65,19 +63,20 @@ def shock_spectrum(
     """Shock response spectrum of a base acceleration.
 
     Between samples the acceleration is straight, and the motion of the oscillators exact for that (ramp-invariant:
-    Smallwood 1981, ISO 18431-4); peaks are those at the samples.  After the last sample the base moves on without
-    acceleration: that time has no end, and its peaks are exact.
+    Smallwood 1981, ISO 18431-4); peaks are those of that motion, between the samples too, to 1e-7 of themselves.
     Oscillators are at rest until the first sample: if it is not zero, the acceleration begins with a jump there.
+    After the last sample the base moves on without acceleration, if need be with a jump: that time has no end.
 
     Args:
         signal: (samples,) [m/s^2, or g], from rest.
-        step: time between samples [s], > 0; a tenth of the shortest period or less.
+        step: time between samples [s], > 0, half of the shortest period or less; that the record is straight between
+            samples is the user's assumption.
         frequencies: (f,) natural frequencies [Hz], > 0, or one.
         Q: amplification at resonance, > 0.5: the damping ratio is `1 / (2 Q)`; infinite for none.
         kind: "absolute acceleration" in the signal's unit, "relative displacement" [m for m/s^2], "pseudo velocity",
             the displacement times `2 pi f`.
 
-    The time of each peak is held in derivatives, as it may be where the response is stationary.
+    Derivatives are those of the peaks in the steps where they are.
 
     Raises: ValueError for another kind and, if concrete, numbers out of range and steps longer than half a period.
     """
@@ -104,23 +103,17 @@ def _check(signal, step, frequencies, Q, kind):
 @jit
 def _extremes(signal, step, f, Q, kind):
     w, rate = 2 * jnp.pi * f, 2 * jnp.pi * f / Q
-    scale = jnp.maximum(lax.stop_gradient(w), 1 / lax.stop_gradient(step))
-    whole = jax.vmap(lambda w2, r, s: expm(step * _rates(w2, r, s, step))[:2])(w**2, rate, scale)
+    # the relative displacement z has z'' + rate z' + w^2 z = -a, the acceleration w^2 a + rate (da/dt)
     if kind == KINDS[0]:
-        output = jnp.stack([-(w**2), -rate * scale])
+        gains = w**2, rate
     else:
-        gain = w if kind == KINDS[2] else jnp.ones_like(w)
-        output = jnp.stack([gain, jnp.zeros_like(w)])
-    during, state = peaks(-signal, jnp.moveaxis(whole, 0, -1), output)
-    return during, _free_extremes(state, output, w, rate, scale)
+        gains = -(w if kind == KINDS[2] else jnp.ones_like(w)), jnp.zeros_like(w)
+    during, end = peaks(signal, step, Oscillators(w**2, rate, *gains))
+    return during, _free_extremes(*end, w, rate)
 
 
-def _free_extremes(state, output, w, rate, scale):
+def _free_extremes(y, dy, w, rate):
     """Greatest and least value of a damped sinusoid from its state on: at once, or at its first two extremes."""
-    q, v = state[0], state[1] * scale
-    slope = (v, -(w**2) * q - rate * v)
-    y = output[0] * q + output[1] / scale * v
-    dy = output[0] * slope[0] + output[1] / scale * slope[1]
     decay = 0.5 * rate
     wd = jnp.sqrt(w**2 - decay**2)
     a, b = y, (dy + decay * y) / wd

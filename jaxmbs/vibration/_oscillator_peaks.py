@@ -1,0 +1,131 @@
+"""Greatest and least values of many oscillators under one load, without storing their motions."""
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jax.custom_derivatives import SymbolicZero
+from jaxtyping import Array, Float
+
+from ..runtime import small_call
+from ._oscillator_motion import Oscillators, advance, speed_scale, transition, values
+from ._oscillator_search import PARTS, Blocks, Found, search
+
+
+def peaks(
+    load: Float[Array, " n"], step: Array, oscillators: Oscillators
+) -> tuple[Float[Array, "2 f"], tuple[Array, Array]]:
+    """Extremes (2, f) from rest until the last sample, zero among them, and y and v (f,) there.
+
+    Extremes are those of the motion, between the samples too, to 1e-7; at the samples and in their middles where
+
+    Args:
+        load: (n,), straight between samples.
+        step: () time between samples [s], at most half a period.
+    """
+    return _peaks(load, step, oscillators)
+
+
+@jax.custom_jvp
+def _peaks(load, step, oscillators):
+    found, end = _extremes(load, step, oscillators)
+    return found.value, end
+
+
+def _peaks_jvp(given, dots):
+    """Derivatives of the extremes by the steps that they are in, which are held."""
+    found, end = _extremes(*given)
+    given, structure = jax.tree.flatten(given)
+    dots = structure.flatten_up_to(dots)
+    moves = [not isinstance(dot, SymbolicZero) for dot in dots]
+
+    def of_moving(*moving):
+        moving = iter(moving)
+        leaves = [next(moving) if m else x for x, m in zip(given, moves, strict=True)]
+        return values(found.at, found.part, *jax.tree.unflatten(structure, leaves))
+
+    pairs = [tuple(x for x, m in zip(xs, moves, strict=True) if m) for xs in (given, dots)]
+    return (found.value, end), jax.jvp(of_moving, *pairs)[1]
+
+
+_peaks.defjvp(_peaks_jvp, symbolic_zeros=True)
+
+
+def _extremes(load, step, oscillators):
+    """What is found, with the number of the step and the part of it, and the last y and v."""
+    steps = len(load) - 1
+    size = _block_size(steps)
+    missing = -steps % size  # steps without load before the first one, from rest
+    pairs = jnp.pad(jnp.stack([load[:-1], jnp.diff(load)]), ((0, 0), (missing, 0))).reshape(2, -1, size)
+    scale = speed_scale(step / PARTS, oscillators)
+    parts = _parts(transition(step / PARTS, oscillators))
+    end, blocks, bounds = _pass_samples(pairs, parts, step, oscillators)
+    found = search(blocks, bounds, parts, scale, step, oscillators)
+    lost = ~jnp.all(jnp.isfinite(jnp.stack(end)), axis=0)  # of a load that is not finite
+    value = jnp.where(lost[None], jnp.nan, jnp.stack([found.value[0], -found.value[1]]))
+    return Found(value, jnp.maximum(found.at - missing, 0), found.part), (end[0], end[1] * scale)
+
+
+def _parts(quarter):
+    """Transitions (3, 2, 4, f) of a step, of half of it and of a quarter, each by the rise of the load in it."""
+    half = _twice(quarter)
+    return jnp.stack([_twice(half), half, quarter])
+
+
+def _twice(matrix):
+    """Transition (2, 4, f) of two steps of a straight load by the rise in both."""
+    load, rise = (jnp.asarray(x, matrix.dtype)[:, None] for x in ((0, 0, 1, 0.5), (0, 0, 0, 0.5)))
+    first = [jnp.stack([*row[:3], 0.5 * row[3]]) for row in matrix]
+    return jnp.stack(advance(matrix[:, :, None], first, load, rise))
+
+
+def _block_size(steps):
+    """Power of two near half the root of the number of steps: as much to search as there are blocks."""
+    return max(16, 1 << ((steps.bit_length() - 1) // 2))
+
+
+def _pass_samples(pairs, parts, step, oscillators):
+    """The last state, blocks, and bounds (2, blocks, f) of the values in them and of their negatives."""
+    whole, half = parts[0], parts[1].at[:, 3].multiply(0.5)  # by the rise in the whole step
+
+    def run(given):
+        (loads, rises), half, whole = given
+
+        def block(state, pair):
+            def one(carry, pair):
+                *state, high, low = carry
+                middle = advance(half[:1], state, *pair)[0]
+                y, v = advance(whole, state, *pair)
+                high = jnp.maximum(jnp.maximum(high, middle), y)
+                low = jnp.minimum(jnp.minimum(low, middle), y)
+                return (y, v, high, low), None
+
+            y, v = state
+            *state, high, low = lax.scan(one, (y, v, y, y), pair)[0]
+            return tuple(state), (y, v, high, low)
+
+        zero = jnp.zeros_like(oscillators.square)
+        return lax.scan(block, (zero, zero), (loads, rises))
+
+    end, (y, v, high, low) = small_call(run)((tuple(pairs), half, whole))
+    forces = _largest_forces(*pairs, step, oscillators)
+    beyond = _overshoot(jnp.maximum(high, -low), forces, step / 2, oscillators)
+    return end, Blocks(*pairs, y, v), jnp.stack([high + beyond, beyond - low])
+
+
+def _overshoot(size, forces, step, oscillators):
+    """Bounds (blocks, f) of how far motions go in a step beyond its ends, by their sizes there and the right side's.
+
+    A motion is at most `step^2 / 8` times the size of its second derivative q above the line through both ends; the
+    equation gives q by the load, the motion and its rate, which is at most the slope of the line and `q step / 2`.
+    """
+    damping, spring = (oscillators.rate * step)[None], (oscillators.square * step**2)[None]
+    share = 1 - spring / 8 - damping / 2
+    beyond = size * (spring / 8 + damping / 4) + forces * step**2 / 8
+    return jnp.where(share > 0, beyond / jnp.where(share > 0, share, 1.0), jnp.inf)
+
+
+def _largest_forces(loads, rises, step, oscillators):
+    """Bounds (blocks, f) of the size of the right side."""
+    load = jnp.max(jnp.maximum(jnp.abs(loads), jnp.abs(loads + rises)), axis=1)[:, None]
+    slope = jnp.max(jnp.abs(rises), axis=1)[:, None] / step
+    return jnp.abs(oscillators.gain)[None] * load + jnp.abs(oscillators.gain_of_slope)[None] * slope

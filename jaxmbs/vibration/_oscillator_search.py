@@ -1,0 +1,107 @@
+"""Search for the greatest and least values of oscillators in those blocks of steps that can hold them."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+from ..runtime import small_call
+from ._oscillator_motion import Oscillators, advance
+from ._step_polynomial import REACH, step_polynomial, turns
+
+PARTS = 4  # of each step at the highest frequencies, so that they are short of `REACH`
+_NEAR = 1 + 1e-7  # bounds this close to an extreme are not searched
+_GROUP = 8  # oscillators that are searched together: what one of them needs is done for all
+
+
+class Blocks(NamedTuple):
+    """Loads (blocks, size) before steps, their rises in them, and states y, v (blocks, f) before blocks."""
+
+    load: Array
+    rise: Array
+    y: Array
+    v: Array
+
+
+class Found(NamedTuple):
+    """Greatest values and those of the negative motions (2, f), their steps, and the parts of those until then."""
+
+    value: Array
+    at: Array
+    part: Array
+
+
+def search(blocks: Blocks, bounds: Array, parts: Array, scale: Array, step: Array, oscillators: Oscillators) -> Found:
+    """What is found by bounds (2, blocks, f) of the motions and of their negatives.
+
+    Args: parts: `transition` (3, 2, 4, f) of a step, of half a step and of a quarter, velocities by the scale (f,).
+    """
+    count = len(scale)
+    size = min(_GROUP, count)
+
+    def split(x):
+        padded = jnp.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, -count % size)], mode="edge")
+        return jnp.moveaxis(padded.reshape(*x.shape[:-1], -1, size), -2, 0)
+
+    def run(given):
+        (load, rise, step), groups = given
+
+        def search_group(group):
+            (y, v), *rest = group
+            return _search_blocks(Blocks(load, rise, y, v), step, *rest)
+
+        return lax.map(search_group, groups)
+
+    per_oscillator = jax.tree.map(split, ((blocks.y, blocks.v), bounds, parts, scale, oscillators))
+    found = small_call(run)(((blocks.load, blocks.rise, step), per_oscillator))
+    return Found(*(jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1)[..., :count] for x in found))
+
+
+def _search_blocks(blocks, step, bounds, parts, scale, oscillators):
+    """The extremes, from blocks in the order of their bounds until none is above what is found."""
+    phase = jnp.max(step * jnp.sqrt(oscillators.square))
+    halvings = sum((phase > reach).astype(jnp.int32) for reach in (REACH, 2 * REACH))
+    matrix, count = parts[halvings], jnp.int32(1) << halvings
+
+    def above(carry):
+        found, bounds = carry
+        return jnp.max(bounds - _NEAR * found.value[:, None], axis=0)
+
+    def search(carry):
+        found, bounds = carry
+        which = lax.argmax(above(carry), 0, jnp.int32)
+        found = _search_block(found, which, blocks, step, matrix, count, scale, oscillators)
+        searched = jnp.arange(bounds.shape[1], dtype=jnp.int32)[None, :, None] == which[None, None]
+        return found, jnp.where(searched, -jnp.inf, bounds)
+
+    none = jnp.zeros(bounds.shape[::2], bounds.dtype)
+    start = (Found(none, jnp.zeros(none.shape, jnp.int32), none), bounds)
+    return lax.while_loop(lambda carry: jnp.any(above(carry) > 0), search, start)[0]
+
+
+def _search_block(found, which, blocks, step, matrix, count, scale, oscillators):
+    """What is found with the blocks of numbers `which` (f,), each step of which has a number of parts."""
+    load, rise = (jnp.moveaxis(x[which], -1, 0) for x in (blocks.load, blocks.rise))
+    y, v = (jnp.take_along_axis(x, which[None], axis=0)[0] for x in (blocks.y, blocks.v))
+    size, number = len(load), count.astype(scale.dtype)
+    h = step / number
+
+    def rate(v, load):
+        return h * (v * scale + oscillators.gain_of_slope * load)
+
+    def search(k, carry):
+        (y, v), found = carry
+        at, inside = k // count, k % count
+        climb = rise[at] / number
+        begin = load[at] + inside.astype(scale.dtype) * climb
+        after = tuple(advance(matrix, (y, v), begin, climb))
+        first, last = (y, rate(v, begin)), (after[0], rate(after[1], begin + climb))
+        polynomial = step_polynomial(first, last, begin, climb, h, oscillators)
+        (high, s_high), (low, s_low) = turns(polynomial)
+        value = jnp.stack([high, -low])
+        part = (inside.astype(scale.dtype) + jnp.stack([s_high, s_low])) / number
+        new = Found(value, jnp.broadcast_to(which * size + at, value.shape), part)
+        return after, Found(*(jnp.where(value > found.value, b, a) for a, b in zip(found, new, strict=True)))
+
+    return lax.fori_loop(0, size * count, search, ((y, v), found))[1]
