@@ -74,10 +74,14 @@ def buckling(structure: Structure, load: AnyArray, num: int = 1) -> Buckling:
     Args: load: as `gather_rows(structure, nodal_load(...))`.  num: how many, the lowest positive ones.
 
     A factor below one says that the structure has buckled under the load itself.  Repeated factors have derivatives.
+    Forces keep their direction.  Moments on nodes are semi-tangential: they turn half with the node across them.
+    So a shaft on two bearings buckles under a torque of 4.911 EI / L; under one whose axis keeps its direction, or
+    turns all with the shaft, it would under Greenhill's 2 pi EI / L.  Between clamped ends both are 8.987 EI / L.
 
     Raises: ValueError for a load of another shape, or more factors than rows; ModelError, if concrete, for a
     structure that moves without strain: what nothing holds turns away under any compression.
-    Source: Timoshenko and Gere, Theory of elastic stability (1961).
+    Source: Timoshenko and Gere, Theory of elastic stability (1961); Yang and McGuire, J. Struct. Eng. 112 (1986)
+    853-877 for moments.
     """
     rows = structure.index.num_rows
     if not 0 < num <= rows:

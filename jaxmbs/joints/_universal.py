@@ -15,6 +15,8 @@ class Universal(AbstractJoint):
 
     Coordinates: first angle [rad], about the parent's axis, then second angle [rad], about the child's; right-handed,
     zero where the frames agree.  Velocities: their rates [rad/s].  Efforts: moments about the two axes [N m].
+    Where it rubs it has a surface on each axis of its cross, and each of them bears the whole force across its axis:
+    `joint_friction` has two loads, and their sum is no force that the joint transmits; its power is that of both.
     The axes must be at right angles.  The second angle at +-pi/2 brings no singularity (the axes stay crossed).
     """
 

@@ -47,6 +47,8 @@ def solver_for(system: System, method: str) -> str:
         raise ValueError(
             "method='frontal' is for rigid bodies; take 'multifrontal' or 'block-sparse' for elastic ones"
         )
+    if not system.topology.num_velocities:  # a structure of welds has rows, and nothing to factor
+        return "dense"
     if method == "block-sparse":
         return _block_sparse(system)
     return linear_solver(system) if method == "auto" else method

@@ -242,8 +242,10 @@ def reactions(
 
     Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
     distributed so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the
-    least norm, moments over the system's characteristic length `system.length`.  The friction of joints follows the
-    same compliances; that of a motion follows the default ones.
+    least norm, moments over the system's characteristic length `system.length`: the largest distance of its frames
+    from their middle in the reference pose, so that the unit of length does not matter, but a frame far away does.
+    Give `compliance` where the shares matter.  The friction of joints follows the same compliances; that of a motion
+    follows the default ones.
 
     Raises: ValueError for an unknown frame, side, method or name, and accelerations of another shape; ModelError for
     an actuator without freedom.  Source: S1 (26)-(29).

@@ -131,3 +131,25 @@ def test_sampled_blocks_are_refused():
     b.block("loop", blocks.PI(1.0, 0.0), reads="angle", drives="motor", every=0.01)
     with pytest.raises(mbs.ModelError, match="as_block"):
         mbs.as_block(b.build())
+
+
+@pytest.mark.long
+def test_states_have_the_names_of_a_linearisation():
+    """Of joints with several velocities too; coordinates of a quaternion are its four numbers, not small turns."""
+    kinds = {
+        "cross": mbs.Universal(),
+        "sleeve": mbs.Cylindrical("z"),
+        "table": mbs.Planar("z"),
+        "free": mbs.Free(),
+    }
+    b = mbs.SystemBuilder()
+    for name, kind in kinds.items():
+        b.body(f"{name} body", 1.0, com=(0.1, 0.2, 0.3), inertia=(1.0, 1.0, 1.0))
+        b.joint(name, kind, "ground", f"{name} body")
+    system = b.build()
+    found, linear = mbs.as_block(system).state_names, mbs.linearise(system, mbs.State.at(system)).state_names
+    assert "rate of table x" in found and "rate of free rx" in found and "cross second" in found
+    speeds = [name for name in linear if name.startswith("rate of ")]
+    assert speeds == [name for name in found if name.startswith("rate of ")]
+    without = [name for name in linear if "free r" not in name]
+    assert without == [name for name in found if "free q" not in name and "rate of free r" not in name]

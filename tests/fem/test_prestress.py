@@ -1,9 +1,12 @@
 """Buckling and stiffness under load against closed forms."""
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import jaxmbs as mbs
 from jaxmbs import elements, fem
@@ -230,3 +233,27 @@ def test_modes_of_a_structure_under_a_preload():
     assert bool(mbs.modes(system, num=1).is_unstable)
     with pytest.raises(ValueError, match="a preload needs dense matrices"):
         fem.assemble(structure, blocks=True, preload=fem.gather_rows(structure, end))
+
+
+def shaft_under_torque(k, turn):
+    """Size of the determinant of a shaft on two bearings under the torque `k EI / L`, whose moment turns by a share
+    `turn` of the tilt of its end: with the deflection `w = y + i z` zero and `w'' = turn i k w'` at both ends."""
+    rows = []
+    for x in (0.0, 1.0):
+        e = np.exp(1j * k * x)
+        rows.append([1, x, x**2, e])
+        rows.append([0, -1j * turn * k, 2 - 2j * turn * k * x, (turn - 1) * k**2 * e])
+    return abs(np.linalg.det(np.array(rows)))
+
+
+def test_torque_of_a_shaft_is_semi_tangential():
+    """4.911 on two bearings, where Greenhill's axial torque is 2 pi; twice the root of tan x = x between clamps."""
+    roots = []
+    for turn, low, high in ((0.5, 4.6, 5.2), (0.0, 6.0, 6.6), (1.0, 6.0, 6.6)):
+        size = partial(shaft_under_torque, turn=turn)
+        roots.append(minimize_scalar(size, bounds=(low, high), method="bounded", options={"xatol": 1e-9}).x)
+    np.testing.assert_allclose(roots, [4.911, 2 * np.pi, 2 * np.pi], rtol=1e-4)
+    bearings, clamps = {0: "x y z rx", N: "y z"}, {0: "all", N: "y z ry rz"}
+    torque = {N: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]}
+    np.testing.assert_allclose(factors(column(bearings), torque), roots[:1], rtol=2e-4)
+    np.testing.assert_allclose(factors(column(clamps), torque), [8.986818915818128], rtol=2e-4)

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 import jax
 import numpy as np
 
+from ...analysis._linearise import column_names
 from ...checks import distinct_names, place_of, repeated
 from ...errors import ModelError
 from ...kinematics._signal_names import check_input_fields, input_fields, signal_names
@@ -81,13 +82,11 @@ def variables_of(flat: FlatMechanism, start: np.ndarray, units: Mapping[str, str
 
 
 def state_names(flat: FlatMechanism) -> list[tuple[str, str]]:
-    """(name, unit) of every state."""
+    """(name, unit) of every state; velocities have the names of `Linearisation.state_names`."""
     top = flat.base.topology
     found = [_coordinate_name(top, k) for k in flat.coordinates]
-    for k in flat.columns:
-        joint = next(j for j in top.joints if j.velocities.start <= k < j.velocities.stop)
-        label = "" if joint.num_velocities == 1 else f" {k - joint.velocities.start + 1}"
-        found.append((f"rate of {joint.name}{label}", "m/s" if top.node_kind[k] == "prismatic" else "rad/s"))
+    for k, name in zip(flat.columns, column_names(top, flat.columns), strict=True):
+        found.append((f"rate of {name}", "m/s" if top.node_kind[k] == "prismatic" else "rad/s"))
     for record in top.internal:
         unit = "" if " or " in record.unit else record.unit
         found += [(entry, unit) for entry in record.entries]
