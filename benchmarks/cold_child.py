@@ -250,7 +250,7 @@ def main(case, folder=None):
     else:
         jit = jax.jit
         if case != "plain" and hasattr(mbs, "jit"):
-            jit = functools.partial(mbs.jit, compile="quick" if case == "quick" else "full")
+            jit = functools.partial(mbs.jit, compile="quick") if case == "quick" else mbs.jit
         system = (value(jit=jit) if case == "quick" else value())[0]
         if case == "four-bar":
             another_length(system)

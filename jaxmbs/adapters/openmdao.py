@@ -26,7 +26,7 @@ def component(
     units: Mapping[str, str] | None = None,
     partials: str = "matrix-free",
     gradient: str | None = None,
-    compile: str = "full",
+    compile: str = "auto",
 ) -> Any:
     """An OpenMDAO `ExplicitComponent` of a function of a design, with exact derivatives.
 
@@ -46,7 +46,7 @@ def component(
             linearisation, or a Jacobian where there are few directions. Or "dense", declared partials, for groups
             whose linear solver assembles a matrix.
         gradient: "forward" or "reverse" mode of the dense Jacobian; by default that of fewer passes.
-        compile: "full", or "quick" for some dozen evaluations.
+        compile: as of `mbs.jit`.
 
     Returns: a component for `add_subsystem`.  It raises OpenMDAO's `AnalysisError`, on which drivers shorten their
     step, where a status is no success, or outputs or derivatives are not finite.

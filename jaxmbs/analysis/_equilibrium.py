@@ -225,7 +225,7 @@ def _held_columns(top, held):
     return tuple(top.num_velocities + one.first + k for one in found for k in range(one.size))
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _equilibrium(system, state, moving):
     top, psi, t = system.topology, unknowns_of(system, state), state.t
     still, chosen = still_columns(system, moving, psi.dtype), independent_columns(system)

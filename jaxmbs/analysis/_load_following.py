@@ -50,7 +50,7 @@ class _Increment(NamedTuple):
     last: Array
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def follow_load(system: System, state: State, moving: tuple[int, ...]) -> tuple[State, Array, Array]:
     """The state at the end of the path from no load to all of it, the share () of the load that it has, which is one
     if it is an equilibrium, and the number of steps."""

@@ -39,7 +39,7 @@ def unheld_coordinates(system: System, state) -> list[str]:
     return [*found[:_MOST_NAMES], f"{len(rest)} more"] if rest else found
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _balance_at(system, state):
     psi = unknowns_of(system, state)
     return balance(system, psi, state.t, jnp.zeros(len(independent_columns(system)), psi.dtype))

@@ -74,7 +74,7 @@ def general_pose(system: System) -> State:
     )
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _step_along_freedoms(system, state, move):
     """Coordinates after a step along the freedoms, with the loops closed."""
     top = system.topology
@@ -86,7 +86,7 @@ def _step_along_freedoms(system, state, move):
     return assemble_in_trace(system, psi, state.velocities, state.t, free, free)[0]
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _moduli_at(system, state):
     return body_moduli(system, node_parameters(system), state.coordinates, state.t)
 

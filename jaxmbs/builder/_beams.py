@@ -118,7 +118,7 @@ def _numbers(points, reference, sections):
     return jax.tree.map(np.asarray, arrays) if is_concrete(arrays) else arrays
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _arrays(points, reference, sections):
     """World rotations of the nodes; place, rotation, screw and stiffness (n, ...) of each from the one before;
     masses and inertias of the nodes."""

@@ -75,7 +75,7 @@ def row_faults(system: System) -> list[str]:
     return found
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _sample_row(row, top, psi, u, t):
     def at(psi, u, t):
         rate = coordinate_rate(top, psi, u)

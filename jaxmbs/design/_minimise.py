@@ -41,7 +41,7 @@ def minimise(
     starts: int | str | None = None,
     limits: Sequence[Limit] | Limit = (),
     check: bool = False,
-    compile: str = "full",
+    compile: str = "auto",
 ) -> Optimum:
     """Minimise an objective subject to bounds and limits; non-finite trials are retried nearer, the best design kept.
 
@@ -65,8 +65,8 @@ def minimise(
             "stacked" where `design0` has a leading axis of designs.  Starts without finite objective are left out.
         limits: constraints.  Satisfied to 1e-7 of each; else the result is the design with the least violation.
         check: compare the gradients with finite differences at the first design: two evaluations a variable.
-        compile: "full", or "quick" for some dozen evaluations: two thirds of the time to compile, larger mechanisms
-            run longer; with `starts` half the time to compile, two to four times to run.
+        compile: "auto": the first evaluations without a compiler, and compiled beside them where the search is long;
+            "tape", "quick" or "full", as of `mbs.jit`, where results are to be the same to the last bit.
 
     Returns: the best design found, history and tables; with `starts` that of the best, and all in `Optimum.starts`.
 

@@ -60,7 +60,7 @@ def pareto(
     tolerance: float = 1e-8,
     gradient: str = "reverse",
     progress: bool = True,
-    compile: str = "full",
+    compile: str = "auto",
 ) -> ParetoFront:
     """Find the Pareto front of two objectives, both to be minimised.
 

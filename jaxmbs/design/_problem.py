@@ -44,7 +44,7 @@ class DesignProblem(NamedTuple):
 
 
 def trace_problem(
-    objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = (), compile: str = "full"
+    objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = (), compile: str = "auto"
 ) -> DesignProblem:
     """Trace an objective with its limits; the result is to be compiled as `compile` says.
 

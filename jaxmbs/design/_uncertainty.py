@@ -76,7 +76,7 @@ def propagate_uncertainty(
     percent: float = 95.0,
     samples: int | None = None,
     seed: int = 0,
-    compile: str = "full",
+    compile: str = "auto",
     gradient: str = "forward",
 ) -> Uncertainty:
     """Distribution of an answer whose parameters are normal and independent about a design.
@@ -86,7 +86,7 @@ def propagate_uncertainty(
         deviations: standard deviations, like `design`; zero for what is certain.
         percent: of the percentile.
         samples: number of designs drawn, as by `mbs.studies.normal`; default: to first order, by the gradient.
-        compile: "full", or "quick", as of `minimise`.
+        compile: as of `minimise`.
         gradient: "forward" for few parameters, or "reverse"; for motions the mode that `simulate` was given.
 
     Returns: an `Uncertainty`; nan for what fewer than two samples with numbers cannot give.
@@ -121,7 +121,7 @@ def tolerances(
     function: Callable[[PyTree], Any],
     design: PyTree,
     widths: PyTree,
-    compile: str = "quick",
+    compile: str = "auto",
     gradient: str = "reverse",
 ) -> list[Tolerance]:
     """Contributions of the parameters' tolerances to a number, the largest first; to first order.
@@ -129,7 +129,7 @@ def tolerances(
     Args:
         function: of a design to one number.
         widths: half widths of the tolerances, like `design`.
-        compile: "quick", as the function is evaluated once, or "full"; gradient: as of `minimise`.
+        compile, gradient: as of `minimise`.
 
     Raises: ValueError for widths that do not fit the design or are negative, an answer that is no single number or
     not finite, with its gradient, at the design.
@@ -155,7 +155,7 @@ def sensitivities(
     bounds: Mapping[str, tuple[float, float]],
     samples: int = 256,
     seed: int = 0,
-    compile: str = "full",
+    compile: str = "auto",
     gradient: str = "reverse",
 ) -> dict[str, float]:
     """Derivative-based global sensitivity of every parameter over a box: an upper bound of its total Sobol index.

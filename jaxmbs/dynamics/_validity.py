@@ -81,7 +81,7 @@ def validity(system: System, state: State | HasStates) -> Validity:
     return _validity(system, states_of(system, state))
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _validity(system, states):
     def of_one(state):
         here = system_at(system, state)

@@ -118,7 +118,7 @@ def floating_frame(
     return dataclasses.replace(frame, body=dataclasses.replace(frame.body, stiffening=bent))
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _frame_of_basis(s, basis, rigid, damping_ratio, interfaces, outer) -> FloatingFrame:
     """The elastic body on the shapes of a reduced basis (n, m), interface by interface, then modes."""
     motions, modes = basis[:, 6 : len(outer)], basis[:, len(outer) :]

@@ -115,7 +115,7 @@ def best_excitation(
     steps: int = 100,
     gradient: str = "reverse",
     progress: bool = True,
-    compile: str = "full",
+    compile: str = "auto",
 ) -> Excitation:
     """The periodic motion of an experiment that determines unknowns best: D-optimal, under limits.
 

@@ -33,7 +33,7 @@ def identify(
     gradient: str = "forward",
     steps: int = 200,
     largest: float = 1.0,
-    compile: str = "full",
+    compile: str = "auto",
     experiments: PyTree | None = None,
 ) -> Identification:
     """Unknowns of a model from measurements, by weighted least squares; and a verdict on what the data can tell.
@@ -52,7 +52,7 @@ def identify(
         gradient: "forward", or "reverse" for more unknowns than data; for motions the mode that `simulate` was given.
         steps: largest number of evaluations of the Jacobian from each start.
         largest: relative standard deviation from which on a direction of the unknowns counts as unseen.
-        compile: "full" or "quick", as of `minimise`.
+        compile: as of `minimise`.
         experiments: initial states, inputs and loads of several experiments, a pytree of arrays whose leading axis is
             that of all data; `predict` is then a function of the unknowns and one experiment, run by `batch`.
 

@@ -90,7 +90,7 @@ def find_in_trace(asked: StateRequest) -> AssembledState:
     return close_state(system, psi, u, t, asked.held, asked.held_rates, asked.cuts)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def find_on_branch(
     system: System, psi, u, t, start: BranchPoint, columns, rate_columns, cuts
 ) -> tuple[AssembledState, Array, BranchPoint]:

@@ -132,7 +132,7 @@ def _least_step(rows_in, system, free, gap):
     return lax.scan(take, jnp.zeros_like(free), jnp.stack([first, *more]))[0]
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def assemble_in_trace(system: System, psi, u, t, free_position, free_velocity, search: bool = True):
     """(coordinates, velocities, position residual, velocity residual, rows) from guesses; see `State.at`."""
     P = node_parameters(system)

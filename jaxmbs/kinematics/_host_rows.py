@@ -40,7 +40,7 @@ class RowEvaluation(NamedTuple):
         return np.isfinite(abs(self.A).sum(axis=1))
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _evaluation_program(system: System, psi, t):
     at = configuration(system, node_parameters(system), psi, t)
     parts, at = closures.residual_and_directions(system, at)
@@ -65,7 +65,7 @@ def runs_on_host(*trees) -> bool:
     return not_tracing() and is_concrete(trees)
 
 
-_step_program = jit(compile="quick")(step_coordinates)
+_step_program = jit(compile="tape")(step_coordinates)
 
 
 def step_on_host(topology, psi, delta):

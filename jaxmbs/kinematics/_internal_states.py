@@ -106,7 +106,7 @@ def with_start(system: System, state, given: Mapping[str, Array]):
     return dataclasses.replace(state, internal=internal)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _start_and_rates(system, state, given):
     return map_states(lambda state: _start_of_one(system, state, given), state)
 

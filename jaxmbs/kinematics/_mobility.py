@@ -95,7 +95,7 @@ def nan_unless_determined(system: System, state, answer):
     return jax.tree.map(lambda x: jnp.where(fits, x, jnp.nan).astype(x.dtype) if numbers(x) else x, answer)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def is_determined(system: System, psi, t):
     """True if the independent velocities determine the motion at coordinates psi, and are as many as its freedoms."""
     at = configuration(system, node_parameters(system), psi, t, inertias=False)

@@ -66,7 +66,7 @@ def evaluate_sparse_rows(system: System, psi, t):
     return f, A, f_t, ReactionOperator(system, psi, t), MassOperator(system, psi, t), x
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _rows(system, psi, t):
     at = configuration(system, node_parameters(system), psi, t, inertias=False)
     parts, at = closures.residual_and_directions(system, at)
@@ -75,13 +75,13 @@ def _rows(system, psi, t):
     return f, values, constraints.other_rows(system, at), constraints.time_rate(system, at), at.x
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _momenta(system, psi, t, Z):
     at = configuration(system, node_parameters(system), psi, t)
     return jax.vmap(mass_operator(system, at))(Z)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _reactions(system, psi, t, Y):
     at = configuration(system, node_parameters(system), psi, t, inertias=False)
     at = closures.residual_and_directions(system, at)[1]

@@ -94,7 +94,7 @@ def states_along(
     return states
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _states_on_branch(system, joint, values, psi, u, begin, columns, rate_columns):
     """Assembled states at each of the values, followed from one to the next."""
     top = system.topology
@@ -121,7 +121,7 @@ def _states_on_branch(system, joint, values, psi, u, begin, columns, rate_column
     return jax.vmap(close)(values, found)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _branch_of_states(system, states, columns):
     def signs(state):
         here = with_changes(system, state)

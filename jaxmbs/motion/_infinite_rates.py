@@ -45,7 +45,7 @@ def _is_finite(state):
     return all(np.isfinite(np.asarray(x)).all() for x in jax.tree.leaves(state))
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _rates_ahead(system, last, ahead):
     now = _rates(system, last)
 

@@ -70,7 +70,7 @@ def load_peaks(system: System, motion: Motion) -> LoadPeaks:
     return _load_peaks(system, motion)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _load_peaks(system, motion):
     hidden = {joint.name for joint in system.topology.joints if joint.is_hidden}
     names = [name for name, *_ in carriers(system) if name not in hidden]

@@ -213,7 +213,7 @@ def _with_sides(motion):
     return _with_rows(replace_field(motion, "events", replace_field(motion.events, "sides", None)), states, accounts)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _with_samples(system, motion, number):
     states, accounts = rows_with_samples(motion.sampling, system, motion.states, motion.diagnostics, number)
     return _with_rows(replace_field(motion, "sampling", None), states, accounts)
@@ -246,7 +246,7 @@ def _rows_are_equal(states):
     return np.all([np.all((x[1:] == x[:-1]).reshape(len(x) - 1, -1), axis=1) for x in same], axis=0)
 
 
-@jit(compile="quick")  # a user asks for some times, once
+@jit(compile="tape")  # a user asks for some times, once
 def _at(system, states, ts, last, sampling, t):
     P = node_parameters(system)
 

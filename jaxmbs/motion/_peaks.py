@@ -59,7 +59,7 @@ def check_one_motion(system: System, motion: Motion) -> None:
     check_state(system, motion.states)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _peak(system, motion, quantity, has_jumps):
     """One program, with the quantity in it twice: at the saved states, and in the search between them."""
     state = _shapes(motion)

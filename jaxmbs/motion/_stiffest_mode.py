@@ -62,7 +62,7 @@ def _element(system, state, shape, rate):
     return names[k] if share[k] > 0.5 * np.sum(share) else None
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _shares(system, state, shape):
     """`z . K z` and `z . C z` of every force element along the velocities of an independent motion (N,)."""
     system = system_at(system, state)

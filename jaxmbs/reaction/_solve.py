@@ -187,7 +187,7 @@ def _joint_reactions(system, loads, total, drives, marks):
     return JointReactions(*loads, efforts, *marks, tuple(names), tuple(own), tuple(along))
 
 
-@jit(compile="quick")  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
+@jit  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
 def _along(system, states, accelerations, batched, options):
     """`_reactions` of a state, or of every one of a batch."""
     P = node_parameters(system)
@@ -236,9 +236,6 @@ def reactions(
             `inverse_dynamics`; default the drives, or every joint of the tree where accelerations are given.
 
     Returns: Reactions by joint name, and of two-frame constraints by theirs (on frame B, or A for the parent side).
-
-    Its program is compiled "quick": for loops of thousands of calls, or tens of thousands of states, put it into
-    `mbs.jit`.
 
     Redundant loops: components that statics cannot determine have `unique_force` or `unique_moment` False.  They are
     distributed so that the complementary energy `1/2 sum w.C w` of the compliances is least; by default that is the

@@ -24,6 +24,8 @@ _OFTEN = {**_FULL, "xla_backend_optimization_level": 3}
 OPTIONS = dict(zip(("fusion_emitters", "ynn_fusion", "codegen_split", "optimization_level"), _FULL, strict=True))
 #: Releases of JAX from which on XLA has an option no more.
 GONE = {"xla_cpu_use_fusion_emitters": (0, 12)}
+#: Kinds of programs: by a tape first and then compiled, by a tape alone, compiled without optimisation, and with it.
+KINDS = ("auto", "tape", "quick", "full")
 #: The option of XLA_FLAGS for loops that become one kernel, in bytes of what a loop carries.
 SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 _SMALL_LOOPS_SINCE = (0, 12)  # releases of JAX that make all small loops one kernel by themselves
@@ -36,7 +38,7 @@ def compiler_options(compile: str, backend: str, often: bool = False) -> dict:
     Those that this version of JAX does not know are left out, those that the user sets in XLA_FLAGS, and those of
     tricks that are off.
 
-    Args: often: True for a full program, no motion, that is to run for hundreds of designs.
+    Args: often: True for an optimised program, no motion, that is to run for hundreds of designs.
 
     Raises: ValueError for another `compile`.
     """
@@ -46,15 +48,16 @@ def compiler_options(compile: str, backend: str, often: bool = False) -> dict:
 
 @functools.cache
 def _chosen(compile, backend, often, off):
-    wanted = _OFTEN if often and compile == "full" else _FULL if compile == "full" else _QUICK
+    is_full = compile in ("auto", "full")
+    wanted = _OFTEN if often and is_full else _FULL if is_full else _QUICK
     known = set(known_options(backend)) - {OPTIONS[trick] for trick in off & OPTIONS.keys()}
     return {name: value for name, value in wanted.items() if name in known and not is_given(name)}
 
 
 def check_kind(compile: str) -> None:
-    """Raises: ValueError for another kind of program than "full", "quick" and "tape"."""
-    if compile not in ("full", "quick", "tape"):
-        raise ValueError(f"compile must be 'full', 'quick' or 'tape', got {compile!r}")
+    """Raises: ValueError for another kind of program than "auto", "tape", "quick" and "full"."""
+    if compile not in KINDS:
+        raise ValueError(f"compile must be 'auto', 'tape', 'quick' or 'full', got {compile!r}")
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""`jit`: the library's programs compiled with the options that suit their kind."""
+"""`jit`: the library's programs, run by a tape or compiled with the options that suit their kind."""
 
 import contextlib
 import functools
@@ -13,6 +13,7 @@ from ._compile_log import start_listening
 from ._compiler_options import check_kind, compiler_options
 from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
+from ._tiers import FIXED
 from ._tracer_errors import tracer_errors_in_words
 from ._tracing import not_tracing
 from ._tricks import OFF, is_on
@@ -23,23 +24,24 @@ Function = TypeVar("Function", bound=Callable)
 
 
 @overload
-def jit(function: Function, *, compile: str = "full") -> Function:
+def jit(function: Function, *, compile: str = "auto") -> Function:
     """`function` compiled."""
 
 
 @overload
-def jit(function: None = None, *, compile: str = "full") -> Callable[[Function], Function]:
+def jit(function: None = None, *, compile: str = "auto") -> Callable[[Function], Function]:
     """A decorator that compiles."""
 
 
-def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
-    """`function` compiled, arrays traced and all else static, as `equinox.filter_jit` does it.
+def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
+    """`function` as a program, arrays traced and all else static, as `equinox.filter_jit` does it.
 
     Args:
-        compile: "full", or "quick" for programs that run a few times: compiled in half the time, run two to
-            four times as long.  They are also traced with fewer equations, see `spatial`.  "tape": not compiled at
-            all but run by a small machine of the library's, where its operations, double precision and one CPU allow
-            it; else as "quick".
+        compile: "auto": run at once by a small machine of the library's, a tape, and compiled by XLA beside it once
+            the tape has cost as much as compiling will; "tape": by the tape alone.  Where its operations, double
+            precision or one CPU do not allow a tape, XLA compiles before the first run.  "full": compiled;
+            "quick": compiled in half the time, run two to four times as long.  All but "full" are traced with fewer
+            equations, see `spatial`, until they are compiled in full.
 
     Raises: ValueError for another `compile`.
 
@@ -58,22 +60,26 @@ def jit(function: Callable | None = None, *, compile: str = "full") -> Callable:
     inner = eqx.filter_jit(traced)
 
     @functools.cache
-    def outer(backend, off):
-        return eqx.filter_jit(traced, compiler_options=compiler_options(compile, backend))
+    def outer(kind, backend, off):
+        return eqx.filter_jit(traced, compiler_options=compiler_options(kind, backend))
 
-    on_tape = TapeFunction(traced) if compile == "tape" else None
+    def by_compiler(args, kwargs):
+        with compile_kind(kind := {"auto": "full", "tape": "quick"}.get(compile, compile)):
+            return outer(kind, jax.default_backend(), OFF.value)(*args, **kwargs)
+
+    on_tape = TapeFunction(traced, by_compiler if compile == "auto" else None)
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):
         start_listening()
         if not not_tracing():
             return inner(*args, **kwargs)
-        with compile_kind(compile):
-            if on_tape and tapes_work():
+        if compile in ("auto", "tape") and FIXED != "full" and tapes_work():
+            with compile_kind("tape"):
                 found = on_tape.call(args, kwargs)
-                if found is not UNSUPPORTED:
-                    return found
-            return outer(jax.default_backend(), OFF.value)(*args, **kwargs)
+            if found is not UNSUPPORTED:
+                return found
+        return by_compiler(args, kwargs)
 
     return compiled
 

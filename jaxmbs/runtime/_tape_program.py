@@ -2,23 +2,29 @@
 
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
 import numpy as np
 
 from . import _tuning as tuning
+from ._tiers import Tier
 from ._tricks import OFF, is_on
 from .tape import Tape, UnsupportedError, is_available
 
 
-class _Program(NamedTuple):
-    """A tape, and how its results become what the function returns."""
+class _Program:
+    """A tape, and how its results become what the function returns; its tier."""
 
-    tape: Tape
-    structure: Any
-    static: Any
+    def __init__(self, tape: Tape, structure: Any, static: Any):
+        self._tape, self._structure, self._static = tape, structure, static
+        self.tier = Tier(tape.num_instructions)
+
+    def __call__(self, leaves):
+        with self.tier.measured():
+            found = jax.device_put(self._tape(*leaves))
+        return eqx.combine(jax.tree.unflatten(self._structure, found), self._static)
 
 
 def tapes_work() -> bool:
@@ -35,19 +41,23 @@ def tapes_work() -> bool:
 
 
 class TapeFunction:
-    """A function that runs on tapes; `call` returns `UNSUPPORTED` for arguments with which it cannot."""
+    """A function that runs on tapes; `call` returns `UNSUPPORTED` for arguments with which it cannot, or from when on
+    the compiler's program is there.
 
-    def __init__(self, function: Callable):
-        self._function = function
+    Args: by_compiler: the function of (args, kwargs) compiled; None to stay on tapes.
+    """
+
+    def __init__(self, function: Callable, by_compiler: Callable | None = None):
+        self._function, self._by_compiler = function, by_compiler
         self._programs: dict[Any, _Program | None] = {}
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # what is traced may ask a question of numbers that are known
 
     def call(self, args: tuple, kwargs: dict) -> Any:
         """Results of the function, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
         dynamic, static = eqx.partition((args, kwargs), _is_array)
         leaves, structure = jax.tree.flatten(dynamic)
         static_leaves, static_structure = jax.tree.flatten(static)
-        shapes = tuple((x.shape, np.dtype(x.dtype), getattr(x, "weak_type", False)) for x in leaves)
+        shapes = tuple((x.shape, x.dtype, getattr(x, "weak_type", False)) for x in leaves)
         key = (structure, shapes, static_structure, tuple(static_leaves), OFF.value)
         with self._lock:
             if key not in self._programs:
@@ -55,10 +65,12 @@ class TapeFunction:
                     self._programs.pop(next(iter(self._programs)))
                 self._programs[key] = self._trace(leaves, structure, static)
             program = self._programs[key]
-        if program is None:
+        if program is None or program.tier.is_compiled:
             return UNSUPPORTED
-        found = jax.device_put(program.tape(*leaves))
-        return eqx.combine(jax.tree.unflatten(program.structure, found), program.static)
+        found = program(leaves)
+        if self._by_compiler is not None and program.tier.is_worth_compiling():
+            program.tier.compile(self._by_compiler, args, kwargs)
+        return found
 
     def _trace(self, leaves, structure, static):
         found = []
@@ -74,7 +86,8 @@ class TapeFunction:
             tape = Tape(traced)
         except UnsupportedError:
             return None
-        return _Program(tape, *found) if tape.num_doubles <= tuning.TAPE_DOUBLES else None
+        is_small = tape.num_doubles <= tuning.TAPE_DOUBLES and tape.largest_work <= tuning.TAPE_WORK
+        return _Program(tape, *found) if is_small else None
 
 
 UNSUPPORTED = object()

@@ -33,7 +33,7 @@ TRICKS = {
     "remat": "gradients of states compute again what is cheap, and save solutions and small factors",
     "fusion_barriers": "what two results share is computed once, not in the loop of each",
     "library_calls": "loops over products of large matrices keep XLA's calls for these, and are not one kernel",
-    "tape": "programs of `jit(compile='tape')` run at once on a machine of the library's, without a compiler",
+    "tape": "programs run at once on a machine of the library's, without a compiler",
     "paused_gc": "Python's garbage collector rests while a program is traced",
 }
 

@@ -10,16 +10,17 @@ from ._jit import jit as library_jit
 from ._tracing import as_array
 
 
-def jit(function: Callable | None = None, *, compile: str = "full") -> Any:
+def jit(function: Callable | None = None, *, compile: str = "auto") -> Any:
     """Compile a function: arrays and floats are traced, so that another number compiles nothing anew; all else
     (names, whole numbers, functions) is static.
 
     Args:
         function: None makes a decorator.
-        compile: "full"; "quick" for programs that run a few times: compiled in half the time, run two to four
-            times as long; "tape" for first answers: not compiled at all but run by a small machine of the library's,
-            a few times slower than "full", in double precision on the CPU (elsewhere, and where the function calls
-            back to Python, as "quick").
+        compile: "auto": a small machine of the library's runs the function at once, without a compiler, and XLA
+            compiles it beside once that has cost as much as compiling will; a swap comes between two calls, and
+            changes results by rounding.  "tape": by the machine alone, a few times slower than compiled.  Both in
+            double precision on one CPU; elsewhere, and where the function calls back to Python, XLA compiles first.
+            "full": compiled; "quick": compiled in half the time, run two to four times as long.
 
     Raises: ValueError for another `compile`.
     """

@@ -145,7 +145,7 @@ def _self_stress_by_svd(bonds):
     return basis.reshape(len(basis), q, 6)
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _project_probes(bonds, deformations, efforts):
     """Components (n, q, 6) of the self-stresses nearest to random ones, and the motions (n, q, f) along the free
     twists that random efforts there leave."""

@@ -46,7 +46,7 @@ def circle(centre, axis, radius: float) -> np.ndarray:
     return centre[..., None, :] + radius * turned
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _paths(law, R, x):
     return jax.vmap(lambda R, x: _ends(law.layout, law.path(R, x)))(R, x)
 

@@ -55,7 +55,7 @@ def contact_pairs(system) -> list[tuple]:
     return found
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _touches(pair, R, x):
     return jax.vmap(lambda R, x: pair.touch(R, x)[::2])(R, x)
 

@@ -14,6 +14,9 @@ from ._memory import Value
 from ._opcodes import FIELDS
 from ._writer import Writer
 
+#: Doubles of an arena that is kept between calls; a larger one is made anew each time.
+_KEPT_ARENA = 200_000
+
 
 class Tape:
     """A traced program of arrays of doubles, whole numbers and truth values, ready to run.
@@ -35,9 +38,11 @@ class Tape:
         self._code = np.array([row for tape in writer.tapes for row in tape], np.int64).reshape(-1, len(FIELDS))
         self._starts = np.cumsum([0, *map(len, writer.tapes)])
         self._tables, self._host_calls = writer.arena.all_tables(), writer.host_calls
-        self._image = np.zeros(writer.arena.size)
-        for place, numbers in writer.arena.constants:
-            self._image[place : place + numbers.size] = numbers
+        self._size, self._constants, self._largest_work = (
+            writer.arena.size,
+            writer.arena.constants,
+            writer.largest_work,
+        )
         self._arenas: list[np.ndarray] = []
         self._lock = threading.Lock()
 
@@ -49,7 +54,12 @@ class Tape:
     @property
     def num_doubles(self) -> int:
         """Size of the arena."""
-        return self._image.size
+        return self._size
+
+    @property
+    def largest_work(self) -> int:
+        """Multiplications of the largest product or factor of matrices."""
+        return self._largest_work
 
     def __call__(self, *arrays: Any) -> list[np.ndarray]:
         """Results of the program, arrays of NumPy with the types of the program's results."""
@@ -58,14 +68,20 @@ class Tape:
             arena[place : place + shape.size] = np.asarray(array).reshape(-1)
         run(self._code, self._starts, self._tables, arena, lambda number: self._call_host(arena, number))
         found = [self._result(arena, *output) for output in self._outputs]
-        with self._lock:
-            self._arenas.append(arena)
+        if self._size <= _KEPT_ARENA:
+            with self._lock:
+                self._arenas.append(arena)
         return found
 
     def _take_arena(self):
         """An arena that no other call uses.  Constants are never overwritten, so that one may be used again."""
         with self._lock:
-            return self._arenas.pop() if self._arenas else self._image.copy()
+            if self._arenas:
+                return self._arenas.pop()
+        arena = np.zeros(self._size)
+        for place, numbers in self._constants:
+            arena[place : place + numbers.size] = numbers
+        return arena
 
     @staticmethod
     def _result(arena, place, is_splat, atom):

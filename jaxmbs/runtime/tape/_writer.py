@@ -31,6 +31,7 @@ class Writer:
         self.arena = Arena()
         self.tapes: list[list[tuple[int, ...]]] = [[]]
         self.host_calls: list[tuple[str, dict, tuple]] = []
+        self.largest_work = 0
         self._tape = 0
         self._temporary: list[Buffer] = []
         self._dying: dict[Buffer, int] = {}

@@ -54,7 +54,7 @@ def frame_trajectory(system: System, motion: Any) -> FrameTrajectory:
     return FrameTrajectory(ts, R, x, _joint_axes(system, R[0], W[0]))
 
 
-@jit(compile="quick")
+@jit(compile="tape")
 def _frame_poses(system, states):
     def one(state):
         here = with_changes(system, state)

@@ -1,0 +1,50 @@
+"""Tiers of a program: its tape at once, and what XLA compiles of it once that is worth it."""
+
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+from . import _tuning as tuning
+
+#: What the environment fixes for all programs of `compile="auto"`: "tape" or "full"; "auto" leaves it to their cost.
+FIXED = os.environ.get("JAXMBS_COMPILE", "auto")
+if FIXED not in ("auto", "tape", "full"):
+    raise ValueError(f"JAXMBS_COMPILE={FIXED!r} must be auto, tape or full")
+_compiling = threading.Lock()  # one program at a time, so that the other cores stay the user's
+
+
+class Tier:
+    """What a tape has cost so far, and whether the compiler's program has taken its place.
+
+    It takes it between two calls, when both have cost the same: no more than twice what the better choice from the
+    start would have cost.
+    """
+
+    def __init__(self, num_instructions: int):
+        self.is_compiled = False
+        self._is_begun = FIXED == "tape"
+        self._left = num_instructions * tuning.COMPILE_SECONDS
+
+    @contextlib.contextmanager
+    def measured(self) -> Iterator[None]:
+        """Count what is done inside [CPU s of this thread]."""
+        start = time.thread_time()
+        yield
+        self._left -= time.thread_time() - start
+
+    def is_worth_compiling(self) -> bool:
+        """True once the tape has cost what compiling will."""
+        return self._left < 0 and not self._is_begun and not _compiling.locked()
+
+    def compile(self, by_compiler: Callable, args: tuple, kwargs: dict) -> None:
+        """Compile in a thread, by one run; the process waits for it at its end, since XLA cannot be interrupted."""
+        self._is_begun = True
+
+        def work():
+            with _compiling, contextlib.suppress(Exception):  # the tape goes on
+                by_compiler(args, kwargs)
+                self.is_compiled = True
+
+        threading.Thread(target=work, name="jaxmbs compiler").start()
