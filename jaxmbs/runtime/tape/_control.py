@@ -181,4 +181,4 @@ def _joined(writer, tapes, ways, atom):
 def _platform_index(writer, operation, values):
     platforms = operation.params["platforms"]
     index = next(k for k, names in enumerate(platforms) if names is None or "cpu" in names)
-    return [writer.arena.constant(np.int32(index))]
+    return [writer.arena.constant(np.asarray(index, np.int32))]
