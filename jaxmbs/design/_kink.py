@@ -19,7 +19,7 @@ _HALVINGS = 16
 
 def judge(search: Search) -> None:
     """Say of a search that has ended at a kink that it has, in its reason."""
-    if search.reason in ("", "converged", "no further descent"):
+    if search.reason in ("", "converged", "no further descent", "step limit"):
         search.reason = describe_kink(search) or search.reason
 
 

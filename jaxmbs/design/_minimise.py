@@ -89,8 +89,10 @@ def minimise(
             return _optax_multistart(problem, objective, points, optimiser, options)
         search = functools.partial(_search, problem, run, isinstance(optimiser, str) and optimiser in _CONSTRAINED)
         if starts is None:
-            # both are small programs where `compile` says so, and optimised: a search runs them some dozens of times
-            return search(options, points[0], jit(problem.evaluate), jit(problem.evaluate_values))
+            # small programs where `compile` says so; where they are compiled, optimised: a search runs them often
+            how = "auto" if compile == "quick" else compile
+            evaluate, values = (jit(f, compile=how) for f in (problem.evaluate, problem.evaluate_values))
+            return search(options, points[0], evaluate, values)
         checks = [options, *[options._replace(check=False)] * (len(points) - 1)]  # gradients are checked once
         searches = [functools.partial(search, *pair) for pair in zip(checks, points, strict=True)]
         return best_optimum(run_multistart(searches, problem.evaluate, compile))

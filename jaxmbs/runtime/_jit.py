@@ -74,7 +74,7 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
         start_listening()
         if not not_tracing():
             return inner(*args, **kwargs)
-        if compile in ("auto", "tape") and FIXED != "full" and tapes_work():
+        if compile != "full" and FIXED != "full" and tapes_work():
             with compile_kind("tape"):
                 found = on_tape.call(args, kwargs)
             if found is not UNSUPPORTED:

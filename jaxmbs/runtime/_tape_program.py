@@ -1,12 +1,12 @@
 """Functions run by tapes: traced once for each structure of their arguments, as `equinox.filter_jit` does it."""
 
+import collections
 import threading
 from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
 import jax
-import numpy as np
 
 from . import _tuning as tuning
 from ._tiers import Tier
@@ -54,7 +54,7 @@ class TapeFunction:
 
     def call(self, args: tuple, kwargs: dict) -> Any:
         """Results of the function, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
-        dynamic, static = eqx.partition((args, kwargs), _is_array)
+        dynamic, static = eqx.partition((args, kwargs), eqx.is_array)
         leaves, structure = jax.tree.flatten(dynamic)
         static_leaves, static_structure = jax.tree.flatten(static)
         shapes = tuple((x.shape, x.dtype, getattr(x, "weak_type", False)) for x in leaves)
@@ -84,14 +84,13 @@ class TapeFunction:
         traced = jax.make_jaxpr(flat)(*leaves)
         try:
             tape = Tape(traced)
-        except UnsupportedError:
+        except UnsupportedError as error:
+            UNSUPPORTED_OPERATIONS[str(error)] += 1
             return None
         is_small = tape.num_doubles <= tuning.TAPE_DOUBLES and tape.largest_work <= tuning.TAPE_WORK
         return _Program(tape, *found) if is_small else None
 
 
 UNSUPPORTED = object()
-
-
-def _is_array(x):
-    return isinstance(x, jax.Array | np.ndarray)
+#: What kept programs of this process from running on tapes, and how many.
+UNSUPPORTED_OPERATIONS: collections.Counter[str] = collections.Counter()

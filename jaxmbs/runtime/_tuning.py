@@ -40,7 +40,7 @@ TAPE_DOUBLES = 4_000_000
 #: (`first_answers.py`).
 TAPE_WORK = 1_000_000
 #: What XLA takes to compile an instruction of a tape [CPU s] (`cold_start.py`).
-COMPILE_SECONDS = 1.5e-3
+COMPILE_SECONDS = 5e-3
 #: Numbers of a constant that is computed while a tape is written (`first_answers.py`).
 FOLDED_CONSTANT = 4096
 #: Tapes that a function keeps, for as many shapes and static arguments; the oldest go (`first_answers.py`).

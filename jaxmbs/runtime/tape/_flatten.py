@@ -27,9 +27,10 @@ class Atom:
     __slots__ = ("shape", "dtype", "size", "constant")
 
     def __init__(self, aval: Any, constant: Any = None):
-        if aval.dtype not in _DTYPES:
-            raise UnsupportedError(f"numbers of type {aval.dtype}")
-        self.shape, self.dtype, self.constant = tuple(aval.shape), np.dtype(aval.dtype), constant
+        dtype = np.dtype(bool) if aval.dtype == jax.dtypes.float0 else aval.dtype  # a tangent of whole numbers: none
+        if dtype not in _DTYPES:
+            raise UnsupportedError(f"numbers of type {dtype}")
+        self.shape, self.dtype, self.constant = tuple(aval.shape), np.dtype(dtype), constant
         self.size = int(np.prod(self.shape, dtype=np.int64))
 
 
@@ -85,6 +86,8 @@ def _inline(program, inputs, operations):
 
 def _constant(value):
     value = np.asarray(value)
+    if value.dtype == jax.dtypes.float0:
+        value = np.zeros(value.shape, bool)
     if value.dtype.kind in "iu" and value.size and np.max(np.abs(value.astype(np.float64))) > 2.0**53:
         raise UnsupportedError("whole numbers beyond 2^53")
     return Atom(value, value)
