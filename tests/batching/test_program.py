@@ -10,6 +10,7 @@ import jaxmbs as mbs
 from jaxmbs.design import pareto, propagate_uncertainty, sensitivities, tolerances
 from jaxmbs.runtime import _batch_program as batch_program
 from jaxmbs.runtime import _jit as compiling
+from jaxmbs.runtime import without_tricks
 
 DESIGN, BOX = {"a": 1.0, "b": 2.0}, {"a": (0.1, 3.0), "b": (0.1, 3.0)}
 
@@ -64,14 +65,16 @@ def kinds(monkeypatch):
 
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_both_kinds_give_the_same_answer(question, kinds):
-    found = question("quick")
+    with without_tricks("tape"):
+        found = question("quick")
     # the small program of one search is optimised, since it runs dozens of times
     is_search = question in (QUESTIONS["L-BFGS-B"], QUESTIONS["SLSQP"])
     assert kinds == ({"quick", "full"} if is_search else {"quick"})
     again = question("full")
     assert kinds == {"quick", "full"}
-    for one, other in zip(_leaves(found), _leaves(again), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-5)
+    for by_tape in (question("auto"), question("tape"), found):
+        for one, other in zip(_leaves(by_tape), _leaves(again), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-5)
 
 
 def _leaves(found):
@@ -80,7 +83,7 @@ def _leaves(found):
 
 @pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
 def test_another_kind_is_refused(question):
-    with pytest.raises(ValueError, match="'full', 'quick' or 'tape', got 'fast'"):
+    with pytest.raises(ValueError, match="'auto', 'tape', 'quick' or 'full', got 'fast'"):
         question("fast")
 
 

@@ -327,7 +327,7 @@ def test_a_matrix_that_is_not_definite_is_told():
     [
         (lambda: bs.Pattern(3, 2, [(0, 3)]), "two different blocks of 0 ... 2"),
         (lambda: bs.Pattern(3, 2, [(1, 1)]), "two different blocks"),
-        (lambda: bs.Pattern(2, 2, [], names=("a", "a")), "2 different names"),
+        (lambda: bs.Pattern(2, 2, [], names=("a", "a")), "stands there twice"),
         (lambda: bs.Pattern(2, 2, [], sizes=(1, 3)), "sizes must be 2 numbers of at most 2"),
         (lambda: bs.Pattern.from_graph({"a": 2}, [("a", "b")]), "no block is named 'b'"),
         (lambda: bs.analyse(bs.Pattern(3, 2, [(0, 1)]), order=(0, 1)), "permutation of 0 ... 2"),

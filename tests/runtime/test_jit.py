@@ -15,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("tricks_on")
 X = jnp.array([0.3, 1.2])
 
 
-@pytest.mark.parametrize("compile", ["full", "quick"])
+@pytest.mark.parametrize("compile", ["auto", "tape", "quick", "full"])
 def test_values_and_every_transformation(compile):
     @jit(compile=compile)
     def f(x, name, scale=1.0):
@@ -34,7 +34,7 @@ def test_options_reach_the_compiler(monkeypatch):
     """One that the compiler does not know is refused."""
     monkeypatch.setattr(module, "compiler_options", lambda compile, backend: {"no_such_option": 1})
     with pytest.raises(jax.errors.JaxRuntimeError, match="no_such_option"):
-        jit(lambda x: x + 1.0)(X)
+        jit(lambda x: x + 1.0, compile="full")(X)
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_unknown_options_and_those_of_the_user_are_left_out(no_flags, monkeypatc
 
 def test_quick_programs_are_small_ones():
     """Whatever was traced before, and whichever kind a part of them has of itself."""
-    part = jit(lambda x: x + (100.0 if SMALL_PROGRAM.value else 0.0))
+    part = jit(lambda x: x + (100.0 if SMALL_PROGRAM.value else 0.0), compile="full")
     quick, full = (
         jit(lambda x: part(x) + (10.0 if SMALL_PROGRAM.value else 1.0), compile=kind) for kind in ("quick", "full")
     )
@@ -79,5 +79,5 @@ def test_quick_programs_are_small_ones():
 
 
 def test_unknown_kind():
-    with pytest.raises(ValueError, match="'full', 'quick' or 'tape'"):
+    with pytest.raises(ValueError, match="'auto', 'tape', 'quick' or 'full'"):
         jit(lambda x: x, compile="slow")
