@@ -60,7 +60,8 @@ def damage_spectrum(
         method: of `spectral_damage`, for a table.
 
     The extreme of a random environment is `(2 pi f)^2 z sqrt(2 ln(f T))`, z the RMS; of samples it is the shock
-    spectrum, with the time after them.  Cycles of samples are those of rainflow until the last sample.
+    spectrum, with the time after them and between samples.  Cycles are those of rainflow of the motion at the samples
+    until the last one: ranges are low by up to `5 (f step)^2` of themselves, f the highest frequency of the motion.
 
     Raises: ModelError with every fault: another source, numbers that are not positive, `duration` or `step` missing.
     Source: Lalanne (2014), volume 5; ASTM E1049-85.

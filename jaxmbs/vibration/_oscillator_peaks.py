@@ -73,9 +73,11 @@ def _parts(quarter):
 
 def _twice(matrix):
     """Transition (2, 4, f) of two steps of a straight load by the rise in both."""
-    load, rise = (jnp.asarray(x, matrix.dtype)[:, None] for x in ((0, 0, 1, 0.5), (0, 0, 0, 0.5)))
-    first = [jnp.stack([*row[:3], 0.5 * row[3]]) for row in matrix]
-    return jnp.stack(advance(matrix[:, :, None], first, load, rise))
+    loads = jnp.asarray([[0.0, 0.0, 1.0, 0.5], [0.0, 0.0, 0.0, 0.5]], matrix.dtype)
+    halves = jnp.asarray([1.0, 1.0, 1.0, 0.5], matrix.dtype)
+    first = matrix * halves[None, :, None]
+    loads = jnp.broadcast_to(loads[:, :, None], matrix.shape)
+    return jnp.einsum("ijf,jkf->ikf", matrix, jnp.concatenate([first, loads]))
 
 
 def _block_size(steps):

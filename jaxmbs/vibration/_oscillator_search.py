@@ -60,7 +60,7 @@ def search(blocks: Blocks, bounds: Array, parts: Array, scale: Array, step: Arra
 
 def _search_blocks(blocks, step, bounds, parts, scale, oscillators):
     """The extremes, from blocks in the order of their bounds until none is above what is found."""
-    phase = jnp.max(step * jnp.sqrt(oscillators.square))
+    phase = step * jnp.max(jnp.maximum(jnp.sqrt(oscillators.square), 0.5 * oscillators.rate))
     halvings = sum((phase > reach).astype(jnp.int32) for reach in (REACH, 2 * REACH))
     matrix, count = parts[halvings], jnp.int32(1) << halvings
 
@@ -86,6 +86,7 @@ def _search_block(found, which, blocks, step, matrix, count, scale, oscillators)
     y, v = (jnp.take_along_axis(x, which[None], axis=0)[0] for x in (blocks.y, blocks.v))
     size, number = len(load), count.astype(scale.dtype)
     h = step / number
+    has_turns = ((oscillators.square * h**2 <= REACH**2) & (oscillators.rate * h <= 2 * REACH))[None]
 
     def rate(v, load):
         return h * (v * scale + oscillators.gain_of_slope * load)
@@ -98,9 +99,10 @@ def _search_block(found, which, blocks, step, matrix, count, scale, oscillators)
         after = tuple(advance(matrix, (y, v), begin, climb))
         first, last = (y, rate(v, begin)), (after[0], rate(after[1], begin + climb))
         polynomial = step_polynomial(first, last, begin, climb, h, oscillators)
-        (high, s_high), (low, s_low) = turns(polynomial)
-        value = jnp.stack([high, -low])
-        part = (inside.astype(scale.dtype) + jnp.stack([s_high, s_low])) / number
+        value, s = turns(polynomial)
+        value, end = (jnp.stack([x[0], -x[-1]]) for x in (value, after[0][None]))
+        value, s = jnp.where(has_turns, value, end), jnp.where(has_turns, s, 1.0)
+        part = (inside.astype(scale.dtype) + s) / number
         new = Found(value, jnp.broadcast_to(which * size + at, value.shape), part)
         return after, Found(*(jnp.where(value > found.value, b, a) for a, b in zip(found, new, strict=True)))
 

@@ -36,8 +36,8 @@ def step_polynomial(
     return [y, p, q / 2, r / 6, *(sum(w * x for w, x in zip(row, left, strict=True)) for row in _HIGHER)]
 
 
-def turns(polynomial: list[Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Values and parts of the step of the highest and the lowest point after its beginning.
+def turns(polynomial: list[Array]) -> tuple[Array, Array]:
+    """Values (2, ...) of the highest point after the beginning of the step and of the lowest, and their parts of it.
 
     A cubic through both ends has the turns in closed form; a step of Newton's method goes to those of the motion.
     """
@@ -46,22 +46,19 @@ def turns(polynomial: list[Array]) -> tuple[tuple[Array, Array], tuple[Array, Ar
     gap, next_p, end = sum(polynomial[1:]), sum(rates), sum(polynomial)
     c2, c3 = 3 * gap - 2 * p - next_p, p + next_p - 2 * gap
     root = jnp.sqrt(jnp.maximum(c2**2 - 3 * c3 * p, 0.0))
-
-    def turn(sign):
-        below = root - sign * c2
-        s = jnp.clip(sign * p / jnp.where(below == 0, 1.0, below), 0.0, 1.0)
-        bend = 2 * c2 + 6 * c3 * s
-        s = jnp.clip(s - horner(rates, s) / jnp.where(bend == 0, 1.0, bend), 0.0, 1.0)
-        value = horner(polynomial, s)
-        inside = sign * value > sign * end
-        return jnp.where(inside, value, end), jnp.where(inside, s, 1.0)
-
-    return turn(1.0), turn(-1.0)
+    signs = jnp.asarray([1.0, -1.0], p.dtype).reshape(2, *[1] * p.ndim)
+    below = root[None] - signs * c2[None]
+    s = jnp.clip(signs * p[None] / jnp.where(below == 0, 1.0, below), 0.0, 1.0)
+    bend = 2 * c2[None] + 6 * c3[None] * s
+    s = jnp.clip(s - _value(rates, s) / jnp.where(bend == 0, 1.0, bend), 0.0, 1.0)
+    value, end = _value(polynomial, s), end[None]
+    inside = signs * value > signs * end
+    return jnp.where(inside, value, end), jnp.where(inside, s, 1.0)
 
 
-def horner(coefficients: list[Array], s: Array) -> Array:
-    """Value of a polynomial, lowest power first."""
-    value = coefficients[-1]
-    for c in coefficients[-2::-1]:
-        value = c + s * value
+def _value(polynomial, s):
+    """Of a polynomial, lowest power first, at two rows of s (2, ...)."""
+    value = polynomial[-1][None]
+    for c in polynomial[-2::-1]:
+        value = c[None] + s * value
     return value

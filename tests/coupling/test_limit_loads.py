@@ -253,6 +253,31 @@ def test_peak_response_to_a_half_sine():
     assert np.all(np.isfinite(spectrum)) and spectrum[1] < peak
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 0.6, 1.0, 1.5])
+def test_peak_response_is_that_of_the_motion_between_samples(ratio):
+    """Against the same straight lines at 400 points for each sample, up to half the sampling rate."""
+    n, h, k = 60, 0.01, 400
+    force = np.random.default_rng(3).normal(size=n)
+    fine = np.interp(np.arange((n - 1) * k + 1) / k, np.arange(n), force)
+    w = np.array([0.0, 1e-3, 5.0, 62.0, 150.0, 250.0, 310.0])[: 5 if ratio > 1 else 7]
+
+    def at_points(w):
+        return jnp.max(jnp.abs(modal_motion(w[None], ratio, jnp.asarray(fine)[:, None], h / k).displacement))
+
+    def peak(w, ratio):
+        return peak_response(w, force, h, ratio)
+
+    wanted = np.array(list(map(jax.jit(at_points), w)))
+    found = jax.jit(jax.vmap(lambda w: peak(w, ratio)))(w)
+    np.testing.assert_allclose(found, wanted, rtol=1e-5)  # of the points: the third part of a degree
+    assert np.all(found >= wanted * (1 - 1e-6))
+    for k, slope in enumerate(jax.jit(jax.grad(peak, (0, 1)))(w[3], ratio)):
+        step = np.array([1e-4, 1e-6]) * np.eye(2)[k]
+        difference = (peak(w[3] + step[0], ratio + step[1]) - peak(w[3] - step[0], ratio - step[1])) / (2 * step[k])
+        np.testing.assert_allclose(slope, difference, rtol=1e-5)
+
+
 def test_sums():
     values, w = jnp.array([3.0, -4.0]), jnp.array([1.0, 1.0])
     np.testing.assert_allclose(combine_modal_maxima(values, "abs"), 7.0)
