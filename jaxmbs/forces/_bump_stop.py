@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import lax
 
 from ..checks import any_concrete, faults_if, may_be_nonzero, negative
 from ..typing import Convertible, Scalar, ScalarLike
@@ -16,7 +17,8 @@ class BumpStop(AbstractScalarLaw):
 
     The damping factor (Hunt and Crossley) acts in compression only and grows from zero with the depth, so the
     stop never pulls and the effort has no jump; it has a corner where the rate of d changes its sign, so that
-    derivatives of motions through a damped stop need tight tolerances. For n > 1 the effort is C1 at the
+    derivatives of motions through a damped stop need tight tolerances, or a `transition` over which damping sets in
+    smoothly: with it the rate v counts as `v^2 / sqrt(v^2 + transition^2)`. For n > 1 the effort is C1 at the
     edge, for n > 2 C2. Give one bound for a one-sided stop.
 
     On a joint x is its coordinate [m or rad]; between two points it is their distance [m], so a strut's stop in
@@ -28,6 +30,7 @@ class BumpStop(AbstractScalarLaw):
         upper: upper edge of the gap [m or rad], default none.
         exponent: n >= 1.
         damping: c >= 0 [s/m or s/rad].
+        transition: rate up to which damping sets in [m/s or rad/s], 0 for the corner.
     """
 
     stiffness: Convertible[Scalar] = eqx.field(converter=number)
@@ -35,6 +38,7 @@ class BumpStop(AbstractScalarLaw):
     upper: Convertible[Scalar] = eqx.field(converter=number, default=jnp.inf)
     exponent: Convertible[Scalar] = eqx.field(converter=number, default=2.0)
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    transition: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
 
     def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
         """Push of the lower stop minus push of the upper one."""
@@ -60,6 +64,7 @@ class BumpStop(AbstractScalarLaw):
         return super().faults() + faults_if(
             (negative(self.stiffness), "stiffness must not be negative"),
             (negative(self.damping), "damping must not be negative"),
+            (negative(self.transition), "transition must not be negative"),
             (any_concrete(lambda n: n < 1, self.exponent), "exponent must be at least 1"),
             (any_concrete(lambda low, high: low > high, self.lower, self.upper), "lower must not exceed upper"),
         )
@@ -75,7 +80,13 @@ class BumpStop(AbstractScalarLaw):
         )
 
     def _push(self, depth, rate):
-        return self.stiffness * _power(depth, self.exponent) * (1.0 + self.damping * jnp.maximum(rate, 0.0))
+        return self.stiffness * _power(depth, self.exponent) * (1.0 + self.damping * self._onset(rate))
+
+    def _onset(self, rate):
+        """Rate of compression, `max(rate, 0)`, with its corner rounded over the transition."""
+        presses = (rate > 0) & (rate * rate > 0)  # of a square that underflows there is no root
+        v = jnp.where(presses, rate, 1.0)
+        return jnp.where(presses, v * v * lax.rsqrt(v * v + self.transition**2), 0.0)
 
 
 def _is_negative_edge(edge):

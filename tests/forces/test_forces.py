@@ -157,6 +157,27 @@ def test_numbers_and_signs():
     assert F.Actuator(torque_curve).is_source and not F.SpringDamper().is_source
 
 
+@pytest.mark.parametrize("transition", [0.0, 0.2])
+def test_damping_of_a_stop_sets_in_over_its_transition(transition):
+    """`v^2 / sqrt(v^2 + transition^2)` in compression, nothing else; its slope has no jump unless there is none."""
+    stop = F.BumpStop(100.0, upper=0.3, damping=0.5, transition=transition)
+    for v in (0.01, 0.3, 4.0):
+        rate = v if not transition else v**2 / np.hypot(v, transition)
+        np.testing.assert_allclose(stop.effort(0.5, v, 0.0), -100 * 0.04 * (1 + 0.5 * rate), rtol=1e-12)
+    for v in (0.0, -1e-3, -2.0):
+        np.testing.assert_allclose(stop.effort(0.5, v, 0.0), -100 * 0.04, rtol=1e-12)
+    slope = jax.grad(stop.effort, argnums=1)
+    after, before = slope(0.5, 1e-6, 0.0), slope(0.5, -1e-6, 0.0)
+    assert before == 0.0 and (abs(after) < 1e-4 if transition else np.isclose(after, -2.0))
+    np.testing.assert_allclose(
+        slope(0.5, 0.1, 0.0), (stop.effort(0.5, 0.1001, 0.0) - stop.effort(0.5, 0.0999, 0.0)) / 2e-4, rtol=1e-4
+    )
+    assert np.isfinite(slope(0.5, 0.0, 0.0)) and np.isfinite(slope(0.5, 1e-200, 0.0))
+    assert np.isfinite(
+        jax.grad(lambda s: F.BumpStop(9.0, 0.0, damping=1.0, transition=s).effort(-1.0, 0.0, 0.0))(0.1)
+    )
+
+
 FAULTY = [
     (F.SpringDamper(damping=-1.0), "damping must not be negative"),
     (F.SpringDamper(stiffness=jnp.nan), "stiffness is not a number"),
@@ -169,6 +190,7 @@ FAULTY = [
     (F.BumpStop(1.0, exponent=0.5), "exponent"),
     (F.BumpStop(1.0, lower=1.0, upper=0.0), "lower must not exceed upper"),
     (F.BumpStop(1.0, damping=-1.0), "damping must not be negative"),
+    (F.BumpStop(1.0, transition=-1.0), "transition must not be negative"),
     (F.CoulombFriction(-1.0), "effort_limit"),
     (F.CoulombFriction(1.0, static_ratio=0.5), "static_ratio"),
     (F.CoulombFriction(1.0, slip_speed=0.0), "slip_speed"),
