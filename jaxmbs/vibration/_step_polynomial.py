@@ -43,7 +43,8 @@ def turns(polynomial: list[Array]) -> tuple[Array, Array]:
     """
     p = polynomial[1]
     rates = [k * c for k, c in enumerate(polynomial)][1:]
-    gap, next_p, end = sum(polynomial[1:]), sum(rates), sum(polynomial)
+    gap, next_p = sum(polynomial[1:]), sum(rates)
+    end = polynomial[0] + gap
     c2, c3 = 3 * gap - 2 * p - next_p, p + next_p - 2 * gap
     root = jnp.sqrt(jnp.maximum(c2**2 - 3 * c3 * p, 0.0))
     signs = jnp.asarray([1.0, -1.0], p.dtype).reshape(2, *[1] * p.ndim)
