@@ -70,7 +70,8 @@ UNITS = {"CPU": "s", "equations": "", "bytes": "", "run": "ms", "memory of the p
 def ask(library: Path, child: str, folder: str):
     """Figures of one process with the library that stands in a folder; None where it lacks what is asked."""
     environment = {**os.environ, "PYTHONPATH": str(library)}
-    environment.pop("XLA_FLAGS", None)
+    for name in ("XLA_FLAGS", "JAXMBS_COMPILE"):
+        environment.pop(name, None)
     command = [sys.executable, str(HERE / "cold_child.py"), child, folder]
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if done.returncode:

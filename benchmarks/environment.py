@@ -8,6 +8,7 @@ SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 
 def prepare():
     """Settings of the benchmarks, unless JAXMBS_BENCHMARK_ENVIRONMENT=user asks for those of any user: none."""
+    os.environ.setdefault("JAXMBS_COMPILE", "full")  # runs are measured, and compilation apart
     if os.environ.get("JAXMBS_BENCHMARK_ENVIRONMENT") != "user":
         tune()
 
