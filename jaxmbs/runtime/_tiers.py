@@ -25,7 +25,7 @@ class Tier:
     def __init__(self, num_instructions: int):
         self.is_compiled = False
         self._is_begun = FIXED == "tape"
-        self._left = num_instructions * tuning.COMPILE_SECONDS
+        self._left = tuning.COMPILE_START + num_instructions * tuning.COMPILE_SECONDS
 
     @contextlib.contextmanager
     def measured(self) -> Iterator[None]:

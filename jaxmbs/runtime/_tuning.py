@@ -39,8 +39,8 @@ TAPE_DOUBLES = 4_000_000
 #: Multiplications of one instruction, beyond which a program is compiled: the machine has no library of kernels
 #: (`first_answers.py`).
 TAPE_WORK = 1_000_000
-#: What XLA takes to compile an instruction of a tape [CPU s] (`cold_start.py`).
-COMPILE_SECONDS = 5e-3
+#: What XLA takes to compile any program, and for each instruction of its tape [CPU s] (`cold_start.py`).
+COMPILE_START, COMPILE_SECONDS = 0.3, 5e-3
 #: Numbers of a constant that is computed while a tape is written (`first_answers.py`).
 FOLDED_CONSTANT = 4096
 #: Tapes that a function keeps, for as many shapes and static arguments; the oldest go (`first_answers.py`).
