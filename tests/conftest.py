@@ -31,6 +31,8 @@ _SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 
 def pytest_configure(config):
     chosen = config.option.markexpr
+    # One tier from begin to end: tapes in the quick suites, XLA where programs are to be those that it compiles.
+    os.environ.setdefault("JAXMBS_COMPILE", "full" if chosen in AS_USERS else "tape")
     if chosen not in AS_USERS:
         _compile_cheaply()
     # Types and shapes are checked in the quick tests; the checks make tracing an eighth longer.
