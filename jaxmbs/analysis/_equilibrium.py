@@ -26,7 +26,7 @@ from ..model._entry_points import check_single_state
 from ..model._friction import bristle_groups, refuse_friction, without_friction
 from ..model._internal_states import replace_field
 from ..model._system import System
-from ..runtime import jit, lapack
+from ..runtime import jit, lapack, note
 from ..status import Status
 from ._balance import search_balance, still_columns
 from ._equilibrium_result import Equilibrium, has_negative_curvature
@@ -103,6 +103,7 @@ def equilibrium(
     if follow or (follow is None and is_concrete(result)):
         result = _followed(system, state, moving, held, result)
     if not is_concrete(result):
+        note(result.status)
         return result
     if throw and not bool(result.ok):
         raise SimulationError(_failure(system, state, result, held))

@@ -17,12 +17,6 @@ _CHANGE = 0.5
 _HALVINGS = 16
 
 
-def judge(search: Search) -> None:
-    """Say of a search that has ended at a kink that it has, in its reason."""
-    if search.reason in ("", "converged", "no further descent", "step limit"):
-        search.reason = describe_kink(search) or search.reason
-
-
 def describe_kink(search: Search) -> str:
     """The kink at the best point of a search that has ended, in words; empty where there is none."""
     best, v = search.best, search.variables

@@ -15,7 +15,6 @@ from ..runtime import jit
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
-from ._kink import judge
 from ._limit import Limit
 from ._multistart import run_multistart
 from ._optimisers import lbfgsb, run_optax
@@ -24,6 +23,7 @@ from ._problem import DesignProblem, objective_value, trace_problem
 from ._search import Search
 from ._starts import best_optimum, run_optax_multistart, starting_points
 from ._variables import Variables, read_variables
+from ._verdict import judge
 from ._working_set import ConstrainedSearch, first_working_set
 from ._worst import Worst
 

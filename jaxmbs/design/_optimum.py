@@ -44,7 +44,8 @@ class Optimum(eqx.Module):
         reason: why the search ended: "converged", "step limit", "stopped by callback", "non-finite" (no
             finite objective and gradient ahead), "no further descent" (no lower value along the last step) or
             "unbounded: ..." with the variables along which the objective falls without end; "a kink: ..." where
-            slopes on both sides of the last step differ, as at a largest of several numbers; "no design
+            slopes on both sides of the last step differ, as at a largest of several numbers; "outside of a model's
+            validity: ..." where a motion or equilibrium of the design has the status VALIDITY; "no design
             found that satisfies all limits: ..." with those that are violated; for one start among many also "no
             search can start ...", its value is then NaN.
         starts: the optima from all first designs, where there were many.

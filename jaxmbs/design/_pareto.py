@@ -13,13 +13,13 @@ from tqdm import tqdm
 from ..checks import as_flag
 from ..runtime import jit
 from ._constrained import run_constrained, slsqp
-from ._kink import judge
 from ._limit import Limit
 from ._optimisers import lbfgsb
 from ._optimum import Optimum
 from ._problem import DesignProblem, trace_problem
 from ._search import Search
 from ._variables import Variables, read_variables
+from ._verdict import judge
 from ._working_set import FEASIBILITY, ConstrainedSearch
 from ._worst import Worst
 

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..runtime import compile_kind, jaxpr_function, without_unused
+from ..runtime import compile_kind, jaxpr_function, take_notes, without_unused
+from ..status import Status
 from ._limit import BoundConstraint, Limit, bind, limit_values
 from ._variables import Variables
 
@@ -62,11 +63,12 @@ def trace_problem(
 
     def objective_and_limits(x):
         design = variables.unravel(x)
-        value, answers = _split_answers(objective(design))
-        return value, limit_values(limits, design, answers)
+        with take_notes() as statuses:
+            value, answers = _split_answers(objective(design))
+        return value, limit_values(limits, design, answers), [s for s in statuses if jnp.ndim(s) == 0]
 
     with compile_kind(compile):  # traced once: shapes and derivatives come from the same equations
-        traced, (shape, values) = jax.make_jaxpr(objective_and_limits, return_shape=True)(
+        traced, (shape, values, _) = jax.make_jaxpr(objective_and_limits, return_shape=True)(
             variables.clip(variables.start)
         )
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
@@ -76,8 +78,10 @@ def trace_problem(
 
     def objective_and_constraints(x):
         value, *values = program(x)
+        values, statuses = values[: len(constraints)], values[len(constraints) :]
+        is_outside = jnp.any(jnp.array([status == Status.VALIDITY for status in statuses], bool))
         parts = [constraint.evaluate(v) for constraint, v in zip(constraints, values, strict=True)]
-        return jnp.concatenate([value[None], *parts]), tuple(values)
+        return jnp.concatenate([value[None], *parts]), (*values, is_outside)
 
     differentiate = _forward_jacobian if gradient == "forward" else _reverse_jacobian
 

@@ -24,6 +24,7 @@ class Point(NamedTuple):
         constraints: c (m,), of which none is positive where the limits are satisfied.
         jacobian: (k, n) of the constraints in the working set.
         limit_values: values of the limits, in their own shapes and units.
+        is_outside: True where a motion or equilibrium of the design has the status VALIDITY.
     """
 
     x: np.ndarray
@@ -32,6 +33,7 @@ class Point(NamedTuple):
     constraints: np.ndarray
     jacobian: np.ndarray
     limit_values: tuple
+    is_outside: bool
 
     @property
     def finite(self) -> bool:
@@ -137,12 +139,12 @@ class Search:
     def _slopes_at(self, vector: Any, x: np.ndarray) -> Point:
         value, *arrays, values = self._evaluate(vector)
         gradient, constraints, jacobian = (np.asarray(part, float) for part in arrays)
-        return Point(x, float(value), gradient, constraints, jacobian, _as_arrays(values))
+        return Point(x, float(value), gradient, constraints, jacobian, *_of_design(values))
 
     def _values_at(self, vector: Any, x: np.ndarray) -> Point:
         assert self._evaluate_values is not None
         (value, constraints, values), none = self._evaluate_values(vector), np.zeros(0)
-        return Point(x, float(value), none, np.asarray(constraints, float), none, _as_arrays(values))
+        return Point(x, float(value), none, np.asarray(constraints, float), none, *_of_design(values))
 
     def _is_better(self, point: Point, best: Point) -> bool:
         return point.value < best.value
@@ -227,5 +229,6 @@ class Search:
         return f"no search can start at design0: the objective is {self.current.value:g}{also}"
 
 
-def _as_arrays(values: tuple) -> tuple:
-    return tuple(np.asarray(v, float) for v in values)
+def _of_design(values: tuple) -> tuple[tuple, bool]:
+    """Values of the limits, and whether the design is outside of a model's validity."""
+    return tuple(np.asarray(v, float) for v in values[:-1]), bool(values[-1])

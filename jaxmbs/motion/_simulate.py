@@ -27,7 +27,7 @@ from ..ode._integrate import Arguments, attach_time_derivative, integrate_equati
 from ..ode._loop import stop_gradients
 from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
-from ..runtime import as_host_array, jit
+from ..runtime import as_host_array, jit, note
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
@@ -152,6 +152,7 @@ def simulate(
     motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
+    note(motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)

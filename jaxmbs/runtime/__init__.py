@@ -20,6 +20,7 @@ from ._host_call import host_call
 from ._jaxpr import jaxpr_function, without_unused
 from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._library_calls import with_library_calls
+from ._notes import note, take_notes
 from ._packing import Packing
 from ._precision import follow_precision, is_double
 from ._registry import TrickState, trick_states
@@ -72,6 +73,7 @@ __all__ = [
     "load_program",
     "map_chunked",
     "not_tracing",
+    "note",
     "one_kernel",
     "release_advice",
     "remat",
@@ -82,6 +84,7 @@ __all__ = [
     "set_quick_flags",
     "sets_marks",
     "small_call",
+    "take_notes",
     "tracer_errors_in_words",
     "trick_states",
     "tuning",
