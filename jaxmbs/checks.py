@@ -98,7 +98,7 @@ def count_faults(what: str, value: Any, least: int = 0) -> list[str]:
         return [f"{what} must be a whole number, not {value!r}"]
     if value < least:
         return [f"{what} must be a whole number of at least {least}, not {value}"]
-    return [f"{what} is too large: {count_text(value)}"] if value >= LARGEST_COUNT else []
+    return [f"{what} is too large: {count_text(int(value))}"] if value >= LARGEST_COUNT else []
 
 
 def check_count(what: str, value: Any, least: int = 0) -> None:
