@@ -84,7 +84,7 @@ def _split(writer, operation, values):
 @rule("unstack")
 def _unstack(writer, operation, values):
     parts = np.moveaxis(places_of(operation.inputs[0].shape), operation.params["axis"], 0)
-    return [take(writer, values[0], part) for part in parts]
+    return [take(writer, values[0], np.asarray(part)) for part in parts]
 
 
 @rule("tile")
