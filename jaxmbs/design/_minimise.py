@@ -155,6 +155,8 @@ def _optax_multistart(
     evaluate = jit(jax.vmap(problem.evaluate_objective), compile=options.compile)
     value = functools.partial(objective_value, objective)
     searches = run_optax_multistart(evaluate, value, points, optimiser, *options[:4])
+    for search in searches:
+        judge(search, kinks=False)
     return best_optimum([search.optimum() for search in searches])
 
 

@@ -164,9 +164,9 @@ class _TwoObjectives:
         """Minimise the weighted sum of both objectives less their values at the origin."""
 
         def weighted(x):
-            value, gradient, constraints, jacobian, _ = self._evaluate(x, _ONLY_CONSTRAINT)
+            value, gradient, constraints, jacobian, values = self._evaluate(x, _ONLY_CONSTRAINT)
             sums = weights[0] * (value - origin[0]) + weights[1] * (constraints[0] - origin[1])
-            return sums, weights[0] * gradient + weights[1] * jacobian[0], (), (), ()
+            return sums, weights[0] * gradient + weights[1] * jacobian[0], (), (), values[-1:]
 
         search = Search(weighted, self._variables(start, 0.0, 1.0), tolerance, None, bar)
         if steps > 0 and not search.reason:

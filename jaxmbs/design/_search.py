@@ -60,7 +60,7 @@ class Search:
         reason: why the search has ended, empty while it goes on.
 
     Args:
-        evaluate: of a vector to (value, gradient, constraints, Jacobian, values of the limits).
+        evaluate: of a vector to (value, gradient, constraints, Jacobian, values of the limits and `is_outside`).
         may_fail: end the search at a start without finite values, in place of an error.
         evaluate_values: of a vector to (value, constraints, values of the limits), for trials of line searches.
     """

@@ -95,16 +95,17 @@ class _BatchedObjective:
 
     def __init__(self, evaluate: Callable) -> None:
         self._evaluate = evaluate
-        self.values = self.slopes = np.zeros(0)
+        self.values = self.slopes = self.is_outside = np.zeros(0)
 
     def evaluator(self, k: int) -> Callable:
         """Evaluator of search k, which returns its row of the last batch."""
-        return lambda vector: (self.values[k], self.slopes[k], (), (), ())
+        return lambda vector: (self.values[k], self.slopes[k], (), (), (self.is_outside[k],))
 
     def evaluate(self, x: np.ndarray) -> None:
         """Evaluate the designs (starts, n)."""
-        values, slopes, *_ = self._evaluate(jnp.asarray(x, float))
+        values, slopes, *_, answers = self._evaluate(jnp.asarray(x, float))
         self.values, self.slopes = np.asarray(values, float), np.asarray(slopes, float)
+        self.is_outside = np.asarray(answers[-1])
 
 
 def run_optax_multistart(

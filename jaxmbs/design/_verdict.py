@@ -10,7 +10,12 @@ _OUTSIDE = (
 )
 
 
-def judge(search: Search) -> None:
-    """Complete the reason of a search that has ended."""
-    if search.reason in _ENDS:
-        search.reason = _OUTSIDE if search.best.is_outside else describe_kink(search) or search.reason
+def judge(search: Search, kinks: bool = True) -> None:
+    """Complete the reason of a search that has ended.
+
+    Args: kinks: False where designs are no longer evaluated.
+    """
+    if search.reason in _ENDS and search.best.is_outside:
+        search.reason = _OUTSIDE
+    elif search.reason in _ENDS and kinks:
+        search.reason = describe_kink(search) or search.reason

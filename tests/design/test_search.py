@@ -17,11 +17,11 @@ class Recorder:
     def slopes(self, x):
         self.asked.append(("slopes", float(x[0])))
         slope = np.nan if abs(x[0]) < self.kink else 2.0 * x[0]
-        return x[0] ** 2, np.array([slope]), np.zeros(0), np.zeros((0, 1)), ()
+        return x[0] ** 2, np.array([slope]), np.zeros(0), np.zeros((0, 1)), (False,)
 
     def values(self, x):
         self.asked.append(("values", float(x[0])))
-        return x[0] ** 2, np.zeros(0), ()
+        return x[0] ** 2, np.zeros(0), (False,)
 
 
 def begin(recorder):
