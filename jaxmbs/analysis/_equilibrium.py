@@ -103,7 +103,7 @@ def equilibrium(
     if follow or (follow is None and is_concrete(result)):
         result = _followed(system, state, moving, held, result)
     if not is_concrete(result):
-        note(result.status)
+        note(lambda: result.result)
         return result
     if throw and not bool(result.ok):
         raise SimulationError(_failure(system, state, result, held))

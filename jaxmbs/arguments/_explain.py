@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import jax
 import numpy as np
 
 from ..errors import AssemblyError, ModelError, UnknownNameError
@@ -75,7 +76,7 @@ def _explained(function: Callable, name: str) -> Callable:
 
 def _is_raw(error):
     """True for an error from below the library, or of a line of it that raises nothing itself."""
-    if isinstance(error, _IN_WORDS) or type(error).__module__.startswith("jaxtyping"):
+    if isinstance(error, (*_IN_WORDS, jax.errors.JAXTypeError)) or type(error).__module__.startswith("jaxtyping"):
         return False
     frames = traceback.extract_tb(error.__traceback__)[1:]
     if not frames or any(not _is_below(frame.filename) for frame in frames):

@@ -1,4 +1,4 @@
-"""What is wrong with the arguments of a call that failed: text, None, huge numbers, other kinds of things, shapes."""
+"""Faults of the arguments of a call that failed: text, None, huge numbers, other kinds of things, shapes."""
 
 import inspect
 import re
@@ -31,7 +31,11 @@ def argument_faults(
     ]
     return (
         [fault for name, value, parameter in known for fault in _parameter_faults(name, value, parameter)]
-        or [f"{name} cannot hold {_shown(_subject(error))}" for name, value, _ in known if _is_about(error, value)]
+        or [
+            f"{name} cannot hold {_short_text(_subject(error))}"
+            for name, value, _ in known
+            if _is_about(error, value)
+        ]
         or [f"{name} is empty" for name, value, _ in known if _is_empty(value)]
         or (_shape_faults(known) if _SHAPES.search(str(error)) else [])
     )
@@ -58,9 +62,9 @@ def _faults(name, value, annotation) -> Iterator[str]:
         if type(None) not in kinds:
             yield f"{name} must be given, not None"
     elif not _is_one_of(value, kinds):
-        yield f"{name} must be {_wanted(kinds)}, not {_shown(value)}"
+        yield f"{name} must be {_in_words(kinds)}, not {_short_text(value)}"
     elif _is_text(value) and str not in kinds and not _entries(annotation):
-        yield f"{name} must be {_wanted(kinds)}, not text: {_shown(value)}"
+        yield f"{name} must be {_in_words(kinds)}, not text: {_short_text(value)}"
     else:
         for inner in _entries(annotation):
             held = value.items() if isinstance(value, Mapping) else enumerate(value)
@@ -82,7 +86,7 @@ def _entries(annotation) -> list:
 
 
 def _subject(error):
-    """What an error is about: the object without an attribute, or the key that is not there."""
+    """The object without an attribute, or the key that is not there."""
     if isinstance(error, AttributeError):
         return error.obj
     return error.args[0] if isinstance(error, KeyError) and error.args else None
@@ -128,7 +132,7 @@ def _is_one_of(value, kinds):
         return True
 
 
-def _wanted(kinds):
+def _in_words(kinds):
     """The kinds in words."""
     words = []
     if kinds & {float, complex, jax.Array, np.ndarray}:
@@ -148,13 +152,13 @@ def _name_of(kind):
     return "list" if kind in (list, tuple, Sequence, Iterable) else kind.__name__
 
 
-def _shown(value):
+def _short_text(value):
     text = repr(value)
     return text if len(text) <= 60 else f"{type(value).__name__} {text[:50]}..."
 
 
 def _leaves(value):
-    """What a value is made of, at most the first thousand."""
+    """Parts of a value, at most the first thousand."""
     return jax.tree.leaves(value)[:1000]
 
 

@@ -16,6 +16,11 @@ class BlockOperator(lx.AbstractLinearOperator):
 
     matrix: BlockMatrix
 
+    def __init__(self, matrix: BlockMatrix) -> None:
+        if not isinstance(matrix, BlockMatrix):
+            raise TypeError(f"a BlockMatrix is needed, not {matrix!r}")
+        self.matrix = matrix
+
     def mv(self, vector: Array) -> Array:
         return self.matrix @ vector
 

@@ -1,4 +1,4 @@
-"""What the reason of a search that has ended leaves out: the end of a model's validity, and kinks."""
+"""Verdicts on searches that have ended: the end of a model's validity, and kinks."""
 
 from ._kink import describe_kink
 from ._search import Search

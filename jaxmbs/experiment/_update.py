@@ -10,7 +10,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Inexact, PyTree
 
-from ..checks import distinct_names, number_faults, require_reals
+from ..checks import distinct_names, number_faults, require_numbers, require_reals
 from ..errors import ModelError
 from ..identification import Identification, identify
 from ..linear._system import LinearSystem
@@ -50,6 +50,8 @@ class MeasuredModes(eqx.Module):
     ) -> None:
         require_reals(frequencies)
         require_reals(damping)
+        if shapes is not None:
+            require_numbers(shapes=shapes)
         self.frequencies = np.asarray(frequencies, float)
         self.shapes = None if shapes is None else np.asarray(shapes)
         self.channels = distinct_names("channels", channels)

@@ -1,6 +1,6 @@
 """Groups of like elements, and the validation of their declarations."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import equinox as eqx
 import jax
@@ -49,7 +49,10 @@ def make_group(name, element, connections, index, faults) -> Group | None:
     Returns: None, with a fault appended, for an empty sequence of elements.
     """
     shared = isinstance(element, AbstractElement)
-    members = [element] if shared else list(element)
+    members = [element] if shared or not isinstance(element, Iterable) else list(element)
+    if not all(isinstance(member, AbstractElement) for member in members):
+        faults.append(f"{name} needs an element, or a list of them, not {element!r}")
+        return None
     rows = connections.tolist() if hasattr(connections, "tolist") else connections
     if not members:
         faults.append(f"{name} has no elements")

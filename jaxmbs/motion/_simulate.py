@@ -152,7 +152,7 @@ def simulate(
     motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
-    note(motion.result)
+    note(lambda: motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
     warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)

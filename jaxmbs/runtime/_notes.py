@@ -1,8 +1,8 @@
-"""What a question tells whoever traces the function around it: the status of its answer."""
+"""Notes of questions for the trace of a function around them: the status of an answer."""
 
 import contextlib
 import contextvars
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from jax.extend.core import get_opaque_trace_state
@@ -22,8 +22,8 @@ def take_notes() -> Iterator[list]:
         _LISTS.reset(token)
 
 
-def note(value: Any) -> None:
-    """Leave a value for the trace around, if one takes notes."""
+def note(value: Callable[[], Any]) -> None:
+    """Leave a value, which is asked for then, for the trace around, if one takes notes."""
     taken = _LISTS.get()
     if taken is not None and taken[0] == get_opaque_trace_state():
-        taken[1].append(value)
+        taken[1].append(value())

@@ -16,7 +16,7 @@ _compiling = threading.Lock()  # one program at a time, so that the other cores 
 
 
 class Tier:
-    """What a tape has cost so far, and whether the compiler's program has taken its place.
+    """The cost of a tape so far, and whether the compiler's program has taken its place.
 
     It takes it between two calls, when both have cost the same: no more than twice what the better choice from the
     start would have cost.

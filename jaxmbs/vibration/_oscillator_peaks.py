@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from ..runtime import small_call
 from ._oscillator_motion import Oscillators, advance, speed_scale, transition, values
-from ._oscillator_search import PARTS, Blocks, Found, search
+from ._oscillator_search import PARTS, Blocks, Extremes, search
 
 
 def peaks(
@@ -51,7 +51,7 @@ _peaks.defjvp(_peaks_jvp, symbolic_zeros=True)
 
 
 def _extremes(load, step, oscillators):
-    """What is found, with the number of the step and the part of it, and the last y and v."""
+    """Extremes, with the number of the step and the part of it, and the last y and v."""
     steps = len(load) - 1
     size = _block_size(steps)
     missing = -steps % size  # steps without load before the first one, from rest
@@ -62,7 +62,7 @@ def _extremes(load, step, oscillators):
     found = search(blocks, bounds, parts, scale, step, oscillators)
     lost = ~jnp.all(jnp.isfinite(jnp.stack(end)), axis=0)  # of a load that is not finite
     value = jnp.where(lost[None], jnp.nan, jnp.stack([found.value[0], -found.value[1]]))
-    return Found(value, jnp.maximum(found.at - missing, 0), found.part), (end[0], end[1] * scale)
+    return Extremes(value, jnp.maximum(found.at - missing, 0), found.part), (end[0], end[1] * scale)
 
 
 def _parts(quarter):

@@ -24,7 +24,7 @@ class Blocks(NamedTuple):
     v: Array
 
 
-class Found(NamedTuple):
+class Extremes(NamedTuple):
     """Greatest values and those of the negative motions (2, f), their steps, and the parts of those until then."""
 
     value: Array
@@ -32,8 +32,10 @@ class Found(NamedTuple):
     part: Array
 
 
-def search(blocks: Blocks, bounds: Array, parts: Array, scale: Array, step: Array, oscillators: Oscillators) -> Found:
-    """What is found by bounds (2, blocks, f) of the motions and of their negatives.
+def search(
+    blocks: Blocks, bounds: Array, parts: Array, scale: Array, step: Array, oscillators: Oscillators
+) -> Extremes:
+    """Search the blocks by bounds (2, blocks, f) of the motions and of their negatives.
 
     Args: parts: `transition` (3, 2, 4, f) of a step, of half a step and of a quarter, velocities by the scale (f,).
     """
@@ -55,7 +57,7 @@ def search(blocks: Blocks, bounds: Array, parts: Array, scale: Array, step: Arra
 
     per_oscillator = jax.tree.map(split, ((blocks.y, blocks.v), bounds, parts, scale, oscillators))
     found = small_call(run)(((blocks.load, blocks.rise, step), per_oscillator))
-    return Found(*(jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1)[..., :count] for x in found))
+    return Extremes(*(jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1)[..., :count] for x in found))
 
 
 def _search_blocks(blocks, step, bounds, parts, scale, oscillators):
@@ -76,12 +78,12 @@ def _search_blocks(blocks, step, bounds, parts, scale, oscillators):
         return found, jnp.where(searched, -jnp.inf, bounds)
 
     none = jnp.zeros(bounds.shape[::2], bounds.dtype)
-    start = (Found(none, jnp.zeros(none.shape, jnp.int32), none), bounds)
+    start = (Extremes(none, jnp.zeros(none.shape, jnp.int32), none), bounds)
     return lax.while_loop(lambda carry: jnp.any(above(carry) > 0), search, start)[0]
 
 
 def _search_block(found, which, blocks, step, matrix, count, scale, oscillators):
-    """What is found with the blocks of numbers `which` (f,), each step of which has a number of parts."""
+    """Extremes with the blocks of numbers `which` (f,), each step of which has a number of parts."""
     load, rise = (jnp.moveaxis(x[which], -1, 0) for x in (blocks.load, blocks.rise))
     y, v = (jnp.take_along_axis(x, which[None], axis=0)[0] for x in (blocks.y, blocks.v))
     size, number = len(load), count.astype(scale.dtype)
@@ -103,7 +105,7 @@ def _search_block(found, which, blocks, step, matrix, count, scale, oscillators)
         value, end = (jnp.stack([x[0], -x[-1]]) for x in (value, after[0][None]))
         value, s = jnp.where(has_turns, value, end), jnp.where(has_turns, s, 1.0)
         part = (inside.astype(scale.dtype) + s) / number
-        new = Found(value, jnp.broadcast_to(which * size + at, value.shape), part)
-        return after, Found(*(jnp.where(value > found.value, b, a) for a, b in zip(found, new, strict=True)))
+        new = Extremes(value, jnp.broadcast_to(which * size + at, value.shape), part)
+        return after, Extremes(*(jnp.where(value > found.value, b, a) for a, b in zip(found, new, strict=True)))
 
     return lax.fori_loop(0, size * count, search, ((y, v), found))[1]
