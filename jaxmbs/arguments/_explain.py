@@ -53,7 +53,7 @@ def _explain_construction(kind):
     if inspect.isfunction(function) and not hasattr(function, "_is_explained"):
         setattr(kind, method, _explained(function, kind.__name__))
     for name, item in list(vars(kind).items()):
-        if isinstance(item, classmethod) and not name.startswith("_") and not hasattr(item, "_is_explained"):
+        if isinstance(item, classmethod) and not (name.startswith("_") or hasattr(item.__func__, "_is_explained")):
             setattr(kind, name, classmethod(_explained(item.__func__, f"{kind.__name__}.{name}")))
 
 
