@@ -43,6 +43,8 @@ TAPE_WORK = 1_000_000
 COMPILE_START, COMPILE_SECONDS = 0.3, 5e-3
 #: Numbers of a constant that is computed while a tape is written (`first_answers.py`).
 FOLDED_CONSTANT = 4096
+#: Doubles of an arena that is kept between calls of a tape; a larger one is made anew each time (`first_answers.py`).
+TAPE_ARENA_KEPT = 200_000
 #: Tapes that a function keeps, for as many shapes and static arguments; the oldest go (`first_answers.py`).
 TAPES_KEPT = 256
 

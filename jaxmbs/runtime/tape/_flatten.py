@@ -14,7 +14,8 @@ _CALLS = {
 }
 #: Primitives of equinox that are a small program of their own.
 _SMALL_PROGRAMS = {"maybe_set", "select_if_vmap", "vprim"}
-_DTYPES = tuple(map(np.dtype, ("bool", "int32", "uint32", "int64", "float64")))
+#: Types of the numbers of tapes.
+DTYPES = tuple(map(np.dtype, ("bool", "int32", "uint32", "int64", "float64")))
 
 
 class UnsupportedError(Exception):
@@ -28,7 +29,7 @@ class Atom:
 
     def __init__(self, aval: Any, constant: Any = None):
         dtype = np.dtype(bool) if aval.dtype == jax.dtypes.float0 else aval.dtype  # a tangent of whole numbers: none
-        if dtype not in _DTYPES:
+        if dtype not in DTYPES:
             raise UnsupportedError(f"numbers of type {dtype}")
         self.shape, self.dtype, self.constant = tuple(aval.shape), np.dtype(dtype), constant
         self.size = int(np.prod(self.shape, dtype=np.int64))

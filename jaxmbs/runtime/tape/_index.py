@@ -109,16 +109,18 @@ def _gather(writer, operation, values):
     batching = zip(numbers.operand_batching_dims, numbers.start_indices_batching_dims, strict=True)
     rows = _Rows(array.shape, index.shape, out.shape, numbers.offset_dims, axes, batching, numbers.start_index_map)
     is_filled = "FILL" in str(params["mode"])
+    fill = params.get("fill_value")
+    fill = (np.nan if out.dtype.kind == "f" else _out_of_range(out.dtype)) if fill is None else fill
+    if array.size == 0:
+        return [writer.arena.constant(np.full(out.shape, fill, out.dtype))]
     constant = values[1].constant
-    if constant is not None and array.size:
+    if constant is not None:
         places, is_good = _constant_places(rows, np.asarray(constant).reshape(rows.num_rows, -1))
         if is_good or not is_filled:
             return [take(writer, values[0], places)]
     if values[0].is_splat and not is_filled:
         return [Value(values[0].buffer, values[0].place, True)]
     given, at = writer.dense(values[0], array.size), writer.dense(values[1], index.size)
-    fill = params.get("fill_value")
-    fill = (np.nan if out.dtype.kind == "f" else _out_of_range(out.dtype)) if fill is None else fill
     other = writer.arena.constant(np.asarray(fill, np.float64)).place if is_filled else 0
     result = writer.new(out.size)
     fields = {"mode": is_filled, "table": rows.table(writer), **rows.fields}

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ._flatten import UnsupportedError
+from ._host import HOST_FUNCTIONS, host_table
 from ._rearrange import places_of
 from ._reduce import _wrapped
 from ._writer import rule
@@ -94,8 +95,9 @@ def _host(writer, operation, values):
     (array,) = operation.inputs
     place = writer.dense(values[0], array.size)
     results = [writer.new(atom.size) for atom in operation.outputs]
-    params = {name: operation.params[name] for name in ("full_matrices", "compute_uv") if name in operation.params}
-    shapes = [(place, array.shape)], [(r.place, o.shape) for r, o in zip(results, operation.outputs, strict=True)]
-    writer.host_calls.append((operation.name, params, shapes))
-    writer.emit("HOST", 1, x0=len(writer.host_calls) - 1)
+    arrays = [(place, array.shape)]
+    arrays += [(r.place, o.shape) for r, o in zip(results, operation.outputs, strict=True)]
+    mode = operation.params.get("compute_uv", False) + 2 * operation.params.get("full_matrices", False)
+    fields = {"x0": list(HOST_FUNCTIONS).index(operation.name), "x1": 1, "x2": len(results), "mode": mode}
+    writer.emit("HOST", 1, table=writer.arena.table(host_table(arrays)), **fields)
     return results

@@ -32,7 +32,10 @@ def is_available() -> bool:
 def run(
     code: np.ndarray, starts: np.ndarray, tables: np.ndarray, arena: np.ndarray, host: Callable[[int], None]
 ) -> None:
-    """Run a tape over an arena, which it changes; Python's lock is free meanwhile but for `host` calls by number."""
+    """Run a tape over an arena, which it changes; Python's lock is free meanwhile.
+
+    Args: host: called for instructions that the machine leaves to NumPy, by their number.
+    """
     failed: list[BaseException] = []
 
     def call(number, _):

@@ -6,69 +6,78 @@ from typing import Any
 import numpy as np
 from jax.extend.core import ClosedJaxpr
 
+from .. import _tuning as tuning
 from . import _control, _elementwise, _index, _linalg, _rearrange, _reduce  # noqa: F401  (they register rules)
 from ._flatten import Atom
-from ._host import host_results
+from ._host import call_host
 from ._machine import run
 from ._memory import Value
 from ._opcodes import FIELDS
+from ._parts import Parts, Place
 from ._writer import Writer
 
-#: Doubles of an arena that is kept between calls; a larger one is made anew each time.
-_KEPT_ARENA = 200_000
+
+def written(program: ClosedJaxpr) -> Parts:
+    """The parts of a tape that runs a program.  Raises: UnsupportedError."""
+    writer = Writer()
+    shapes = [Atom(variable.aval) for variable in program.jaxpr.invars]
+    inputs = []
+    for shape in shapes:
+        buffer = writer.arena.buffer(shape.size, is_lasting=True)
+        inputs.append(Value(buffer, buffer.place, shape.size == 1))
+    outputs, results = writer.body(program, inputs, shapes)
+    return Parts(
+        code=np.array([row for tape in writer.tapes for row in tape], np.int64).reshape(-1, len(FIELDS)),
+        starts=np.cumsum([0, *map(len, writer.tapes)]),
+        tables=writer.arena.all_tables(),
+        size=writer.arena.size,
+        constants=writer.arena.constants,
+        inputs=[Place(v.place, False, a.shape, a.dtype) for v, a in zip(inputs, shapes, strict=True)],
+        outputs=[Place(v.place, bool(v.is_splat), a.shape, a.dtype) for v, a in zip(outputs, results, strict=True)],
+        largest_work=writer.largest_work,
+    )
 
 
 class Tape:
     """A traced program of arrays of doubles, whole numbers and truth values, ready to run.
 
-    Several threads may call it at once: each call has an arena of its own.  Raises: UnsupportedError for a program
-    with an operation or a type of number that tapes do not have.
+    Several threads may call it at once: each call has an arena of its own.
+
+    Args: program: what it runs, or the parts of a tape of it.
+
+    Raises: UnsupportedError for a program with an operation or a type of number that tapes do not have, TapeError for
+    parts that would read or write outside of the arena.
     """
 
-    def __init__(self, program: ClosedJaxpr):
-        writer = Writer()
-        shapes = [Atom(variable.aval) for variable in program.jaxpr.invars]
-        inputs = []
-        for shape in shapes:
-            buffer = writer.arena.buffer(shape.size, is_lasting=True)
-            inputs.append(Value(buffer, buffer.place, shape.size == 1))
-        outputs, results = writer.body(program, inputs, shapes)
-        self._inputs = [(value.place, shape) for value, shape in zip(inputs, shapes, strict=True)]
-        self._outputs = [(v.place, v.is_splat, atom) for v, atom in zip(outputs, results, strict=True)]
-        self._code = np.array([row for tape in writer.tapes for row in tape], np.int64).reshape(-1, len(FIELDS))
-        self._starts = np.cumsum([0, *map(len, writer.tapes)])
-        self._tables, self._host_calls = writer.arena.all_tables(), writer.host_calls
-        self._size, self._constants, self._largest_work = (
-            writer.arena.size,
-            writer.arena.constants,
-            writer.largest_work,
-        )
+    def __init__(self, program: ClosedJaxpr | Parts):
+        parts = program if isinstance(program, Parts) else written(program)
+        self.parts = parts.validated()
         self._arenas: list[np.ndarray] = []
         self._lock = threading.Lock()
 
     @property
     def num_instructions(self) -> int:
         """Number of instructions, each written once."""
-        return len(self._code)
+        return len(self.parts.code)
 
     @property
     def num_doubles(self) -> int:
         """Size of the arena."""
-        return self._size
+        return self.parts.size
 
     @property
     def largest_work(self) -> int:
         """Multiplications of the largest product or factor of matrices."""
-        return self._largest_work
+        return self.parts.largest_work
 
     def __call__(self, *arrays: Any) -> list[np.ndarray]:
         """Results of the program, arrays of NumPy with the types of the program's results."""
-        arena = self._take_arena()
-        for (place, shape), array in zip(self._inputs, arrays, strict=True):
-            arena[place : place + shape.size] = np.asarray(array).reshape(-1)
-        run(self._code, self._starts, self._tables, arena, lambda number: self._call_host(arena, number))
-        found = [self._result(arena, *output) for output in self._outputs]
-        if self._size <= _KEPT_ARENA:
+        parts, arena = self.parts, self._take_arena()
+        for place, array in zip(parts.inputs, arrays, strict=True):
+            arena[place.start : place.start + place.size] = np.asarray(array).reshape(-1)
+        run(parts.code, parts.starts, parts.tables, arena, lambda k: call_host(parts.code[k], parts.tables, arena))
+        found = [self._result(arena, place) for place in parts.outputs]
+        if parts.size <= tuning.TAPE_ARENA_KEPT:
             with self._lock:
                 self._arenas.append(arena)
         return found
@@ -78,18 +87,13 @@ class Tape:
         with self._lock:
             if self._arenas:
                 return self._arenas.pop()
-        arena = np.zeros(self._size)
-        for place, numbers in self._constants:
+        arena = np.zeros(self.parts.size)
+        for place, numbers in self.parts.constants:
             arena[place : place + numbers.size] = numbers
         return arena
 
     @staticmethod
-    def _result(arena, place, is_splat, atom):
-        numbers = np.full(atom.size, arena[place]) if is_splat else arena[place : place + atom.size]
-        return numbers.reshape(atom.shape).astype(atom.dtype)
-
-    def _call_host(self, arena, number):
-        name, params, (operands, results) = self._host_calls[number]
-        arrays = [arena[place : place + int(np.prod(shape))].reshape(shape) for place, shape in operands]
-        for (place, shape), found in zip(results, host_results(name, params, arrays), strict=False):
-            arena[place : place + int(np.prod(shape))] = np.broadcast_to(found, shape).reshape(-1)
+    def _result(arena, place):
+        start, size = place.start, place.size
+        numbers = np.full(size, arena[start]) if place.is_splat else arena[start : start + size]
+        return numbers.reshape(place.shape).astype(place.dtype)

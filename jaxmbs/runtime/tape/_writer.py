@@ -30,7 +30,6 @@ class Writer:
     def __init__(self):
         self.arena = Arena()
         self.tapes: list[list[tuple[int, ...]]] = [[]]
-        self.host_calls: list[tuple[str, dict, tuple]] = []
         self.largest_work = 0
         self._tape = 0
         self._temporary: list[Buffer] = []
@@ -124,8 +123,8 @@ class Writer:
                 return [self.arena.constant(found)]
         if operation.name not in RULES:
             raise UnsupportedError(operation.name)
-        if len(operation.outputs) == 1 and operation.outputs[0].size == 0:
-            return [self.arena.constant(np.zeros(operation.outputs[0].shape, operation.outputs[0].dtype))]
+        if all(atom.size == 0 for atom in operation.outputs):
+            return [self.arena.constant(np.zeros(atom.shape, atom.dtype)) for atom in operation.outputs]
         return RULES[operation.name](self, operation, values)
 
     # ---------------------------------------------------------------------------------------------------- inner tapes

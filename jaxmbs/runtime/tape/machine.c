@@ -12,7 +12,7 @@
 #include <string.h>
 
 enum {
-#define OP(name) name,
+#define OP(name, operands) name,
 #include "opcodes.h"
 #undef OP
   NUM_OPS
@@ -22,7 +22,7 @@ typedef struct {
   int64_t op, mode, n, out, a, b, c, splat, x0, x1, x2, x3, table;
 } Instruction;
 
-typedef void (*Host)(int64_t call, double *arena);
+typedef void (*Host)(int64_t instruction, double *arena);
 
 typedef struct {
   const Instruction *code;
@@ -50,6 +50,12 @@ static double power(double x, int64_t y) {
   return y < 0 ? 1.0 / result : result;
 }
 
+/* A number as a whole one; zero where it is none of 64 bits. */
+static int64_t whole(double x) { return x >= -9223372036854775808.0 && x < 9223372036854775808.0 ? (int64_t)x : 0; }
+
+/* A number as an index from 0 to the largest; NaN is 0. */
+static int64_t clamped(double x, int64_t largest) { return x > 0 ? (x < (double)largest ? (int64_t)x : largest) : 0; }
+
 static double to_integer(double x, double low, double high) { return x != x ? 0.0 : x < low ? low : x > high ? high : trunc(x); }
 
 /* x modulo 2^32, with a sign where bits is 32 and without where it is -32; as it is for 64 bits. */
@@ -71,10 +77,7 @@ static void copy(double *to, const double *from, int64_t n, int is_splat) {
 /* Start of a slice: (stride, largest index, place of the index) for each of `dims` axes; indices are clamped. */
 static int64_t slice_start(const int64_t *t, int64_t dims, const double *M) {
   int64_t start = 0;
-  for (int64_t d = 0; d < dims; d++, t += 3) {
-    double v = M[t[2]];
-    start += (v < 0 ? 0 : v > (double)t[1] ? t[1] : (int64_t)v) * t[0];
-  }
+  for (int64_t d = 0; d < dims; d++, t += 3) start += clamped(M[t[2]], t[1]) * t[0];
   return start;
 }
 
@@ -83,11 +86,8 @@ static int64_t row_start(const int64_t *slots, int64_t dims, const double *index
   int64_t start = 0;
   *is_good = 1;
   for (int64_t d = 0; d < dims; d++, slots += 2) {
-    double v = index[d];
-    int64_t k = (int64_t)v;
-    if (v < 0) k = 0, *is_good = 0;
-    if (v > (double)slots[1]) k = slots[1], *is_good = 0;
-    start += k * slots[0];
+    if (!(index[d] >= 0 && index[d] <= (double)slots[1])) *is_good = 0;
+    start += clamped(index[d], slots[1]) * slots[0];
   }
   return start;
 }
@@ -326,13 +326,13 @@ static void step(const Machine *m, const Instruction *i) {
       UNARY(ISFINITE, isfinite(x) ? 1.0 : 0.0)
       UNARY(SIGNBIT, signbit(x) ? 1.0 : 0.0)
       UNARY(NOT, x == 0.0)
-      UNARY(NOTBITS, (double)(~(int64_t)x))
+      UNARY(NOTBITS, (double)(~whole(x)))
       UNARY(TRUTH, x != 0.0)
       UNARY(TO_INT32, to_integer(x, -2147483648.0, 2147483647.0))
       UNARY(TO_INT64, to_integer(x, -9223372036854775808.0, 9223372036854774784.0))
       UNARY(TO_UINT32, to_integer(x, 0.0, 4294967295.0))
-      UNARY(WRAP_INT32, wrapped((int64_t)x, 32))
-      UNARY(WRAP_UINT32, wrapped((int64_t)x, -32))
+      UNARY(WRAP_INT32, wrapped(whole(x), 32))
+      UNARY(WRAP_UINT32, wrapped(whole(x), -32))
       BINARY(ADD, x + y)
       BINARY(SUB, x - y)
       BINARY(MUL, x *y)
@@ -349,13 +349,13 @@ static void step(const Machine *m, const Instruction *i) {
       BINARY(LE, x <= y)
       BINARY(GT, x > y)
       BINARY(GE, x >= y)
-      BINARY(AND, (double)((int64_t)x & (int64_t)y))
-      BINARY(OR, (double)((int64_t)x | (int64_t)y))
-      BINARY(XOR, (double)((int64_t)x ^ (int64_t)y))
-      BINARY(IADD, wrapped((int64_t)((uint64_t)(int64_t)x + (uint64_t)(int64_t)y), i->x0))
-      BINARY(ISUB, wrapped((int64_t)((uint64_t)(int64_t)x - (uint64_t)(int64_t)y), i->x0))
-      BINARY(IMUL, wrapped((int64_t)((uint64_t)(int64_t)x * (uint64_t)(int64_t)y), i->x0))
-      BINARY(IDIV, y == 0.0 ? -1.0 : wrapped((int64_t)trunc(x / y), i->x0))
+      BINARY(AND, (double)(whole(x) & whole(y)))
+      BINARY(OR, (double)(whole(x) | whole(y)))
+      BINARY(XOR, (double)(whole(x) ^ whole(y)))
+      BINARY(IADD, wrapped((int64_t)((uint64_t)whole(x) + (uint64_t)whole(y)), i->x0))
+      BINARY(ISUB, wrapped((int64_t)((uint64_t)whole(x) - (uint64_t)whole(y)), i->x0))
+      BINARY(IMUL, wrapped((int64_t)((uint64_t)whole(x) * (uint64_t)whole(y)), i->x0))
+      BINARY(IDIV, y == 0.0 ? -1.0 : wrapped(whole(x / y), i->x0))
       BINARY(IREM, y == 0.0 ? x : fmod(x, y) + 0.0)
     case SELECT: { /* a is the predicate; b where it is false, c where it is true */
       const int sb = (i->splat & 2) != 0, sc = (i->splat & 4) != 0;
@@ -498,9 +498,9 @@ static void step(const Machine *m, const Instruction *i) {
       break;
     }
     case COND: /* the tape of x0 that a names */
-      run(m, t[*a < 0 ? 0 : *a >= (double)i->x0 ? i->x0 - 1 : (int64_t)*a]);
+      run(m, t[clamped(*a, i->x0 - 1)]);
       break;
-    case HOST: m->host(i->x0, M); break;
+    case HOST: m->host(i - m->code, M); break;
   }
 }
 

@@ -45,7 +45,7 @@ def test_a_program_is_that_of_xla(name):
 
 
 def test_the_programs_have_every_operation():
-    used = {code for name in PROGRAMS for code in tape_of(name)._code[:, 0]}
+    used = {code for name in PROGRAMS for code in tape_of(name).parts.code[:, 0]}
     assert {name for name, code in CODE.items() if code not in used} == set()
 
 
@@ -63,7 +63,7 @@ def test_a_loop_changes_its_log_in_place():
     tape = Tape(jax.make_jaxpr(run)(1.0))
     np.testing.assert_array_equal(tape(1.0)[0], jax.jit(run)(1.0))
     assert tape.num_doubles < 1.2 * 64_000
-    copies = tape._code[tape._code[:, 0] == CODE["COPY"]]
+    copies = tape.parts.code[tape.parts.code[:, 0] == CODE["COPY"]]
     assert sum(copies[:, 2] == 64_000) == 1  # the start, one number that is spread
 
 

@@ -1,0 +1,44 @@
+"""What a tape consists of: plain arrays and places."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ._validate import validate
+
+
+class Place(NamedTuple):
+    """An input or a result: where it lies in the arena, if one double stands for all its numbers, shape and type."""
+
+    start: int
+    is_splat: bool
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+    @property
+    def size(self) -> int:
+        """Number of its numbers."""
+        return math.prod(self.shape)
+
+
+class Parts(NamedTuple):
+    """Instructions (number, fields), starts of the tapes in them, tables, doubles of the arena, constants and their
+    places in it, inputs and results, and multiplications of the largest product or factor of matrices."""
+
+    code: np.ndarray
+    starts: np.ndarray
+    tables: np.ndarray
+    size: int
+    constants: list[tuple[int, np.ndarray]]
+    inputs: list[Place]
+    outputs: list[Place]
+    largest_work: int
+
+    def validated(self) -> "Parts":
+        """The same.  Raises: TapeError if something would be read or written outside of the arena or the tables."""
+        places: list[tuple[int, Any]] = [(start, numbers.size) for start, numbers in self.constants]
+        places += [(place.start, place.size) for place in self.inputs]
+        places += [(place.start, 1 if place.is_splat else place.size) for place in self.outputs]
+        validate(self.code, self.starts, self.tables, self.size, places)
+        return self
