@@ -3,25 +3,23 @@
 import ctypes
 import functools
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
-from ._opcodes import CODE
+from ._build import LIBRARY, sources_number
 
-LIBRARY = Path(__file__).parent / "machine.so"
 _HOST = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p)
 
 
 @functools.cache
 def machine() -> ctypes.CDLL | None:
-    """The machine, or None where it was not built or is that of another release."""
+    """The machine, or None where it was not built or from other sources."""
     try:
         library = ctypes.CDLL(str(LIBRARY))
-    except OSError:
+        library.tape_sources.restype = ctypes.c_int64
+    except (OSError, AttributeError):
         return None
-    library.tape_num_ops.restype = ctypes.c_int64
-    return library if library.tape_num_ops() == len(CODE) else None
+    return library if library.tape_sources() == sources_number() else None
 
 
 def is_available() -> bool:

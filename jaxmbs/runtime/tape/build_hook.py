@@ -1,16 +1,10 @@
 """Builds the tape machine with the system's C compiler when the library is installed; without one it is left out."""
 
-import os
-import shutil
-import subprocess
+import importlib.util
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
-
-FOLDER = Path(__file__).parent
-#: No -ffast-math and no contraction of products and sums: results are those of IEEE arithmetic on every CPU.
-FLAGS = ("-O3", "-fno-math-errno", "-ffp-contract=off", "-std=c11", "-shared", "-fPIC")
 
 
 class TapeMachineHook(BuildHookInterface):
@@ -20,26 +14,19 @@ class TapeMachineHook(BuildHookInterface):
         """Build the machine; a wheel that holds it is one for this platform."""
         if self.target_name != "wheel":
             return
-        library = FOLDER / "machine.so"
-        if build_machine(library):
-            build_data["artifacts"].append(str(library.relative_to(self.root)))
+        building = _building()
+        if building.build_machine():
+            build_data["artifacts"].append(str(building.LIBRARY.relative_to(self.root)))
             build_data["pure_python"] = False
             build_data["infer_tag"] = True
         else:
             self.app.display_warning("no C compiler: programs are compiled by XLA where they could run at once")
 
 
-def build_machine(library: Path) -> bool:
-    """Compile the machine to a file; False, and no file, where there is no C compiler or it fails."""
-    compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-    library.unlink(missing_ok=True)
-    if not compiler:
-        return False
-    fresh = library.with_suffix(".new")
-    command = [*compiler.split(), *FLAGS, "-o", str(fresh), str(FOLDER / "machine.c"), "-lm"]
-    try:
-        subprocess.run(command, check=True, capture_output=True)
-        fresh.replace(library)  # at once: another process may be loading the old one
-    except (OSError, subprocess.CalledProcessError):
-        return False
-    return True
+def _building() -> Any:
+    """The module beside this one, which is not installed yet."""
+    place = importlib.util.spec_from_file_location("building", Path(__file__).with_name("_build.py"))
+    assert place is not None and place.loader is not None
+    module = importlib.util.module_from_spec(place)
+    place.loader.exec_module(module)
+    return module

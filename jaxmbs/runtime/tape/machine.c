@@ -15,7 +15,6 @@ enum {
 #define OP(name, operands) name,
 #include "opcodes.h"
 #undef OP
-  NUM_OPS
 };
 
 typedef struct {
@@ -34,7 +33,11 @@ typedef struct {
 
 static void run(const Machine *m, int64_t tape);
 
-int64_t tape_num_ops(void) { return NUM_OPS; }
+#ifndef SOURCES
+#define SOURCES 0
+#endif
+/* The number of the sources that this was built from, which Python compares with those at hand. */
+int64_t tape_sources(void) { return SOURCES; }
 
 void tape_run(const Instruction *code, const int64_t *starts, const int64_t *tables, double *arena, Host host) {
   Machine m = {code, starts, tables, arena, host};
