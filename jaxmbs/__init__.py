@@ -1,78 +1,84 @@
 """jaxmbs: differentiable multibody and structural dynamics.  A `System` is a pytree; functions question it."""
 
-from . import (
-    adapters,
-    analysis,
-    batching,
-    blocks,
-    blocksparse,
-    bondgraph,
-    contact,
-    coupling,
-    design,
-    dynamics,
-    elements,
-    experiment,
-    fatigue,
-    fem,
-    flexible,
-    forces,
-    hydraulics,
-    identification,
-    io,
-    joints,
-    kinematics,
-    linear,
-    model,
-    motion,
-    ode,
-    qualification,
-    reaction,
-    reductions,
-    runtime,
-    statics,
-    studies,
-    vibration,
-    viz,
-)
-from .adapters import as_block
-from .adapters.fmi import Fmu, export_fmu
-from .analysis import linearise, stiffness
+from typing import TYPE_CHECKING
+
 from .arguments import explain_arguments
-from .batching import batch
-from .builder import SystemBuilder
-from .design import Limit, minimise
-from .dynamics import forward_dynamics, mass_matrix
-from .errors import AssemblyError, BatchError, ModelError, ModelFileError, SimulationError, UnknownNameError
-from .forces import (
-    PD,
-    Actuator,
-    BumpStop,
-    Bushing,
-    CoulombFriction,
-    Force,
-    Harmonic,
-    Ramp,
-    Spline,
-    SpringDamper,
-    Step,
-    Table,
-    Torque,
-)
-from .identification import identify
-from .io import load_model, save_model
-from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Screw, Spherical, Universal, Weld
-from .kinematics import State, position, rotation, signals, velocity
-from .linear import LinearSystem
-from .model import Pose, System, inertia, rotations
-from .motion import Motion, vector_field
-from .qualification import shock_spectrum
-from .reaction import inverse_dynamics
-from .runtime import cache
-from .runtime import user_jit as jit
-from .status import Status
-from .studies import sweep
-from .verbs import check, equilibrium, frequency_response, modes, random_response, reactions, simulate
+from .lazy import import_when_asked
+from .runtime import warn_of_wrong_release
+
+if TYPE_CHECKING:
+    from . import (
+        adapters,
+        analysis,
+        batching,
+        blocks,
+        blocksparse,
+        bondgraph,
+        contact,
+        coupling,
+        design,
+        dynamics,
+        elements,
+        experiment,
+        fatigue,
+        fem,
+        flexible,
+        forces,
+        hydraulics,
+        identification,
+        io,
+        joints,
+        kinematics,
+        linear,
+        model,
+        motion,
+        ode,
+        qualification,
+        reaction,
+        reductions,
+        runtime,
+        statics,
+        studies,
+        vibration,
+        viz,
+    )
+    from .adapters import as_block
+    from .adapters.fmi import Fmu, export_fmu
+    from .analysis import linearise, stiffness
+    from .batching import batch
+    from .builder import SystemBuilder
+    from .design import Limit, minimise
+    from .dynamics import forward_dynamics, mass_matrix
+    from .errors import AssemblyError, BatchError, ModelError, ModelFileError, SimulationError, UnknownNameError
+    from .forces import (
+        PD,
+        Actuator,
+        BumpStop,
+        Bushing,
+        CoulombFriction,
+        Force,
+        Harmonic,
+        Ramp,
+        Spline,
+        SpringDamper,
+        Step,
+        Table,
+        Torque,
+    )
+    from .identification import identify
+    from .io import load_model, save_model
+    from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Screw, Spherical, Universal, Weld
+    from .kinematics import State, position, rotation, signals, velocity
+    from .linear import LinearSystem
+    from .model import Pose, System, inertia, rotations
+    from .motion import Motion, vector_field
+    from .qualification import shock_spectrum
+    from .reaction import inverse_dynamics
+    from .runtime import cache
+    from .runtime import user_jit as jit
+    from .status import Status
+    from .studies import sweep
+    from .verbs import check, equilibrium, frequency_response, modes, random_response, reactions, simulate
 
 __all__ = [
     "Actuator",
@@ -178,6 +184,6 @@ __all__ = [
     "viz",
 ]
 
-runtime.warn_of_wrong_release()
+warn_of_wrong_release()
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -15,6 +15,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "jaxmbs"
 FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
     [
+        "lazy",
         "typing",
         "errors",
         "status",
@@ -72,18 +73,19 @@ MODULES = {_module_name(path): path for path in FILES}
 PACKAGES = {_module_name(path.parent / "__init__.py") for path in FILES}
 
 
-def _statements(body):
-    """The statements that importing a module runs (functions and type checking left out)."""
+def _statements(body, lazy=False):
+    """The statements that importing a module runs (functions and type checking left out); of a lazy room's face
+    those that it runs when asked, too."""
     for node in body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             continue
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test) and not lazy:
             continue
         yield node
         blocks = [getattr(node, name, []) for name in ("body", "orelse", "finalbody")]
         blocks += [handler.body for handler in getattr(node, "handlers", [])]
         for block in blocks:
-            yield from _statements(block)
+            yield from _statements(block, lazy)
 
 
 def _targets(path, nodes):
@@ -100,7 +102,7 @@ def _targets(path, nodes):
 
 
 def _imports_at_top(path):
-    return list(_targets(path, _statements(TREES[path].body)))
+    return list(_targets(path, _statements(TREES[path].body, lazy=path.name == "__init__.py")))
 
 
 def _module_of(name):

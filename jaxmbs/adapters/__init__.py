@@ -1,8 +1,13 @@
 """Adapters: mechanisms as components of other programs, and the reverse, one module for each program."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from . import fmi, openmdao, tesseract
-from ._system_block import SystemBlock, as_block
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from . import fmi, openmdao, tesseract
+    from ._system_block import SystemBlock, as_block
 
 __all__ = [
     "SystemBlock",
@@ -12,4 +17,4 @@ __all__ = [
     "tesseract",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

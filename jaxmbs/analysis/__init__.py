@@ -1,14 +1,19 @@
 """Analyses of a mechanism at a state: equilibrium, linearisation, modes, frequency response, stiffness; Campbell
 diagrams."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._campbell import CampbellDiagram, campbell
-from ._equilibrium import equilibrium
-from ._equilibrium_result import Equilibrium
-from ._impending_motion import ImpendingMotion, impending_motion
-from ._linearise import Linearisation, StateSpace, frequency_response, linearise
-from ._mechanism_modes import modes
-from ._stiffness import Stiffness, stiffness
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._campbell import CampbellDiagram, campbell
+    from ._equilibrium import equilibrium
+    from ._equilibrium_result import Equilibrium
+    from ._impending_motion import ImpendingMotion, impending_motion
+    from ._linearise import Linearisation, StateSpace, frequency_response, linearise
+    from ._mechanism_modes import modes
+    from ._stiffness import Stiffness, stiffness
 
 __all__ = [
     "CampbellDiagram",
@@ -26,4 +31,4 @@ __all__ = [
     "stiffness",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -7,7 +7,7 @@ import re
 import sys
 import sysconfig
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,23 +27,30 @@ _RAW = (
 )
 
 
-def explain_arguments(room: dict[str, Any]) -> None:
-    """Let the public functions and classes of a room, given by its `globals()`, name arguments that they fail on;
-    of a module without `__all__` its own functions.
+def explain_arguments(module: dict[str, Any], names: Sequence[str] = ()) -> None:
+    """Let functions and classes of a module, given by its `globals()`, name arguments that they fail on.
 
     An error that has words of the library stays; so does any error where no argument is found wrong, and one that
     comes from a function of the user's.
+
+    Args: names: which of them; without any, the public functions that are written in the module.
     """
-    own = [name for name, item in room.items() if inspect.isfunction(item) and item.__module__ == room["__name__"]]
-    for name in room.get("__all__", own):
-        item = room[name]
-        if not re.match(r"jaxmbs\.(?!runtime)", getattr(item, "__module__", "")):
+    own = [
+        name for name, item in module.items() if inspect.isfunction(item) and item.__module__ == module["__name__"]
+    ]
+    for name in names or own:
+        item = module.get(name)
+        if not re.match(r"jaxmbs\.(?!runtime)", getattr(item, "__module__", None) or ""):
             continue
         if inspect.isfunction(item) and not hasattr(item, "_is_explained"):
             # where it is defined, too: pickles look there
-            room[name] = vars(sys.modules[item.__module__])[item.__name__] = _explained(item, item.__name__)
+            module[name] = vars(sys.modules[item.__module__])[item.__name__] = _explained(item, item.__name__)
         elif inspect.isclass(item) and not issubclass(item, BaseException):
             _explain_construction(item)
+
+
+def _own_functions(module):
+    return [key for key, item in module.items() if inspect.isfunction(item) and item.__module__ == module["__name__"]]
 
 
 def _explain_construction(kind):

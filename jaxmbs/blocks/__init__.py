@@ -1,10 +1,15 @@
 """Blocks: controllers, filters and delays that read signals of a mechanism and drive its force elements."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._base import AbstractBlock
-from ._controllers import PI, PID
-from ._linear import Delay, FirstOrder, StateSpace, TransferFunction
-from ._nonlinear import Function, LookUp, RateLimit, Saturation
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._base import AbstractBlock
+    from ._controllers import PI, PID
+    from ._linear import Delay, FirstOrder, StateSpace, TransferFunction
+    from ._nonlinear import Function, LookUp, RateLimit, Saturation
 
 __all__ = [
     "PI",
@@ -20,4 +25,4 @@ __all__ = [
     "TransferFunction",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

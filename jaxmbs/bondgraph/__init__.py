@@ -1,10 +1,15 @@
 """The bond graph of a mechanism: its three views, causality, powers, and the state equations read off it."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._causality import bond_graph
-from ._element_powers import element_powers
-from ._equations import graph_state_equations
-from ._power import bond_powers, junction_residual
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._causality import bond_graph
+    from ._element_powers import element_powers
+    from ._equations import graph_state_equations
+    from ._power import bond_powers, junction_residual
 
 __all__ = [
     "bond_graph",
@@ -14,4 +19,4 @@ __all__ = [
     "junction_residual",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,10 +1,15 @@
 """From declarations by name to a system: validation, spanning tree, arrays, count of freedoms."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._builder import SystemBuilder
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._builder import SystemBuilder
 
 __all__ = [
     "SystemBuilder",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

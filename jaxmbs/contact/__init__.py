@@ -1,18 +1,23 @@
 """Contact: pairs of surfaces between two frames, the force that holds them apart and the friction between them."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._bristle_contact import BristleContact
-from ._closed_curve import ClosedCurve
-from ._contact import Contact
-from ._cylinders import CylinderOnPlane, JournalInBush
-from ._dry_friction import DryFriction
-from ._height_field import HeightField
-from ._hunt_crossley import HuntCrossley, hertz_stiffness
-from ._lugre import ContactLuGre
-from ._pair import AbstractPair, Touch
-from ._roller_on_curve import RollerOnCurve
-from ._spheres import SphereInCylinder, SphereOnPlane, SphereOnSphere
-from ._wheel_on_road import WheelOnRoad
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._bristle_contact import BristleContact
+    from ._closed_curve import ClosedCurve
+    from ._contact import Contact
+    from ._cylinders import CylinderOnPlane, JournalInBush
+    from ._dry_friction import DryFriction
+    from ._height_field import HeightField
+    from ._hunt_crossley import HuntCrossley, hertz_stiffness
+    from ._lugre import ContactLuGre
+    from ._pair import AbstractPair, Touch
+    from ._roller_on_curve import RollerOnCurve
+    from ._spheres import SphereInCylinder, SphereOnPlane, SphereOnSphere
+    from ._wheel_on_road import WheelOnRoad
 
 __all__ = [
     "AbstractPair",
@@ -34,4 +39,4 @@ __all__ = [
     "hertz_stiffness",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,27 +1,32 @@
 """Coupling of components: bonds, networks, the loads of bonds and their limits, coupling by transfer functions."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._base_excitation import BaseMotion, base_motion
-from ._block_assembly import Components, CoupledResponse, coupled_response, interface_pattern
-from ._bond_loads import BondLoad, BondLoads, Determinacy
-from ._bonds import Bond, bushing, hinge, rigid_bond
-from ._connect import connect
-from ._limit_loads import (
-    ModalPairs,
-    combine_modal_maxima,
-    cqc_correlation,
-    equivalent_impulse,
-    limit_loads,
-    modal_pairs,
-    peak_response,
-    truncation_shortfall,
-)
-from ._measured_network import MeasuredNetwork
-from ._network import ComponentNetwork, reactions
-from ._regularised_inverse import regularised_inverse
-from ._rigid_body import RigidBody
-from ._transfer_functions import couple_transfer, coupling_forces
-from ._uncoupled_transfer import uncoupled_transfer
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._base_excitation import BaseMotion, base_motion
+    from ._block_assembly import Components, CoupledResponse, coupled_response, interface_pattern
+    from ._bond_loads import BondLoad, BondLoads, Determinacy
+    from ._bonds import Bond, bushing, hinge, rigid_bond
+    from ._connect import connect
+    from ._limit_loads import (
+        ModalPairs,
+        combine_modal_maxima,
+        cqc_correlation,
+        equivalent_impulse,
+        limit_loads,
+        modal_pairs,
+        peak_response,
+        truncation_shortfall,
+    )
+    from ._measured_network import MeasuredNetwork
+    from ._network import ComponentNetwork, reactions
+    from ._regularised_inverse import regularised_inverse
+    from ._rigid_body import RigidBody
+    from ._transfer_functions import couple_transfer, coupling_forces
+    from ._uncoupled_transfer import uncoupled_transfer
 
 __all__ = [
     "BaseMotion",
@@ -56,4 +61,4 @@ __all__ = [
     "uncoupled_transfer",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,13 +1,18 @@
 """Design: finding the numbers of a model that make an objective small."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._limit import Limit
-from ._limit_result import LimitResult
-from ._minimise import minimise
-from ._optimum import History, Optimum
-from ._pareto import ParetoFront, pareto
-from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
-from ._worst import Worst
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._limit import Limit
+    from ._limit_result import LimitResult
+    from ._minimise import minimise
+    from ._optimum import History, Optimum
+    from ._pareto import ParetoFront, pareto
+    from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
+    from ._worst import Worst
 
 __all__ = [
     "History",
@@ -25,4 +30,4 @@ __all__ = [
     "tolerances",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,13 +1,25 @@
 """Measured transfer functions: decoupling, virtual points, test rigs, sine sweeps, uncertainty; model updating."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._decoupling import decouple
-from ._rig import free_response, measured_stiffness, remove_stiffness
-from ._sine_sweep import nonlinearity, sweep_amplitudes, sweep_phase, sweep_variance
-from ._suspension import SuspensionCheck, check_suspension
-from ._uncertainty import add_noise, coherence_variance, mean_of_repeats, noise_variance, propagate, propagate_scalar
-from ._update import MeasuredModes, ModelUpdate, update
-from ._virtual_point import VirtualPoint, flexible_channels, rigid_channels, virtual_point
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._decoupling import decouple
+    from ._rig import free_response, measured_stiffness, remove_stiffness
+    from ._sine_sweep import nonlinearity, sweep_amplitudes, sweep_phase, sweep_variance
+    from ._suspension import SuspensionCheck, check_suspension
+    from ._uncertainty import (
+        add_noise,
+        coherence_variance,
+        mean_of_repeats,
+        noise_variance,
+        propagate,
+        propagate_scalar,
+    )
+    from ._update import MeasuredModes, ModelUpdate, update
+    from ._virtual_point import VirtualPoint, flexible_channels, rigid_channels, virtual_point
 
 __all__ = [
     "MeasuredModes",
@@ -35,4 +47,4 @@ __all__ = [
     "virtual_point",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,51 +1,56 @@
 """Force laws: one law per file, each a port from motion to effort."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._actuator import PD, Actuator
-from ._air_spring import AirSpring
-from ._applied import Force, Torque, Wrench
-from ._base import (
-    AbstractBodyLaw,
-    AbstractLaw,
-    AbstractPathLaw,
-    AbstractPoseLaw,
-    AbstractScalarLaw,
-    AbstractSystemLaw,
-    PathKinematics,
-)
-from ._beam_element import BeamElement
-from ._beam_section import BeamSection
-from ._bevel_gear import BevelGear
-from ._bump_stop import BumpStop
-from ._bushing import Bushing
-from ._cable import Cable
-from ._cable_elements import Attachment, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
-from ._elasto_plastic import ElastoPlastic
-from ._element_bonds import ElementBond
-from ._friction import CoulombFriction
-from ._gear_pair import GearPair
-from ._generalised import GeneralisedEffort
-from ._hydraulic_cylinder import HydraulicCylinder
-from ._inextensible_cable import InextensibleCable
-from ._joint_friction_models import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
-from ._lugre import LuGre
-from ._maxwell import Maxwell
-from ._motor import Motor
-from ._prony import Prony, PronyBushing
-from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
-from ._spring_damper import SpringDamper
-from ._state_laws import (
-    AbstractBodyStateLaw,
-    AbstractPoseStateLaw,
-    AbstractScalarStateLaw,
-    AbstractStateLaw,
-    AbstractSystemStateLaw,
-    InternalState,
-)
-from ._table import Table
-from ._validity import Margin
-from ._worm_gear import WormGear
-from ._zener import Zener
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._actuator import PD, Actuator
+    from ._air_spring import AirSpring
+    from ._applied import Force, Torque, Wrench
+    from ._base import (
+        AbstractBodyLaw,
+        AbstractLaw,
+        AbstractPathLaw,
+        AbstractPoseLaw,
+        AbstractScalarLaw,
+        AbstractSystemLaw,
+        PathKinematics,
+    )
+    from ._beam_element import BeamElement
+    from ._beam_section import BeamSection
+    from ._bevel_gear import BevelGear
+    from ._bump_stop import BumpStop
+    from ._bushing import Bushing
+    from ._cable import Cable
+    from ._cable_elements import Attachment, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
+    from ._elasto_plastic import ElastoPlastic
+    from ._element_bonds import ElementBond
+    from ._friction import CoulombFriction
+    from ._gear_pair import GearPair
+    from ._generalised import GeneralisedEffort
+    from ._hydraulic_cylinder import HydraulicCylinder
+    from ._inextensible_cable import InextensibleCable
+    from ._joint_friction_models import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
+    from ._lugre import LuGre
+    from ._maxwell import Maxwell
+    from ._motor import Motor
+    from ._prony import Prony, PronyBushing
+    from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
+    from ._spring_damper import SpringDamper
+    from ._state_laws import (
+        AbstractBodyStateLaw,
+        AbstractPoseStateLaw,
+        AbstractScalarStateLaw,
+        AbstractStateLaw,
+        AbstractSystemStateLaw,
+        InternalState,
+    )
+    from ._table import Table
+    from ._validity import Margin
+    from ._worm_gear import WormGear
+    from ._zener import Zener
 
 __all__ = [
     "AbstractBodyLaw",
@@ -110,4 +115,4 @@ __all__ = [
     "Zener",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

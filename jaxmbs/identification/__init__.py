@@ -1,13 +1,18 @@
 """Identification: unknowns of a model from measurements, and a verdict on what the measurements can tell."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._best_excitation import Excitation, best_excitation
-from ._fourier import FourierMotion
-from ._identification import Identification
-from ._identify import identify
-from ._log_cholesky import from_log_cholesky, log_cholesky
-from ._shooting import multiple_shooting
-from ._verdict import Direction
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._best_excitation import Excitation, best_excitation
+    from ._fourier import FourierMotion
+    from ._identification import Identification
+    from ._identify import identify
+    from ._log_cholesky import from_log_cholesky, log_cholesky
+    from ._shooting import multiple_shooting
+    from ._verdict import Direction
 
 __all__ = [
     "Direction",
@@ -21,4 +26,4 @@ __all__ = [
     "multiple_shooting",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,13 +1,18 @@
 """Linear systems: matrices over named coordinates, condensation, checks, statics, transfer functions."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._block_matrices import block_matrices
-from ._check import Check, check
-from ._condensation import constraint_modes, interface_basis, partition
-from ._rigid_motions import rigid_motions
-from ._static_response import StaticResponse, equilibrium, static_response
-from ._system import LinearSystem
-from ._transfer import TransferFunctions
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._block_matrices import block_matrices
+    from ._check import Check, check
+    from ._condensation import constraint_modes, interface_basis, partition
+    from ._rigid_motions import rigid_motions
+    from ._static_response import StaticResponse, equilibrium, static_response
+    from ._system import LinearSystem
+    from ._transfer import TransferFunctions
 
 __all__ = [
     "Check",
@@ -24,4 +29,4 @@ __all__ = [
     "static_response",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

@@ -1,11 +1,16 @@
 """The model: static topology, array parameters, inertia helpers."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from . import inertia, rotations
-from ._internal_states import InternalStates
-from ._pose import Pose
-from ._system import System
-from ._topology import Topology
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from . import inertia, rotations
+    from ._internal_states import InternalStates
+    from ._pose import Pose
+    from ._system import System
+    from ._topology import Topology
 
 __all__ = [
     "InternalStates",
@@ -14,5 +19,4 @@ __all__ = [
     "Topology",
 ]
 
-for _room in (globals(), vars(inertia), vars(rotations)):
-    explain_arguments(_room)
+import_when_asked(__name__, explain_arguments)

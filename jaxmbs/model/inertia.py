@@ -14,6 +14,7 @@ from jaxmbs.math._rotation import axis_vector
 from jaxmbs.runtime import as_array
 from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
+from ..arguments import explain_arguments
 from ..checks import any_concrete, are_axes, is_concrete, negative, require_reals
 
 
@@ -142,3 +143,6 @@ def _as_arrays(*numbers) -> tuple:
 def _parallel_axis_term(xp, c) -> AnyArray:
     """Inertia of a unit point mass at c."""
     return xp.dot(c, c) * np.eye(3) - xp.outer(c, c)
+
+
+explain_arguments(globals())

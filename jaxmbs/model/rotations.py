@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..arguments import explain_arguments
 from ..checks import any_concrete, are_axes, require_reals
 from ..math import _rotation as single
 from ..runtime import as_array
@@ -68,3 +69,6 @@ def _numbers(what, value, shape):
     if any_concrete(lambda x: ~np.isfinite(x), value):
         raise ValueError(f"{what} must be finite")
     return value
+
+
+explain_arguments(globals())

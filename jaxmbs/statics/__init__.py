@@ -1,12 +1,17 @@
 """Reactions of networks of rigid bodies: trees by sums, loops by parameters or nodes, redundancy named."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._bonds import Bonds
-from ._indeterminacy import Redundancy, redundancy, with_redundancy
-from ._network import BodyNetwork
-from ._reaction_family import ReactionFamily, reaction_family
-from ._reaction_matrix import ReactionMatrix, reaction_matrix
-from ._solve import BondReaction, BondReactions, bond_reactions
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._bonds import Bonds
+    from ._indeterminacy import Redundancy, redundancy, with_redundancy
+    from ._network import BodyNetwork
+    from ._reaction_family import ReactionFamily, reaction_family
+    from ._reaction_matrix import ReactionMatrix, reaction_matrix
+    from ._solve import BondReaction, BondReactions, bond_reactions
 
 __all__ = [
     "BodyNetwork",
@@ -23,4 +28,4 @@ __all__ = [
     "with_redundancy",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)

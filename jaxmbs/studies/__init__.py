@@ -1,8 +1,13 @@
 """Studies: a function of a design over a grid, a table or samples, written to disk as it runs."""
 
+from typing import TYPE_CHECKING
+
 from ..arguments import explain_arguments
-from ._plans import Designs, grid, latin_hypercube, normal, sobol
-from ._study import StudyError, sweep
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._plans import Designs, grid, latin_hypercube, normal, sobol
+    from ._study import StudyError, sweep
 
 __all__ = [
     "Designs",
@@ -14,4 +19,4 @@ __all__ = [
     "sweep",
 ]
 
-explain_arguments(globals())
+import_when_asked(__name__, explain_arguments)
