@@ -5,12 +5,14 @@ look for them, and ends with `import_when_asked(__name__)`, which reads the same
 """
 
 import ast
+import contextlib
 import functools
+import gc
 import importlib
 import importlib.util
 import sys
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 
@@ -20,9 +22,10 @@ class Room(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        file, original = _origins(self).get(name, (f"{self.__name__}.{name}", ""))
+        file, original = origins(self).get(name, (f"{self.__name__}.{name}", ""))
         try:
-            module = importlib.import_module(file)
+            with collection_paused():
+                module = importlib.import_module(file)
         except ModuleNotFoundError as error:
             if error.name != file:
                 raise
@@ -57,8 +60,22 @@ def import_when_asked(room: str, prepare: Callable[[dict[str, Any], Sequence[str
     sys.modules[room].__class__ = Room
 
 
+@contextlib.contextmanager
+def collection_paused() -> Iterator[None]:
+    """Pause Python's garbage collector while modules are imported: hardly anything that they make is garbage, and
+    looking for it takes a fifth of the time."""
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
 @functools.cache
-def _origins(room: types.ModuleType) -> dict[str, tuple[str, str]]:
+def origins(room: types.ModuleType) -> dict[str, tuple[str, str]]:
     """The module that each name of a room comes from, and its name there, from the imports under `TYPE_CHECKING`."""
     source = room.__spec__.loader.get_source(room.__name__)  # type: ignore[union-attr]
     if source is None:

@@ -55,9 +55,7 @@ def test_docstring_of_a_joint_has_order_units_and_signs(kind):
         assert "Velocit" in text and "Effort" in text and "frames agree" in text or "they agree" in text
 
 
-@pytest.mark.parametrize(
-    "kind", [t for t in vars(elements).values() if isinstance(t, type)], ids=lambda t: t.__name__
-)
+@pytest.mark.parametrize("kind", [elements.AbstractElement, *elements.ALL], ids=lambda t: t.__name__)
 def test_docstring_of_an_element_says_signs_and_units_of_its_forces(kind):
     text = inspect.getdoc(kind)
     if kind.force_labels:

@@ -209,7 +209,7 @@ OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix",
 
 def test_every_picture_is_looked_at(pictured):
     assert {*NAMES, *OTHERS} == set(pictured)
-    assert {name.split()[0] for name in (*NAMES, *OTHERS)} == {name for name in vars(viz) if name.startswith("plot_")}
+    assert {name.split()[0] for name in (*NAMES, *OTHERS)} == {n for n in viz.__all__ if n.startswith("plot_")}
 
 
 @pytest.mark.slow

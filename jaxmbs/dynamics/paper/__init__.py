@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from ...arguments import explain_arguments
 from ...lazy import import_when_asked
 
 if TYPE_CHECKING:
@@ -45,4 +46,4 @@ __all__ = [
     "total_effort",
 ]
 
-import_when_asked(__name__)
+import_when_asked(__name__, explain_arguments)
