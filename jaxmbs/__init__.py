@@ -2,11 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from .lazy import collection_paused, import_when_asked
-
-with collection_paused():
-    from .arguments import explain_arguments
-    from .runtime import warn_of_wrong_release
+from .arguments import explain_arguments
+from .lazy import import_when_asked
+from .runtime import warn_of_wrong_release
 
 if TYPE_CHECKING:
     from . import (
