@@ -176,7 +176,7 @@ def _dot(rows):
     rows.table(7 + 2 * rows["x0"])
     m, n, k, *strides = (rows.entry(place) for place in range(7))
     for number in (m, n, k, *strides):
-        rows.claim(number >= 0, "a negative length or stride")
+        rows.claim((number >= 0) & (number <= rows.space.size), "a length or stride out of range")
     rows.claim(rows["x0"] * m * n <= rows["n"], "a product beyond its result")
     for name, place, length, (own, along) in (("a", 0, m, strides[:2]), ("b", 1, n, strides[2:])):
         start = rows.largest(rows["table"] + 7 + place * rows["x0"], rows["x0"])

@@ -1,6 +1,6 @@
 """A tape: a traced program as instructions of the machine, run without compiling anything."""
 
-import threading
+import contextlib
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,6 @@ class Tape:
         parts = program if isinstance(program, Parts) else written(program)
         self.parts = parts.validated()
         self._arenas: list[np.ndarray] = []
-        self._lock = threading.Lock()
 
     @property
     def num_instructions(self) -> int:
@@ -78,15 +77,16 @@ class Tape:
         run(parts.code, parts.starts, parts.tables, arena, lambda k: call_host(parts.code[k], parts.tables, arena))
         found = [self._result(arena, place) for place in parts.outputs]
         if parts.size <= tuning.TAPE_ARENA_KEPT:
-            with self._lock:
-                self._arenas.append(arena)
+            self._arenas.append(arena)
         return found
 
     def _take_arena(self):
-        """An arena that no other call uses.  Constants are never overwritten, so that one may be used again."""
-        with self._lock:
-            if self._arenas:
-                return self._arenas.pop()
+        """An arena that no other call uses.  Constants are never overwritten, so that one may be used again.
+
+        There is no lock, which a process forked meanwhile would find locked: Python takes from a list at once.
+        """
+        with contextlib.suppress(IndexError):
+            return self._arenas.pop()
         arena = np.zeros(self.parts.size)
         for place, numbers in self.parts.constants:
             arena[place : place + numbers.size] = numbers
