@@ -7,7 +7,9 @@ import jax
 from ._compiler_options import OPTIONS, SMALL_LOOPS, is_given, known_options
 from ._small_call import sets_marks
 from ._tricks import TRICKS, is_on, needed_tricks
-from .tape import is_available
+from .tape import ASKED, machine_kind
+
+_NO_MACHINE = "made without a C compiler; with one, install again"
 
 
 class TrickState(NamedTuple):
@@ -35,7 +37,17 @@ def _state(name):
         return "not available", obstacle
     if name in needed_tricks():
         return "needed", needed_tricks()[name]
-    return ("on", "") if is_on(name) else ("off", "JAXMBS_TRICKS switches it off")
+    return ("on", _remark(name)) if is_on(name) else ("off", "JAXMBS_TRICKS switches it off")
+
+
+def _remark(name):
+    """The machine that runs tapes."""
+    if name != "tape":
+        return ""
+    if machine_kind() == "c":
+        return "by the machine in C"
+    reason = _NO_MACHINE if ASKED == "auto" else "JAXMBS_TAPE asks for it"
+    return f"by the machine in NumPy, a hundred times slower: {reason}"
 
 
 def _obstacle(name):
@@ -47,8 +59,8 @@ def _obstacle(name):
         and backend != "cpu"
     ):
         return f"for the CPU alone, not for {backend}"
-    if name == "tape" and not is_available():
-        return "made without a C compiler; with one, install again"
+    if name == "tape" and machine_kind() is None:
+        return f"JAXMBS_TAPE asks for the machine in C: {_NO_MACHINE}"
     option = OPTIONS.get(name, "")
     if option and option not in known_options(backend):
         return f"the XLA of jax {jax.__version__} does not know {option}"

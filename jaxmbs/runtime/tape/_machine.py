@@ -1,19 +1,33 @@
-"""The machine in C, built when the library is installed."""
+"""The machine in C, built when the library is installed, and the one in NumPy where it was not."""
 
 import ctypes
 import functools
+import os
 from collections.abc import Callable
 
 import numpy as np
 
 from ._build import LIBRARY, sources_number
+from ._host import call_host
+from ._numpy_machine import NumpyRun
+from ._parts import Parts
 
 _HOST = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p)
 
 
+def _asked(setting: str) -> str:
+    if setting not in ("auto", "c", "numpy"):
+        raise ValueError(f"JAXMBS_TAPE={setting!r} must be auto, c or numpy")
+    return setting
+
+
+#: The machine that the environment asks for.
+ASKED = _asked(os.environ.get("JAXMBS_TAPE", "auto"))
+
+
 @functools.cache
-def machine() -> ctypes.CDLL | None:
-    """The machine, or None where it was not built or from other sources."""
+def _machine() -> ctypes.CDLL | None:
+    """The machine in C, or None where it was not built or from other sources."""
     try:
         library = ctypes.CDLL(str(LIBRARY))
         library.tape_sources.restype = ctypes.c_int64
@@ -22,29 +36,38 @@ def machine() -> ctypes.CDLL | None:
     return library if library.tape_sources() == sources_number() else None
 
 
+def machine_kind() -> str | None:
+    """ "c" or "numpy", whichever runs tapes; None where the one that `JAXMBS_TAPE` asks for is missing."""
+    if ASKED == "numpy" or _machine() is None:
+        return None if ASKED == "c" else "numpy"
+    return "c"
+
+
 def is_available() -> bool:
-    """True if this installation has the machine."""
-    return machine() is not None
+    """True if a machine runs tapes here."""
+    return machine_kind() is not None
 
 
-def run(
-    code: np.ndarray, starts: np.ndarray, tables: np.ndarray, arena: np.ndarray, host: Callable[[int], None]
-) -> None:
-    """Run a tape over an arena, which it changes; Python's lock is free meanwhile.
+def bind(parts: Parts, arena: np.ndarray) -> Callable[[], None]:
+    """A function that runs a tape over an arena, which it changes."""
+    if machine_kind() == "numpy":
+        return NumpyRun(parts, arena)
+    return functools.partial(_run, parts, arena)
 
-    Args: host: called for instructions that the machine leaves to NumPy, by their number.
-    """
+
+def _run(parts, arena):
+    """Python's lock is free meanwhile, but for the instructions that the machine leaves to NumPy."""
     failed: list[BaseException] = []
 
     def call(number, _):
         try:
-            host(number)
+            call_host(parts.code[number], parts.tables, arena)
         except BaseException as error:  # ctypes prints what a callback raises, and goes on
             failed.append(error)
 
-    pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (code, starts, tables, arena)]
-    library = machine()
-    assert library is not None  # a tape is made where there is one
+    pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (parts.code, parts.starts, parts.tables, arena)]
+    library = _machine()
+    assert library is not None
     library.tape_run(*pointers, _HOST(call))
     if failed:
         raise failed[0]

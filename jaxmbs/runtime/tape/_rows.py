@@ -57,11 +57,11 @@ class Rows:
             first = int(np.argmin(is_good))
             raise TapeError(f"instruction {self.rows[first]} of the tape ({NAMES[self.own[first, 0]]}) has {fault}")
 
-    def within(self, start: np.ndarray, length: np.ndarray | float) -> None:
+    def within(self, start: np.ndarray, length: np.ndarray | float | int) -> None:
         """Claim numbers of the arena."""
         self.claim(self.has(start, length), "numbers outside of the arena")
 
-    def has(self, start: np.ndarray | int, length: np.ndarray | float) -> np.ndarray:
+    def has(self, start: np.ndarray | int, length: np.ndarray | float | int) -> np.ndarray:
         """True where there are such numbers in the arena."""
         return np.asarray((start >= 0) & (start + length <= self.space.size))
 

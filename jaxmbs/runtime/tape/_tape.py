@@ -1,6 +1,7 @@
 """A tape: a traced program as instructions of the machine, run without compiling anything."""
 
 import contextlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,9 @@ from jax.extend.core import ClosedJaxpr
 from .. import _tuning as tuning
 from . import _control, _elementwise, _index, _linalg, _rearrange, _reduce  # noqa: F401  (they register rules)
 from ._flatten import Atom
-from ._host import call_host
-from ._machine import run
+from ._machine import bind
 from ._memory import Value
+from ._numpy_machine import LIMITED, OvertimeError
 from ._opcodes import FIELDS
 from ._parts import Parts, Place
 from ._writer import Writer
@@ -52,7 +53,8 @@ class Tape:
     def __init__(self, program: ClosedJaxpr | Parts):
         parts = program if isinstance(program, Parts) else written(program)
         self.parts = parts.validated()
-        self._arenas: list[np.ndarray] = []
+        self._is_slow = False
+        self._arenas: list[tuple[np.ndarray, Callable[[], None]]] = []
 
     @property
     def num_instructions(self) -> int:
@@ -70,27 +72,42 @@ class Tape:
         return self.parts.largest_work
 
     def __call__(self, *arrays: Any) -> list[np.ndarray]:
-        """Results of the program, arrays of NumPy with the types of the program's results."""
-        parts, arena = self.parts, self._take_arena()
+        """Results of the program, arrays of NumPy with the types of the program's results.
+
+        Raises: OvertimeError where runs are `limited`, when it has cost more than compiling.
+        """
+        parts = self.parts
+        arena, run = taken = self._take_arena()
         for place, array in zip(parts.inputs, arrays, strict=True):
             arena[place.start : place.start + place.size] = np.asarray(array).reshape(-1)
-        run(parts.code, parts.starts, parts.tables, arena, lambda k: call_host(parts.code[k], parts.tables, arena))
+        self._run(run)
         found = [self._result(arena, place) for place in parts.outputs]
         if parts.size <= tuning.TAPE_ARENA_KEPT:
-            self._arenas.append(arena)
+            self._arenas.append(taken)
         return found
 
-    def _take_arena(self):
-        """An arena that no other call uses.  Constants are never overwritten, so that one may be used again.
+    def _run(self, run):
+        """What was too slow once is not begun again where it may be given up."""
+        if self._is_slow and LIMITED.get():
+            raise OvertimeError
+        try:
+            run()
+        except OvertimeError:
+            self._is_slow = True
+            raise
 
-        There is no lock, which a process forked meanwhile would find locked: Python takes from a list at once.
+    def _take_arena(self):
+        """An arena that no other call uses, and what runs the tape over it.
+
+        Constants are never overwritten, so that one may be used again.  There is no lock, which a process forked
+        meanwhile would find locked: Python takes from a list at once.
         """
         with contextlib.suppress(IndexError):
             return self._arenas.pop()
         arena = np.zeros(self.parts.size)
         for place, numbers in self.parts.constants:
             arena[place : place + numbers.size] = numbers
-        return arena
+        return arena, bind(self.parts, arena)
 
     @staticmethod
     def _result(arena, place):

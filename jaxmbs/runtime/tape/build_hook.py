@@ -20,7 +20,7 @@ class TapeMachineHook(BuildHookInterface):
             build_data["pure_python"] = False
             build_data["infer_tag"] = True
         else:
-            self.app.display_warning("no C compiler: programs are compiled by XLA where they could run at once")
+            self.app.display_warning("no C compiler: tapes run in NumPy, slower")
 
 
 def _building() -> Any:

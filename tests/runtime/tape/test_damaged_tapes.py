@@ -66,6 +66,7 @@ def sanitized(tmp_path_factory):
     return program or pytest.skip("no C compiler with sanitisers")
 
 
+@pytest.mark.slow
 def test_damaged_tapes_are_refused_or_stay_in_bounds(sanitized):
     refused, ran, ended = fuzz(sanitized, 2000, 0)
     assert refused + ran == 2000 and refused > 500 and ended > 500, (refused, ran, ended)
@@ -78,6 +79,7 @@ def test_many_damaged_tapes_are_refused_or_stay_in_bounds(sanitized):
     assert refused + ran == 100_000
 
 
+@pytest.mark.slow
 def test_the_sanitisers_see_what_the_checks_refuse(sanitized):
     """A tape with one double less than it uses: refused by the checks, and found where nothing checks it."""
     parts = tape_of("products").parts
