@@ -3,7 +3,7 @@
 from ._bytes import read_tape, write_tape
 from ._flatten import UnsupportedError
 from ._machine import ASKED, is_available, machine_kind
-from ._numpy_machine import OvertimeError, limited
+from ._overtime import OvertimeError, limited
 from ._rows import TapeError
 from ._tape import Tape
 

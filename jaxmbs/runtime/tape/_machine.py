@@ -9,7 +9,6 @@ import numpy as np
 
 from ._build import LIBRARY, sources_number
 from ._host import call_host
-from ._numpy_machine import NumpyRun
 from ._parts import Parts
 
 _HOST = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p)
@@ -51,6 +50,8 @@ def is_available() -> bool:
 def bind(parts: Parts, arena: np.ndarray) -> Callable[[], None]:
     """A function that runs a tape over an arena, which it changes."""
     if machine_kind() == "numpy":
+        from ._numpy_machine import NumpyRun
+
         return NumpyRun(parts, arena)
     return functools.partial(_run, parts, arena)
 

@@ -1,9 +1,7 @@
 """The machine in NumPy, for installations that were made without a C compiler: the same tapes, slower."""
 
-import contextlib
-import contextvars
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,26 +10,11 @@ from . import _numpy_algebra, _numpy_arrays, _numpy_elementwise  # noqa: F401  (
 from ._host import call_host
 from ._numpy_memory import BINDINGS, Action, Instruction, Memory
 from ._opcodes import NAMES
+from ._overtime import LIMITED, OvertimeError
 from ._parts import Parts
 
 #: Turns of loops between two looks at the clock, which is slow to answer.
 _TURNS = 64
-#: True while a run may be given up, since the compiler can do it.
-LIMITED: contextvars.ContextVar[bool] = contextvars.ContextVar("LIMITED", default=False)
-
-
-@contextlib.contextmanager
-def limited(is_limited: bool) -> Iterator[None]:
-    """Give runs of the NumPy machine up, by OvertimeError, once they have cost more than compiling."""
-    token = LIMITED.set(is_limited)
-    try:
-        yield
-    finally:
-        LIMITED.reset(token)
-
-
-class OvertimeError(Exception):
-    """A run that has cost more than compiling its program."""
 
 
 class NumpyRun:
