@@ -31,7 +31,7 @@ def _pad(i, memory):
 def _join(i, memory):
     pairs = []
     for place, is_splat, number, length, start, stride in memory.table(i.table, i.x0, 6).tolist():
-        source = memory.rows(place, number, length, length, is_splat)
+        source = memory.rows(place, number, length, length, bool(is_splat))
         pairs.append((memory.rows(i.out + start, number, length, stride), source))
     return _copy_all, (pairs,)
 

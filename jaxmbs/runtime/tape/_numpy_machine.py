@@ -68,7 +68,7 @@ class NumpyRun:
     def _scan(self, i: Instruction, memory: Memory) -> Callable[[], None]:
         table = memory.table(i.table, i.x1 + i.x2, 4).tolist()
         stacks = [memory.rows(stack, i.n, length, length) for stack, _, length, _ in table]
-        rows = [memory.rows(row, 1, length, length, is_splat)[0] for _, row, length, is_splat in table]
+        rows = [memory.rows(row, 1, length, length, bool(is_splat))[0] for _, row, length, is_splat in table]
         given = list(zip(rows[: i.x1], stacks[: i.x1], strict=True))
         taken = list(zip(stacks[i.x1 :], rows[i.x1 :], strict=True))
 
