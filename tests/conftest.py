@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ.setdefault("JAXMBS_STORE", "off")  # tests put other functions in place of the library's
 
 import jax
 import pytest

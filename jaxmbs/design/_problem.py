@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..runtime import compile_kind, jaxpr_function, take_notes, without_unused
+from ..runtime import TracedFunction, take_notes
 from ..status import Status
 from ._limit import BoundConstraint, Limit, bind, limit_values
 from ._variables import Variables
@@ -67,13 +67,10 @@ def trace_problem(
             value, answers = _split_answers(objective(design))
         return value, limit_values(limits, design, answers), [s for s in statuses if jnp.ndim(s) == 0]
 
-    with compile_kind(compile):  # traced once: shapes and derivatives come from the same equations
-        traced, (shape, values, _) = jax.make_jaxpr(objective_and_limits, return_shape=True)(
-            variables.clip(variables.start)
-        )
+    program = TracedFunction(objective_and_limits, variables.clip(variables.start), compile=compile)
+    shape, values, _ = program.shape
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
-    program = jaxpr_function(without_unused(traced))
     constraints = tuple(bind(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def objective_and_constraints(x):

@@ -12,7 +12,7 @@ from jaxtyping import PyTree
 from ..batching._batch import batch
 from ..batching._sampling import normal_points, sobol_points
 from ..checks import require_reals
-from ..runtime import compile_kind, jaxpr_function, jit, without_unused
+from ..runtime import TracedFunction, jit
 from ..typing import AnyArray, ArrayLike
 from ._deviations import read_deviations
 from ._variables import read_variables
@@ -136,9 +136,8 @@ def tolerances(
     """
     x, width, unravel = read_deviations(design, widths, "widths")
     x = jnp.asarray(x, float)
-    with compile_kind(compile):
-        program = without_unused(jax.make_jaxpr(lambda x: _as_number(function(unravel(x))))(x))
-    slope = _value_and_gradient(lambda x: jaxpr_function(program)(x)[0], gradient)
+    program = TracedFunction(lambda x: _as_number(function(unravel(x))), x, compile=compile)
+    slope = _value_and_gradient(lambda x: program(x)[0], gradient)
     value, slopes = (np.asarray(part) for part in jit(slope, compile=compile)(x))
     names = read_variables(design, None).names
     bad = [name for name, one in zip(names, slopes, strict=True) if not np.isfinite(one)]

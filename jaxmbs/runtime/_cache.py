@@ -27,8 +27,8 @@ def cache(path: str | PathLike | None = None, size: int = 2 * 2**30) -> Path:
 
     Raises: OSError if the folder cannot be made.
     """
-    folder = Path(path).expanduser() if path is not None else _of_user() / "jaxmbs"
-    folder = folder / f"jaxlib-{jaxlib.__version__}-{_cpu()}"
+    folder = Path(path).expanduser() if path is not None else user_folder() / "jaxmbs"
+    folder = folder / f"jaxlib-{jaxlib.__version__}-{cpu_name()}"
     folder.mkdir(parents=True, exist_ok=True)
     _shrink(folder, size)
     jax.config.update("jax_compilation_cache_dir", str(folder))
@@ -48,13 +48,14 @@ def _shrink(folder: Path, size: int) -> None:
             file.unlink(missing_ok=True)
 
 
-def _of_user() -> Path:
+def user_folder() -> Path:
+    """The user's folder for caches.  Raises: RuntimeError for a user without a home."""
     if platform.system() == "Windows":
         return Path(os.environ.get("LOCALAPPDATA", "~")).expanduser()
     return Path(os.environ.get("XDG_CACHE_HOME", "~/.cache")).expanduser()
 
 
-def _cpu() -> str:
+def cpu_name() -> str:
     """A name for CPUs that have the same instructions."""
     lines = _CPU_INFO.read_text().splitlines() if _CPU_INFO.exists() else []
     flags = next((line for line in lines if line.startswith(("flags", "Features"))), platform.processor())

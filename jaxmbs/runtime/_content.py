@@ -4,8 +4,8 @@ import dataclasses
 import enum
 import functools
 import hashlib
+import operator
 import re
-import sys
 import types
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -13,15 +13,24 @@ from typing import Any
 import equinox as eqx
 import jax
 import numpy as np
+from jax.extend.core import ClosedJaxpr, Jaxpr
 
 from ..checks import is_concrete
+from ._code_content import (
+    UnknownContentError,
+    builtin_parts,
+    class_parts,
+    code_parts,
+    function_parts,
+    is_constant_module,
+)
 
-_LIBRARIES = ("jax", "jaxlib", "jaxmbs", "numpy", "scipy", "equinox", "diffrax", "optax", "lineax", "optimistix")
 _NUMBERS = (bool, int, float, complex, str, bytes, type(None), type(...), range, slice)
-
-
-class UnknownContentError(Exception):
-    """Something whose behaviour cannot be read off."""
+_DESCRIPTORS = (types.MethodDescriptorType, types.WrapperDescriptorType, types.ClassMethodDescriptorType)
+_GETTERS = (operator.itemgetter, operator.attrgetter, operator.methodcaller)
+#: Rules for derivatives and batches that functions of JAX and equinox carry.
+_RULES = ("jvp", "fwd", "bwd", "vmap_rule", "transpose")
+_MOST_TOKENS = 300_000  # of a content; what holds more is like no other
 
 
 class KnownFunction:
@@ -38,6 +47,9 @@ class KnownFunction:
             self.is_known = True
         except UnknownContentError:
             self._content, self.is_known = function, False
+
+    def __content__(self) -> list:
+        return [self.function]
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return self.function(*args, **kwargs)
@@ -70,17 +82,20 @@ def content_of(value: Any, strict: bool = True) -> str:
 
     Args: strict: whether an object of an unknown kind is an error; else it counts by its text, without addresses.
 
-    Raises: NoContent.
+    Raises: UnknownContentError.
     """
     found = hashlib.sha256()
-    for token in _Reader(strict).tokens(value):
-        found.update(token.encode() + b"\n")
+    for number, token in enumerate(_Reader(strict).tokens(value)):
+        if strict and number > _MOST_TOKENS:
+            raise UnknownContentError(f"more than {_MOST_TOKENS} parts")
+        found.update(token.encode(errors="surrogatepass") + b"\n")
     return found.hexdigest()
 
 
 class _Reader:
     def __init__(self, strict: bool):
-        self._strict, self._open = strict, set()
+        self._strict = strict
+        self._open: dict[int, int] = {}  # objects that are being read, and their depth
 
     def tokens(self, value: Any) -> Iterator[str]:
         """Contents of a value, in order."""
@@ -89,93 +104,111 @@ class _Reader:
         elif isinstance(value, np.ndarray | np.generic | jax.Array):
             yield self._array(value)
         elif id(value) in self._open:
-            yield "itself"
+            yield f"the object {len(self._open) - self._open[id(value)]} above"
         else:
-            self._open.add(id(value))
+            self._open[id(value)] = len(self._open)
             yield f"{type(value).__module__}.{type(value).__qualname__}"
             for part in self._parts(value):
                 yield from self.tokens(part)
-            self._open.discard(id(value))
+            del self._open[id(value)]
             yield "end"
 
     def _array(self, value):
         if not is_concrete(value):
             raise UnknownContentError("a traced array")
+        if jax.dtypes.issubdtype(value.dtype, jax.dtypes.extended):
+            value = jax.random.key_data(value)
         array = np.asarray(value)
         if array.dtype.hasobject:
             raise UnknownContentError("an array of objects")
-        return f"{array.dtype}{array.shape} {hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()}"
+        digest = hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()
+        return f"{type(value).__name__} {array.dtype.str}{array.shape} {getattr(value, 'weak_type', '')} {digest}"
 
     def _parts(self, value) -> list:
         """Parts of an object."""
-        if isinstance(value, types.FunctionType):
-            return self._function(value)
-        if isinstance(value, types.CodeType):
-            names = value.co_names, value.co_varnames, value.co_argcount, value.co_kwonlyargcount, value.co_flags
-            return [value.co_code, *names, *value.co_consts]
-        if isinstance(value, type):
-            return self._class(value)
-        if isinstance(value, types.ModuleType | types.BuiltinFunctionType | np.ufunc):
-            return [str(getattr(value, "__module__", "")), getattr(value, "__qualname__", value.__name__)]
-        if isinstance(value, types.MethodType):
-            return [value.__self__, value.__func__]
-        if isinstance(value, functools.partial):
-            return [value.func, value.args, value.keywords]
-        if isinstance(value, KnownFunction):
-            return [value.function]
-        if isinstance(value, jax.tree_util.PyTreeDef):
-            return [value.node_data(), *value.children()]
-        if isinstance(value, Mapping):
-            return [part for item in value.items() for part in item]
-        if isinstance(value, tuple | list):
-            return list(value)
-        if isinstance(value, set | frozenset):
-            return sorted(content_of(part, self._strict) for part in value)
-        if isinstance(value, enum.Enum):
-            return [value.name]
+        if not isinstance(value, type) and hasattr(type(value), "__content__"):
+            return value.__content__()
+        for kind, parts in _PARTS:
+            if isinstance(value, kind):
+                found = parts(value, self._strict)
+                return found if isinstance(found, list) else [found]
         if dataclasses.is_dataclass(value):
-            fields = (part for f in dataclasses.fields(value) for part in (f.name, getattr(value, f.name, None)))
-            return [type(value), *fields]
+            return [type(value), *_attributes(value)]
         if callable(getattr(value, "__wrapped__", None)):  # of jax.jit, and of rules for derivatives
-            return [value.__wrapped__, *(getattr(value, rule, None) for rule in ("jvp", "fwd", "bwd"))]
+            return [value.__wrapped__, *(getattr(value, rule, None) for rule in _RULES)]
         if self._strict:
-            raise UnknownContentError(f"{value!r}")
+            return _state(value)
+        if isinstance(value, Mapping):
+            return _items(value)
         return [re.sub(r" at 0x[0-9a-f]+", "", repr(value))]
 
-    def _class(self, kind) -> list:
-        """Its name; of a user's class what its functions do."""
-        if not _of_library(kind.__module__) and self._strict:
-            raise UnknownContentError(f"{kind.__qualname__}, which may be defined anew")
-        found: list[Any] = [f"{kind.__module__}.{kind.__qualname__}"]
-        if not _of_library(kind.__module__):
-            found += [part for _, part in sorted(vars(kind).items()) if isinstance(part, types.FunctionType)]
-        return found
 
-    def _function(self, function) -> list:
-        """Code, defaults, closure and the globals that are read; of a library's function its name."""
-        name = f"{function.__module__}.{function.__qualname__}"
-        if _of_library(function.__module__) and "<" not in name:
-            return [name]
-        cells = [cell.cell_contents for cell in function.__closure__ or () if cell != types.CellType()]
-        read = sorted(set(_names(function.__code__)) & function.__globals__.keys())
-        found = [function.__code__, function.__defaults__, function.__kwdefaults__ or {}, *cells]
-        for name in read:
-            value = function.__globals__[name]
-            if isinstance(value, types.ModuleType) and not _of_library(value.__name__) and self._strict:
-                raise UnknownContentError(f"module {name}, whose entries may change")
-            found += [name, value]
-        return found
+def _attributes(value):
+    """Names and values of a data class's fields; of a user's, of what else was set too."""
+    names = {field.name for field in dataclasses.fields(value)}
+    if not is_constant_module(type(value).__module__):
+        names |= getattr(value, "__dict__", {}).keys()
+    return [part for name in sorted(names) for part in (name, getattr(value, name, None))]
 
 
-def _of_library(module) -> bool:
-    """True if a module is one whose entries do not change."""
-    root = str(module).partition(".")[0]
-    return root in _LIBRARIES or (root in sys.stdlib_module_names and root != "__main__")
+def _state(value):
+    """What an object would be made of again, as `copy` and `pickle` ask it."""
+    try:
+        found = "" if type(value) is object else value.__reduce_ex__(2)  # a plain object is known by its identity
+    except Exception:  # noqa: BLE001 - what an object of the user's raises
+        raise UnknownContentError(f"{value!r}") from None
+    if not found:
+        raise UnknownContentError(f"{value!r}")
+    if isinstance(found, str):
+        return [type(value), found]
+    made, args, state, items, pairs = (*found, None, None, None)[:5]
+    return [made, args, state, list(items or ()), list(pairs or ())]
 
 
-def _names(code) -> Iterator[str]:
-    """Names of globals and attributes that code reads, that inside of it too."""
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _names(constant)
+def _module(value, strict):
+    if strict and not is_constant_module(value.__name__):
+        raise UnknownContentError(f"module {value.__name__}, whose entries may change")
+    return value.__name__
+
+
+def _jaxpr(value, strict):
+    if strict:  # larger than what it was traced from
+        raise UnknownContentError("a traced program")
+    return str(value)
+
+
+def _set(value, strict):
+    return sorted(content_of(part, strict) for part in value)
+
+
+def _items(value):
+    return [part for item in value.items() for part in item]
+
+
+def _more_of(mapping):
+    """What a kind of dictionary holds beside its items."""
+    return [getattr(mapping, "default_factory", None), *_items(getattr(mapping, "__dict__", {}))]
+
+
+#: The parts of an object by its type, the first that fits.
+_PARTS: list[tuple[Any, Callable[[Any, bool], Any]]] = [
+    (types.FunctionType, function_parts),
+    (types.CodeType, code_parts),
+    (type, class_parts),
+    (types.ModuleType, _module),
+    (types.BuiltinFunctionType | types.MethodWrapperType | np.ufunc, builtin_parts),
+    (_DESCRIPTORS, lambda value, _: [value.__objclass__, value.__name__]),
+    (types.MethodType, lambda value, _: [value.__self__, value.__func__]),
+    (functools.partial, lambda value, _: [value.func, value.args, value.keywords]),
+    (_GETTERS, lambda value, _: list(value.__reduce__())),
+    (staticmethod | classmethod, lambda value, _: value.__func__),
+    (property, lambda value, _: [value.fget, value.fset]),
+    (np.dtype, lambda value, _: value.str),
+    (jax.tree_util.PyTreeDef, lambda value, _: [value.node_data(), *value.children()]),
+    (enum.Enum, lambda value, _: [type(value), value.name]),
+    (tuple | list, lambda value, _: list(value)),
+    (ClosedJaxpr | Jaxpr, _jaxpr),
+    (set | frozenset, _set),
+    (dict, lambda value, _: _items(value) if type(value) is dict else [*_items(value), *_more_of(value)]),
+    (types.MappingProxyType, lambda value, _: _items(value)),
+]

@@ -68,7 +68,7 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
         with compile_kind(kind := {"auto": "full", "tape": "quick"}.get(compile, compile)):
             return outer(kind, jax.default_backend(), OFF.value)(*args, **kwargs)
 
-    on_tape = TapeFunction(traced, by_compiler if compile == "auto" else None)
+    on_tape = TapeFunction(traced, function, by_compiler if compile == "auto" else None)
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):

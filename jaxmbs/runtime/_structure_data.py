@@ -8,6 +8,8 @@ import dataclasses
 import enum
 import importlib
 import sys
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import jax
@@ -16,11 +18,15 @@ import numpy as np
 _PLAIN = (bool, int, str, type(None))
 
 
-def to_data(value: Any, where: str = "the result") -> Any:
+def to_data(value: Any, where: str = "the result", told: Callable[[Any], Any] = lambda value: None) -> Any:
     """A pytree, its static settings and the numbers in place of its leaves.
+
+    Args: told: the data of a part that is known otherwise; None for other parts.
 
     Raises: TypeError naming the part that is no data: a function, or an object of a class that has no fields.
     """
+    if (found := told(value)) is not None:
+        return found
     if isinstance(value, enum.Enum):
         return {"enum": _name(type(value), where), "member": value.name}
     if type(value) in _PLAIN:
@@ -35,23 +41,25 @@ def to_data(value: Any, where: str = "the result") -> Any:
     if isinstance(value, type):
         return {"class": _name(value, where)}
     if isinstance(value, dict):
-        rows = [[to_data(key, where), to_data(part, f"{where}[{key!r}]")] for key, part in value.items()]
+        rows = [[to_data(key, where, told), to_data(part, f"{where}[{key!r}]", told)] for key, part in value.items()]
         return {"dict": rows}
     if hasattr(value, "_fields"):
-        parts = [to_data(part, f"{where}.{name}") for name, part in zip(value._fields, value, strict=True)]
+        parts = [to_data(part, f"{where}.{name}", told) for name, part in zip(value._fields, value, strict=True)]
         return {"record": _name(type(value), where), "items": parts}
     for kind in (list, tuple, frozenset):
         if type(value) is kind:
-            return {kind.__name__: [to_data(part, f"{where}[{k}]") for k, part in enumerate(value)]}
+            return {kind.__name__: [to_data(part, f"{where}[{k}]", told) for k, part in enumerate(value)]}
     if dataclasses.is_dataclass(value):
         names = [field.name for field in dataclasses.fields(value) if hasattr(value, field.name)]
-        parts = {name: to_data(getattr(value, name), f"{where}.{name}") for name in names}
+        parts = {name: to_data(getattr(value, name), f"{where}.{name}", told) for name in names}
         return {"object": _name(type(value), where), "fields": parts}
     raise TypeError(f"{where} holds {value!r}, which cannot be stored as data: return arrays in its place")
 
 
-def from_data(data: Any) -> Any:
+def from_data(data: Any, readers: Mapping[str, Callable[[dict], Any]] = MappingProxyType({})) -> Any:
     """The object that `to_data` made data of.
+
+    Args: readers: of what was `told`, by the first name in its data.
 
     Raises: ValueError for what it did not make, and for a class of the user's whose module is not imported.
     """
@@ -60,41 +68,43 @@ def from_data(data: Any) -> Any:
     if not isinstance(data, dict):
         raise ValueError(f"no structure: {data!r}")
     kind = next(iter(data), "")
+    if kind in readers:
+        return readers[kind](data)
     if kind not in _READERS:
         raise ValueError(f"no structure: {kind!r}")
-    return _READERS[kind](data)
+    return _READERS[kind](data, lambda part: from_data(part, readers))
 
 
-def _array(data):
+def _array(data, _):
     array = np.frombuffer(base64.b64decode(data["bytes"]), np.dtype(data["array"]))
     return array.reshape(data["shape"])
 
 
-def _record(data):
-    return tuple.__new__(_class(data["record"], tuple), [from_data(part) for part in data["items"]])
+def _record(data, read):
+    return tuple.__new__(_class(data["record"], tuple), [read(part) for part in data["items"]])
 
 
-def _object(data):
+def _object(data, read):
     kind, fields = _class(data["object"], object), data["fields"]
     known = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else set()
     if not fields.keys() <= known:
         raise ValueError(f"{data['object']} has no fields {', '.join(sorted(fields.keys() - known))}")
     made = object.__new__(kind)
     for name, part in fields.items():
-        object.__setattr__(made, name, from_data(part))
+        object.__setattr__(made, name, read(part))
     return made
 
 
-_READERS: dict = {
-    "float": lambda data: float.fromhex(data["float"]),
+_READERS: dict[str, Callable[[dict, Callable], Any]] = {
+    "float": lambda data, _: float.fromhex(data["float"]),
     "array": _array,
-    "dtype": lambda data: np.dtype(data["dtype"]),
-    "class": lambda data: _class(data["class"], object),
-    "enum": lambda data: _class(data["enum"], enum.Enum)[data["member"]],
-    "dict": lambda data: {from_data(key): from_data(part) for key, part in data["dict"]},
-    "list": lambda data: [from_data(part) for part in data["list"]],
-    "tuple": lambda data: tuple(from_data(part) for part in data["tuple"]),
-    "frozenset": lambda data: frozenset(from_data(part) for part in data["frozenset"]),
+    "dtype": lambda data, _: np.dtype(data["dtype"]),
+    "class": lambda data, _: _class(data["class"], object),
+    "enum": lambda data, _: _class(data["enum"], enum.Enum)[data["member"]],
+    "dict": lambda data, read: {read(key): read(part) for key, part in data["dict"]},
+    "list": lambda data, read: [read(part) for part in data["list"]],
+    "tuple": lambda data, read: tuple(read(part) for part in data["tuple"]),
+    "frozenset": lambda data, read: frozenset(read(part) for part in data["frozenset"]),
     "record": _record,
     "object": _object,
 }

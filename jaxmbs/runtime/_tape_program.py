@@ -1,6 +1,8 @@
-"""Functions run by tapes: traced once for each structure of their arguments, as `equinox.filter_jit` does it."""
+"""Functions run by tapes: traced once for each structure of their arguments, as `equinox.filter_jit` does it, and not
+at all where the store knows the tape."""
 
 import collections
+import functools
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -9,46 +11,63 @@ import equinox as eqx
 import jax
 
 from . import _tuning as tuning
+from ._store_key import question_key
+from ._stored_program import StoredProgram, read_program, write_program
 from ._tiers import Tier
 from ._tricks import OFF, is_on
 from .tape import Tape, UnsupportedError, is_available
 
 
 class _Program:
-    """A tape, and how its results become what the function returns; its tier."""
+    """A tape, how its results become what the function returns, its tier, and what the compiler makes of it.
 
-    def __init__(self, tape: Tape, structure: Any, static: Any):
-        self._tape, self._structure, self._static = tape, structure, static
-        self.tier = Tier(tape.num_instructions)
+    Args:
+        by_compiler: the function of (args, kwargs) compiled; None to stay on the tape.
+        write: function of arrays and results, called with those of the first run.
+    """
 
-    def __call__(self, leaves):
-        with self.tier.measured():
-            found = jax.device_put(self._tape(*leaves))
-        return eqx.combine(jax.tree.unflatten(self._structure, found), self._static)
+    def __init__(self, stored: StoredProgram, by_compiler: Callable | None, write: Callable | None):
+        self._stored, self._by_compiler, self._write = stored, by_compiler, write
+        self._tier = Tier(stored.tape.num_instructions)
+
+    def __call__(self, args: tuple, kwargs: dict, leaves: list) -> Any:
+        if self._tier.is_compiled and self._by_compiler is not None:
+            return self._by_compiler(args, kwargs)
+        with self._tier.measured():
+            found = self._stored.tape(*leaves)
+            arrays = jax.device_put(found)
+        write, self._write = self._write, None
+        if write is not None:
+            write(leaves, found)
+        if self._by_compiler is not None and self._tier.is_worth_compiling():
+            self._tier.compile(self._by_compiler, args, kwargs)
+        return eqx.combine(jax.tree.unflatten(self._stored.structure, arrays), self._stored.static)
 
 
 def tapes_work() -> bool:
     """True where programs may run on tapes: in double precision on one CPU, with nothing of JAX's debugging on."""
-    values = jax.config.values
+    config = jax.config
     return (
         is_on("tape")
         and is_available()
-        and values["jax_enable_x64"]
-        and not any(values[name] for name in ("jax_debug_nans", "jax_debug_infs", "jax_disable_jit"))
+        and config.jax_enable_x64
+        and not (config.jax_debug_nans or config.jax_debug_infs or config.jax_disable_jit)
         and jax.default_backend() == "cpu"
         and jax.device_count() == 1
     )
 
 
 class TapeFunction:
-    """A function that runs on tapes; `call` returns `UNSUPPORTED` for arguments with which it cannot, or from when on
-    the compiler's program is there.
+    """A function that runs on tapes; `call` returns `UNSUPPORTED` for arguments with which it cannot.
 
-    Args: by_compiler: the function of (args, kwargs) compiled; None to stay on tapes.
+    Args:
+        function: what is traced; known: the function that decides what it does, under which the store knows it.
+        by_compiler: the function of (args, kwargs) compiled, for when its tape has cost as much as compiling will;
+            None to stay on tapes.
     """
 
-    def __init__(self, function: Callable, by_compiler: Callable | None = None):
-        self._function, self._by_compiler = function, by_compiler
+    def __init__(self, function: Callable, known: Callable, by_compiler: Callable | None = None):
+        self._function, self._known, self._by_compiler = function, known, by_compiler
         self._programs: dict[Any, _Program | None] = {}
         self._lock = threading.RLock()  # what is traced may ask a question of numbers that are known
 
@@ -61,25 +80,34 @@ class TapeFunction:
         key = (structure, shapes, static_structure, tuple(static_leaves), OFF.value)
         with self._lock:
             if key not in self._programs:
-                while len(self._programs) >= tuning.TAPES_KEPT:
-                    self._programs.pop(next(iter(self._programs)))
-                self._programs[key] = self._trace(leaves, structure, static)
+                keep(self._programs, key, self._program(dynamic, static, leaves))
             program = self._programs[key]
-        if program is None or program.tier.is_compiled:
-            return UNSUPPORTED
-        found = program(leaves)
-        if self._by_compiler is not None and program.tier.is_worth_compiling():
-            program.tier.compile(self._by_compiler, args, kwargs)
-        return found
+        return UNSUPPORTED if program is None else program(args, kwargs, leaves)
 
-    def _trace(self, leaves, structure, static):
-        found = []
+    def _program(self, dynamic, static, leaves):
+        """The program that another function of the same content has, the store's, or a new one."""
+        key = question_key(self._known, dynamic, static)
+        if key is None:
+            return self._new(self._trace(dynamic, static, leaves))
+        if key not in _PROGRAMS:
+            arguments, write = eqx.combine(dynamic, static), None
+            stored = read_program(key, arguments)
+            if stored is None and (stored := self._trace(dynamic, static, leaves)) is not None:
+                write = functools.partial(write_program, key, stored, arguments)
+            keep(_PROGRAMS, key, self._new(stored, write))
+        return _PROGRAMS[key]
+
+    def _new(self, stored, write=None):
+        return None if stored is None else _Program(stored, self._by_compiler, write)
+
+    def _trace(self, dynamic, static, leaves):
+        structure, found = jax.tree.structure(dynamic), []
 
         def flat(*leaves):
             args, kwargs = eqx.combine(jax.tree.unflatten(structure, leaves), static)
-            dynamic, fixed = eqx.partition(self._function(*args, **kwargs), eqx.is_array)
-            found[:] = jax.tree.structure(dynamic), fixed
-            return jax.tree.leaves(dynamic)
+            results, fixed = eqx.partition(self._function(*args, **kwargs), eqx.is_array)
+            found[:] = jax.tree.structure(results), fixed
+            return jax.tree.leaves(results)
 
         traced = jax.make_jaxpr(flat)(*leaves)
         try:
@@ -88,9 +116,18 @@ class TapeFunction:
             UNSUPPORTED_OPERATIONS[str(error)] += 1
             return None
         is_small = tape.num_doubles <= tuning.TAPE_DOUBLES and tape.largest_work <= tuning.TAPE_WORK
-        return _Program(tape, *found) if is_small else None
+        return StoredProgram(tape, *found) if is_small else None
+
+
+def keep(programs: dict, key: Any, program: _Program | None) -> None:
+    """Add a program to those at hand; the oldest go."""
+    while len(programs) >= tuning.TAPES_KEPT:
+        programs.pop(next(iter(programs)), None)
+    programs[key] = program
 
 
 UNSUPPORTED = object()
 #: What kept programs of this process from running on tapes, and how many.
 UNSUPPORTED_OPERATIONS: collections.Counter[str] = collections.Counter()
+#: Programs of this process by the content of their questions.
+_PROGRAMS: dict[str, _Program | None] = {}

@@ -45,6 +45,10 @@ COMPILE_START, COMPILE_SECONDS = 0.3, 5e-3
 FOLDED_CONSTANT = 4096
 #: Doubles of an arena that is kept between calls of a tape; a larger one is made anew each time (`first_answers.py`).
 TAPE_ARENA_KEPT = 200_000
+#: Numbers of the question and answer that are stored with a tape, for a first test of it elsewhere (`cold_start.py`).
+PROBE_NUMBERS = 100_000
+#: Bytes of a program beyond which it is not stored: reading it would take as long as tracing it (`cold_start.py`).
+STORED_BYTES = 64 * 2**20
 #: Tapes that a function keeps, for as many shapes and static arguments; the oldest go (`first_answers.py`).
 TAPES_KEPT = 256
 

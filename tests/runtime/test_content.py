@@ -1,7 +1,14 @@
 """Functions known by what they hold: equal where they do the same, else different."""
 
+import dataclasses
 import functools
+import importlib
 import math
+import os
+import random
+import sys
+import threading
+import time
 import types
 
 import equinox as eqx
@@ -71,23 +78,111 @@ def test_content_decides(kind):
     assert two != three and two != two.function
 
 
-class Own(eqx.Module):
-    k: float
+def reading_clock(x):
+    return x * time.time()
 
-    def __call__(self, x):
-        return self.k * x
+
+def reading_environment(x):
+    return x * float(os.environ["FACTOR"])
+
+
+def reading_file(x):
+    return x * np.loadtxt("factors.txt")
+
+
+def reading_names(x):
+    return x * eval("math.pi")
+
+
+def importing(x):
+    import secrets
+
+    return x * secrets.randbelow(3)
+
+
+def setting(x):
+    global _TIMES
+    _TIMES = x
+    return x
+
+
+UNKNOWN = [
+    *(reading_clock, reading_environment, reading_file, reading_names, importing, setting, time.time, os.getenv),
+    *(lambda x: random.random() * x, lambda x: np.random.rand() * x, lambda x: x * hash("name"), random.random),
+    *(lambda x: mbs.io.load_model("crane.toml"), lambda x: mbs.tuning, lambda x: jax.config.jax_enable_x64),
+    np.frompyfunc(lambda x: x, 1, 1),
+]
+
+
+@pytest.mark.parametrize("function", UNKNOWN, ids=range(len(UNKNOWN)))
+def test_what_reads_more_than_its_arguments_is_like_itself_alone(function):
+    with pytest.raises(UnknownContentError):
+        content_of(function)
+    assert KnownFunction(function) == KnownFunction(function) and not KnownFunction(function).is_known
 
 
 def test_what_may_change_is_like_itself_alone():
-    """A module of the user's, an object, a class: nobody knows what they will do."""
-    module, thing, own = types.ModuleType("settings"), object(), Own(2.0)
+    """A module that is no file, an object that is known by its identity alone, a lock."""
+    module = types.ModuleType("settings")
     space = {"settings": module, "__name__": "users"}
     exec("def f(x): return settings.k * x", space)
-    for function in (space["f"], lambda x: thing, lambda x: own(x), lambda x: Own(1.0)(x)):
-        assert KnownFunction(function) == KnownFunction(function)
+    for thing in (object(), threading.Lock(), open):
         with pytest.raises(UnknownContentError):
-            content_of(function)
-    assert content_of(own, strict=False) != content_of(Own(3.0), strict=False)
+            content_of(lambda x, thing=thing: thing)
+    with pytest.raises(UnknownContentError):
+        content_of(space["f"])
+
+
+def law_class(k, base=eqx.Module, default=1.0, helper=math.sin):
+    class Law(base):
+        stiffness: float = default
+
+        def __call__(self, x):
+            return k * helper(x) * self.stiffness
+
+    return Law
+
+
+def test_classes_and_their_objects_are_known_by_what_they_do():
+    """Methods, bases, defaults of fields; what an object holds, its own attributes too."""
+    kinds = [law_class(2.0), law_class(3.0), law_class(2.0, default=2.0), law_class(2.0, helper=math.cos)]
+    kinds += [law_class(2.0, base=dataclasses.dataclass(type("Base", (), {"__call__": lambda self, x: x})))]
+    assert len({content_of(kind) for kind in kinds}) == 5
+    assert (
+        content_of(law_class(2.0)) == content_of(kinds[0]) != content_of(kinds[0](1.0)) != content_of(kinds[0](3.0))
+    )
+    plain = type("Plain", (), {"__call__": lambda self, x: self.k * x})
+    one, two = plain(), plain()
+    one.k, two.k = 1.0, 2.0
+    assert content_of(one) != content_of(two)
+    two.k = 1.0
+    assert content_of(one) == content_of(two)
+    table = {"a": 1}
+    before = content_of(table.get)
+    table["a"] = 2
+    assert content_of(table.get) != before
+
+
+def test_a_module_is_known_by_the_entries_that_are_read(tmp_path, monkeypatch):
+    """Edited, or set from outside; what is not read does not count."""
+    monkeypatch.syspath_prepend(tmp_path)
+    file = tmp_path / "users_rods.py"
+    file.write_text("K = 2.0\nOTHER = 1.0\ndef area(r):\n    return K * r**2\n")
+    import users_rods
+
+    def function(x):
+        return users_rods.area(x)
+
+    before = content_of(function)
+    users_rods.OTHER = 3.0
+    assert content_of(function) == before
+    users_rods.K = 3.0
+    assert content_of(function) != before
+    file.write_text("K = 2.0\nOTHER = 1.0\ndef area(r):\n    return K * r**2 / 2.0\n")
+    importlib.invalidate_caches()
+    file.with_suffix(".py").touch()
+    monkeypatch.delitem(sys.modules, "users_rods")
+    assert content_of(function) != before
 
 
 def test_it_is_called_and_named_as_the_function():
