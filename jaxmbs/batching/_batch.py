@@ -14,12 +14,16 @@ from tqdm import tqdm
 
 from ..checks import as_flag
 from ..errors import BatchError
-from ..runtime import tuning
+from ..runtime import check_kind, tuning
 from ..status import Status, succeeded
 from ._executor import ChunkExecutor
 from ._program import BatchedFunction, batched_function, round_to_devices
 from ._result import compare_branches, count_steps
 from ._table import is_traced, num_designs, read_designs
+from ._tapes import designs_on_tape
+
+#: How designs that are not on tapes are compiled.
+_COMPILED = {"auto": "full", "tape": "quick"}
 
 
 class Batch(eqx.Module):
@@ -69,7 +73,7 @@ def batch(
     devices: Sequence[jax.Device] | None = None,
     feasible: Callable[[PyTree], bool] | None = None,
     cost: Callable[[PyTree], float | Array] = count_steps,
-    compile: str = "full",
+    compile: str = "auto",
 ) -> Batch:
     """Evaluate a function for many designs, some of which may fail.
 
@@ -93,37 +97,86 @@ def batch(
             chunk takes as long as its slowest design, so designs of similar cost are put in one chunk.  If no motion
             is
             returned, return its steps: `cost=lambda values: values["steps"]`.
-        compile: "full", or "quick" for few designs: compiled in half the time, run two to four times as long.
+        compile: "auto": up to a hundred designs run at once without a compiler, one on each core, unless that takes
+            longer than compiling; the others are compiled.  "tape": those without a compiler however long they take.
+            "quick": as "tape", and more of them compiled in half the time, run two to four times as long.  "full":
+            compiled, the same to the last bit whatever the number of designs.  Designs in a `chunk` of yours or on
+            `devices` are compiled.
 
     Raises:
         TypeError, ValueError: naming the column, for designs that are not numbers or differ in length; no designs.
         BatchError: a chunk raised an error or was interrupted; carries the designs done so far as `.batch`.
     """
+    check_kind(compile)
+    return evaluate_batch(
+        function, read_designs(designs), chunk, progress, tuple(devices or ()), feasible, cost, compile
+    )
+
+
+def evaluate_batch(
+    function: Callable[[PyTree], PyTree],
+    designs: PyTree,
+    chunk: int | None = None,
+    progress: bool = True,
+    devices: tuple[jax.Device, ...] = (),
+    feasible: Callable[[PyTree], bool] | None = None,
+    cost: Callable[[PyTree], float | Array] = count_steps,
+    compile: str = "auto",
+    total: int | None = None,
+) -> Batch:
+    """As `batch`; with `total` designs, of which these are a part, one kind of program for all parts."""
+    return evaluate_batch(function, designs, chunk, progress, tuple(devices or ()), feasible, cost, compile)
+
+
+def evaluate_batch(
+    function: Callable[[PyTree], PyTree],
+    designs: PyTree,
+    chunk: int | None = None,
+    progress: bool = True,
+    devices: tuple[jax.Device, ...] = (),
+    feasible: Callable[[PyTree], bool] | None = None,
+    cost: Callable[[PyTree], float | Array] = count_steps,
+    compile: str = "auto",
+    total: int | None = None,
+) -> Batch:
+    """As `batch`; the same program for all parts of `total` designs that are asked for one after another."""
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
-    designs, devices = read_designs(designs), tuple(devices or ())
+    batched = batched_function(function, designs, cost, _COMPILED.get(compile, compile))
+    if batched.is_traced or is_traced(designs):
+        return _traced_batch(batched, designs, chunk or _largest_chunk(), feasible)
+    good = np.full(num_designs(designs), True)
     is_quiet = not as_flag("progress", progress)
-    with tqdm(total=num_designs(designs), desc="batch: compiling", unit=" designs", disable=is_quiet) as bar:
-        batched = batched_function(function, designs, cost, compile)
-        if batched.is_traced or is_traced(designs):
-            bar.disable = True
-            return _traced_batch(batched, designs, chunk or _largest_chunk(), feasible)
-        threads, turns, number = 1 if devices else _num_threads(), 1, num_designs(designs)
-        if chunk is None:
-            chunk = round_to_devices(_chunk_size(number, threads), devices)
-            scheduled = bool(devices) or cost is not count_steps  # chunk by chunk
-            turns = 1 if scheduled else batched.chunks_in_turn(number, threads, chunk)
-            program, chunk = batched.program_within_memory(chunk, devices, turns)
+    with tqdm(total=len(good), desc="batch: compiling", unit=" designs", disable=is_quiet) as bar:
+        on_tape = None
+        if compile != "full" and chunk is None and not devices:
+            small = batched_function(function, designs, cost, "tape")
+            on_tape = designs_on_tape(small, designs, len(good) if total is None else total)
+        if on_tape is None:
+            executor = _compiled_executor(batched, designs, chunk, devices, cost)
         else:
-            chunk = round_to_devices(chunk, devices)
-            program = batched.program(chunk, devices)
-        good = np.full(number, True)
+            executor = ChunkExecutor(on_tape, 1, 1, _num_threads(), designs, batched)
         if feasible is not None:
             good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
         bar.set_description("batch")
         bar.reset()
-        executor = ChunkExecutor(program, chunk * turns, max(len(devices), turns), threads, designs, batched)
-        return _run_chunks(executor, batched, good, bar)
+        found = _run_chunks(executor, batched, good, bar)
+    if on_tape is not None and total is None and compile == "auto":
+        on_tape.compile_beside(lambda: _compiled_executor(batched, designs, chunk, devices, cost))
+    return found
+
+
+def _compiled_executor(batched, designs, chunk, devices, cost) -> ChunkExecutor:
+    threads, turns, number = 1 if devices else _num_threads(), 1, num_designs(designs)
+    if chunk is None:
+        chunk = round_to_devices(_chunk_size(number, threads), devices)
+        scheduled = bool(devices) or cost is not count_steps  # chunk by chunk
+        turns = 1 if scheduled else batched.chunks_in_turn(number, threads, chunk)
+        program, chunk = batched.program_within_memory(chunk, devices, turns)
+    else:
+        chunk = round_to_devices(chunk, devices)
+        program = batched.program(chunk, devices)
+    return ChunkExecutor(program, chunk * turns, max(len(devices), turns), threads, designs, batched)
 
 
 def _run_chunks(executor: ChunkExecutor, batched: BatchedFunction, good: np.ndarray, bar: tqdm) -> Batch:

@@ -11,16 +11,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
-from jaxtyping import PyTree
+from jaxtyping import Array, PyTree
 
-from ..checks import is_concrete
 from ..runtime import (
+    TracedFunction,
     bytes_for_chunk,
     bytes_of_arrays,
     compile_batch,
-    compile_kind,
     is_motion,
-    jaxpr_function,
     not_tracing,
     tuning,
     working_bytes,
@@ -34,29 +32,34 @@ _CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 class BatchedFunction:
     """A function of one design with its status and cost: its jaxpr, and the programs compiled from it so far.
 
-    Attributes:
-        shape: (values, status, cost) of one design as abstract arrays.
+    Attributes: traced: of the leaves of a design to (values, status, cost).
     """
 
     def __init__(self, function: Callable, cost: Callable, design: PyTree, compile: str = "full") -> None:
-        def with_status(design: PyTree) -> tuple:
-            values = function(design)
+        leaves, structure = jax.tree.flatten(design)
+
+        def with_status(*leaves: Array) -> tuple:
+            values = function(jax.tree.unflatten(structure, leaves))
             work = lax.stop_gradient(jnp.nan_to_num(jnp.asarray(cost(values), float)))
             return values, design_status(values), work
 
         self.__name__ = getattr(function, "__name__", "batch")  # names the compiled program in XLA's messages
-        with compile_kind(compile):
-            self._jaxpr, self.shape = jax.make_jaxpr(with_status, return_shape=True)(design)
-        self._row, self._programs, self._kind = jax.tree.leaves(design), {}, compile
+        self.traced = TracedFunction(with_status, *leaves, compile=compile)
+        self._row, self._programs, self._kind = leaves, {}, compile
+
+    @property
+    def shape(self) -> PyTree:
+        """(values, status, cost) of one design as abstract arrays."""
+        return self.traced.shape
 
     @property
     def is_traced(self) -> bool:
         """True if the function closes over traced numbers."""
-        return not is_concrete(self._jaxpr.consts)
+        return self.traced.closes_over_traced
 
     def __call__(self, *columns: Any) -> list:
         """Leaves of (values, status, cost) of the designs whose leaves are the columns (n, ...), vectorised."""
-        return jax.vmap(jaxpr_function(self._jaxpr))(*columns)
+        return jax.vmap(self.traced)(*columns)
 
     def map_chunks(self, designs: PyTree, chunk: int) -> PyTree:
         """(values, status, cost) of traced designs (B, ...) by chunks; a gradient needs the memory of one chunk.
@@ -68,7 +71,7 @@ class BatchedFunction:
             return self.unflatten(self(*jax.tree.leaves(designs)))
         padded = np.minimum(np.arange(math.ceil(number / chunk) * chunk), number - 1)
         columns = jax.tree.leaves(select_designs(jax.tree.map(jnp.asarray, designs), padded))
-        run = jax.checkpoint(lambda row: jaxpr_function(self._jaxpr)(*row))
+        run = jax.checkpoint(lambda row: self.traced(*row))
         return self.unflatten([x[:number] for x in lax.map(run, columns, batch_size=chunk)])
 
     def unflatten(self, leaves: list) -> PyTree:
@@ -84,7 +87,7 @@ class BatchedFunction:
         many = number >= 2 * threads * chunk * turns
         results = sum(x.size * x.dtype.itemsize for x in jax.tree.leaves(self.shape)) * chunk * turns
         small = results < bytes_for_chunk() / 4
-        return turns if many and small and jax.default_backend() == "cpu" and not is_motion(self._jaxpr) else 1
+        return turns if many and small and jax.default_backend() == "cpu" and not is_motion(self.traced.jaxpr) else 1
 
     def program(self, chunk: int, devices: tuple = (), turns: int = 1) -> jax.stages.Compiled:
         """The compiled program of exactly `chunk` designs, spread evenly over the devices if any are given.
@@ -100,7 +103,7 @@ class BatchedFunction:
         self, chunk: int, devices: tuple = (), turns: int = 1
     ) -> tuple[jax.stages.Compiled, int]:
         """(program, chunk) for this chunk, or for a power of two below within `bytes_for_chunk`."""
-        within_cache = tuning.CACHED_CHUNK // max(bytes_of_arrays(self._jaxpr), 1)
+        within_cache = tuning.CACHED_CHUNK // max(bytes_of_arrays(self.traced.jaxpr), 1)
         if jax.default_backend() == "cpu" and chunk > tuning.SMALL_CHUNK:
             chunk = max(min(chunk, 2 ** max(within_cache.bit_length() - 1, 0)), tuning.SMALL_CHUNK)
         program = self.program(chunk, devices, turns)
@@ -123,7 +126,7 @@ class BatchedFunction:
             function = jax.shard_map(self, mesh=mesh, in_specs=split, out_specs=split, check_vma=False)
         columns = [jax.ShapeDtypeStruct((chunk * turns, *x.shape), x.dtype, sharding=where) for x in self._row]
         # motions gain 3 % by the compiler's highest level, for a third more to compile
-        return compile_batch(function, columns, self._kind, not is_motion(self._jaxpr), self.__name__)
+        return compile_batch(function, columns, self._kind, not is_motion(self.traced.jaxpr), self.__name__)
 
 
 def _in_turn(function: Callable, chunk: int, *columns: Any) -> list:

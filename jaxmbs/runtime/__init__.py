@@ -11,7 +11,7 @@ from ._batch_program import bytes_for_chunk, bytes_of_arrays, compile_batch, is_
 from ._batched import any_in_batch, lazy_where
 from ._cache import cache
 from ._compile_log import report_compiles
-from ._compiler_options import flag_advice, set_quick_flags
+from ._compiler_options import check_kind, flag_advice, set_quick_flags
 from ._content import KnownFunction, as_argument, content_of
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
@@ -50,6 +50,7 @@ __all__ = [
     "bytes_for_chunk",
     "bytes_of_arrays",
     "cache",
+    "check_kind",
     "chunked_vmap",
     "compile_batch",
     "compile_kind",

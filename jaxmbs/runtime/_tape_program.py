@@ -9,6 +9,7 @@ from typing import Any
 
 import equinox as eqx
 import jax
+import numpy as np
 
 from . import _tuning as tuning
 from ._store_key import question_key
@@ -18,7 +19,7 @@ from ._tricks import OFF, is_on
 from .tape import Tape, UnsupportedError, is_available
 
 
-class _Program:
+class TapeProgram:
     """A tape, how its results become what the function returns, its tier, and what the compiler makes of it.
 
     Args:
@@ -28,20 +29,24 @@ class _Program:
 
     def __init__(self, stored: StoredProgram, by_compiler: Callable | None, write: Callable | None):
         self._stored, self._by_compiler, self._write = stored, by_compiler, write
-        self._tier = Tier(stored.tape.num_instructions)
+        self.tier = Tier(stored.tape.num_instructions)
 
     def __call__(self, args: tuple, kwargs: dict, leaves: list) -> Any:
-        if self._tier.is_compiled and self._by_compiler is not None:
+        if self.tier.is_compiled and self._by_compiler is not None:
             return self._by_compiler(args, kwargs)
-        with self._tier.measured():
-            found = self._stored.tape(*leaves)
-            arrays = jax.device_put(found)
+        arrays = jax.device_put(self.run(*leaves))
+        if self._by_compiler is not None and self.tier.is_worth_compiling():
+            self.tier.compile(functools.partial(self._by_compiler, args, kwargs))
+        return eqx.combine(jax.tree.unflatten(self._stored.structure, arrays), self._stored.static)
+
+    def run(self, *arrays: Any) -> list[np.ndarray]:
+        """Arrays of the results, by the tape."""
+        with self.tier.measured():
+            found = self._stored.tape(*arrays)
         write, self._write = self._write, None
         if write is not None:
-            write(leaves, found)
-        if self._by_compiler is not None and self._tier.is_worth_compiling():
-            self._tier.compile(self._by_compiler, args, kwargs)
-        return eqx.combine(jax.tree.unflatten(self._stored.structure, arrays), self._stored.static)
+            write(arrays, found)
+        return found
 
 
 def tapes_work() -> bool:
@@ -68,11 +73,16 @@ class TapeFunction:
 
     def __init__(self, function: Callable, known: Callable, by_compiler: Callable | None = None):
         self._function, self._known, self._by_compiler = function, known, by_compiler
-        self._programs: dict[Any, _Program | None] = {}
+        self._programs: dict[Any, TapeProgram | None] = {}
         self._lock = threading.RLock()  # what is traced may ask a question of numbers that are known
 
     def call(self, args: tuple, kwargs: dict) -> Any:
         """Results of the function, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
+        program, leaves = self.program(args, kwargs)
+        return UNSUPPORTED if program is None else program(args, kwargs, leaves)
+
+    def program(self, args: tuple, kwargs: dict) -> tuple[TapeProgram | None, list]:
+        """The program for arguments of this structure, None if there is none, and their arrays."""
         dynamic, static = eqx.partition((args, kwargs), eqx.is_array)
         leaves, structure = jax.tree.flatten(dynamic)
         static_leaves, static_structure = jax.tree.flatten(static)
@@ -81,8 +91,7 @@ class TapeFunction:
         with self._lock:
             if key not in self._programs:
                 keep(self._programs, key, self._program(dynamic, static, leaves))
-            program = self._programs[key]
-        return UNSUPPORTED if program is None else program(args, kwargs, leaves)
+            return self._programs[key], leaves
 
     def _program(self, dynamic, static, leaves):
         """The program that another function of the same content has, the store's, or a new one."""
@@ -98,7 +107,7 @@ class TapeFunction:
         return _PROGRAMS[key]
 
     def _new(self, stored, write=None):
-        return None if stored is None else _Program(stored, self._by_compiler, write)
+        return None if stored is None else TapeProgram(stored, self._by_compiler, write)
 
     def _trace(self, dynamic, static, leaves):
         structure, found = jax.tree.structure(dynamic), []
@@ -119,7 +128,7 @@ class TapeFunction:
         return StoredProgram(tape, *found) if is_small else None
 
 
-def keep(programs: dict, key: Any, program: _Program | None) -> None:
+def keep(programs: dict, key: Any, program: TapeProgram | None) -> None:
     """Add a program to those at hand; the oldest go."""
     while len(programs) >= tuning.TAPES_KEPT:
         programs.pop(next(iter(programs)), None)
@@ -130,4 +139,4 @@ UNSUPPORTED = object()
 #: What kept programs of this process from running on tapes, and how many.
 UNSUPPORTED_OPERATIONS: collections.Counter[str] = collections.Counter()
 #: Programs of this process by the content of their questions.
-_PROGRAMS: dict[str, _Program | None] = {}
+_PROGRAMS: dict[str, TapeProgram | None] = {}

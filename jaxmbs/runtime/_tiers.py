@@ -25,26 +25,38 @@ class Tier:
     def __init__(self, num_instructions: int):
         self.is_compiled = False
         self._is_begun = FIXED == "tape"
-        self._left = tuning.COMPILE_START + num_instructions * tuning.COMPILE_SECONDS
+        self._first: float | None = None
+        self._left = self._whole = tuning.COMPILE_START + num_instructions * tuning.COMPILE_SECONDS
 
     @contextlib.contextmanager
     def measured(self) -> Iterator[None]:
         """Count what is done inside [CPU s of this thread]."""
         start = time.thread_time()
         yield
-        self._left -= time.thread_time() - start
+        cost = time.thread_time() - start
+        self._first = cost if self._first is None else self._first
+        self._left -= cost
+
+    @property
+    def has_run(self) -> bool:
+        """True once a run was measured."""
+        return self._first is not None
+
+    def is_dear(self, runs: int) -> bool:
+        """True if as many runs as the first one cost more than compiling."""
+        return FIXED == "auto" and self._first is not None and runs * self._first > self._whole
 
     def is_worth_compiling(self) -> bool:
         """True once the tape has cost what compiling will."""
         return self._left < 0 and not self._is_begun and not _compiling.locked()
 
-    def compile(self, by_compiler: Callable, args: tuple, kwargs: dict) -> None:
-        """Compile in a thread, by one run; the process waits for it at its end, since XLA cannot be interrupted."""
+    def compile(self, by_compiler: Callable) -> None:
+        """Compile in a thread; the process waits for it at its end, since XLA cannot be interrupted."""
         self._is_begun = True
 
         def work():
             with _compiling, contextlib.suppress(Exception):  # the tape goes on
-                by_compiler(args, kwargs)
+                by_compiler()
                 self.is_compiled = True
 
         threading.Thread(target=work, name="jaxmbs compiler").start()

@@ -1,35 +1,44 @@
 """Functions of arrays that are traced once, and only if no stored program spares it."""
 
+import contextlib
 import functools
 from collections.abc import Callable
 from typing import Any
 
 import jax
+from jax.extend.core import ClosedJaxpr
 
+from ..checks import is_concrete
+from ._code_content import UnknownContentError
 from ._jaxpr import jaxpr_function, without_unused
 from ._jit import compile_kind
 from ._store_key import question_key
 from ._stored_program import read_shapes, write_shapes
+from ._tape_program import TapeFunction, TapeProgram, tapes_work
+from ._tiers import FIXED
+from ._tracing import not_tracing
 
 
 class TracedFunction:
     """A function of arrays as its traced equations, so that values and derivatives come from the same ones.
 
-    A call gives the list of its results' arrays.  The trace waits for the first call, and does not come where the
-    store knows the programs that would have it in them; `shape` is known from there too.
+    A call gives the list of its results' arrays.  The trace waits until it is needed, and does not come where the
+    store knows the programs that would have it in them; `shape` is known from there too.  Where a trace is under way
+    it comes at once, since the function may close over numbers of that.
 
-    Args: example: the arrays; compile: as of `jit`, of the programs that it will be part of.
+    Args: example: the arrays, or their shapes; compile: as of `jit`, of the programs that it will be part of.
     """
 
     def __init__(self, function: Callable, *example: Any, compile: str = "auto"):
         self._function, self._example, self._compile = function, example, compile
+        self._is_inside = not not_tracing()
+        if self._is_inside:
+            self._traced  # noqa: B018
 
     @functools.cached_property
     def shape(self) -> Any:
         """Shapes and types of the results."""
-        if "_traced" in vars(self):
-            return self._traced[1]
-        key = question_key(["shape", self], self._example, (None,) * len(self._example))
+        key = None if "_traced" in vars(self) else question_key(["shape", self], *_parted(self._example))
         found = None if key is None else read_shapes(key)
         if found is None:
             found = self._traced[1]
@@ -37,15 +46,41 @@ class TracedFunction:
                 write_shapes(key, found)
         return found
 
+    @property
+    def jaxpr(self) -> ClosedJaxpr:
+        """The equations."""
+        return self._traced[0]
+
+    @property
+    def closes_over_traced(self) -> bool:
+        """True if the function closes over numbers of a trace under way."""
+        return self._is_inside and not is_concrete(self.jaxpr.consts)
+
     def __call__(self, *arrays: Any) -> list:
-        return self._traced[0](*arrays)
+        return jaxpr_function(self.jaxpr)(*arrays)
+
+    def on_tape(self, *arrays: Any) -> TapeProgram | None:
+        """The tape of it, for arrays like these; None where it cannot be on one."""
+        if FIXED == "full" or not tapes_work():
+            return None
+        with compile_kind("tape"):
+            return TapeFunction(self, self).program(tuple(jax.device_put(list(arrays))), {})[0]
 
     @functools.cached_property
     def _traced(self):
-        with jax.ensure_compile_time_eval(), compile_kind(self._compile):  # as if no trace were under way
-            traced, shape = jax.make_jaxpr(self._function, return_shape=True)(*self._example)
-        return jaxpr_function(without_unused(traced)), shape
+        # as if no trace were under way, unless it is one of numbers that the function has
+        with contextlib.nullcontext() if self._is_inside else jax.ensure_compile_time_eval():
+            with compile_kind(self._compile):
+                traced, shape = jax.make_jaxpr(self._function, return_shape=True)(*self._example)
+        return without_unused(traced), shape
 
     def __content__(self) -> list:
         """What it does, for the key of programs that have it in them."""
+        if self.closes_over_traced:
+            raise UnknownContentError("a function of traced numbers")
         return [self._function, [(x.shape, str(x.dtype)) for x in self._example], self._compile == "full"]
+
+
+def _parted(arrays):
+    """Arrays, and nothing for what is static."""
+    return arrays, (None,) * len(arrays)

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Array
 from tqdm import tqdm
 
-from ..batching._batch import batch
+from ..batching._batch import evaluate_batch
+from ..batching._program import batched_function
 from ..batching._result import count_steps
 from ..batching._table import design_shape, select_designs
 from ..checks import as_flag
@@ -35,7 +36,7 @@ def sweep(
     units: Mapping[str, str] | None = None,
     key: str = "",
     cost: Callable[[dict], float | Array] = count_steps,
-    compile: str = "full",
+    compile: str = "auto",
 ) -> Any:
     """Evaluate a function for many designs into an `xarray.Dataset`, written to disk as it runs.
 
@@ -64,12 +65,12 @@ def sweep(
     if chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     plan, coords, units = read_plan(designs), dict(coords or {}), dict(units or {})
-    one, traced = _trace_answers(function, plan)
+    one = _answers(function, plan, cost, compile)
     behind = answer_dimensions(plan, one, dims or {}, coords, units)
     size = int(np.prod(plan.shape))
     spans = chunk_spans(size, min(chunk, size))
     found = {name: np.zeros((size, *a.shape), a.dtype) for name, a in one.items()}
-    compute = functools.partial(evaluate_chunk, function, cost=cost, compile=compile)
+    compute = functools.partial(evaluate_chunk, function, cost=cost, compile=compile, total=size)
     run = _run_locally(compute, plan, spans) if client is None else _run_on_dask(compute, plan, spans, client)
     if path is None:
         _compute_chunks(found, spans, None, run, size, progress)
@@ -78,7 +79,7 @@ def sweep(
             "designs": hash_columns(plan.designs),
             "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()},
         }
-        store = Store(path, spans, one, {**about, "function": fingerprint(traced), "key": key})
+        store = Store(path, spans, one, {**about, "function": fingerprint(_traced(function, plan)), "key": key})
         if _load_chunks(found, spans, store):  # a study that is done asks nothing of the disk
             with store.writing():
                 _compute_chunks(found, spans, store, run, size, progress)
@@ -122,26 +123,41 @@ def _compute_chunks(
 
 
 def evaluate_chunk(
-    function: Callable, designs: dict, number: int, cost: Callable = count_steps, compile: str = "full"
+    function: Callable,
+    designs: dict,
+    number: int,
+    cost: Callable = count_steps,
+    compile: str = "auto",
+    total: int | None = None,
 ) -> dict[str, np.ndarray]:
     """The answers and `status` of designs, of which there are `number` in most chunks; few are filled up so that one
-    program serves all chunks."""
+    program serves all chunks.
+
+    Args: total: number of designs of the study.
+    """
     count = len(next(iter(designs.values())))
-    least = min(number, tuning.CHUNK * (os.cpu_count() or 1))
+    few = total is not None and total <= tuning.TAPE_DESIGNS and compile != "full"
+    least = count if few else min(number, tuning.CHUNK * (os.cpu_count() or 1))
     filled = select_designs(designs, np.minimum(np.arange(max(count, least)), count - 1))
-    found = batch(function, filled, progress=False, cost=cost, compile=compile)
+    found = evaluate_batch(function, filled, progress=False, cost=cost, compile=compile, total=total)
     named = _flatten_names(found.values) | {"status": np.asarray(found.status)}
     return {name: np.asarray(values)[:count] for name, values in named.items()}
 
 
-def _trace_answers(function, plan: Designs) -> tuple[dict, Any]:
-    """Shape and type of every answer to one design, and the jaxpr of the function."""
-    with garbage_collection_paused():
-        traced, shape = jax.make_jaxpr(function, return_shape=True)(design_shape(plan.designs))
+def _answers(function, plan: Designs, cost, compile) -> dict:
+    """Shape and type of every answer to one design."""
+    kind = "tape" if compile != "full" and int(np.prod(plan.shape)) <= tuning.TAPE_DESIGNS else "full"
+    shape, *_ = batched_function(function, plan.designs, cost, kind).shape
     found = _flatten_names(shape)
     if not found or "status" in found:
         raise TypeError("the function of a study returns a dict of arrays by name, other than 'status'")
-    return found | {"status": jax.ShapeDtypeStruct((), np.int32)}, traced
+    return found | {"status": jax.ShapeDtypeStruct((), np.int32)}
+
+
+def _traced(function, plan: Designs) -> Any:
+    """The equations of the function."""
+    with garbage_collection_paused():
+        return jax.make_jaxpr(function)(design_shape(plan.designs))
 
 
 def _flatten_names(values) -> dict:

@@ -1,0 +1,44 @@
+"""Few designs on tapes: one after another on each core, with nothing compiled before."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import PyTree
+
+from ..runtime import tuning
+from ._program import BatchedFunction
+from ._table import num_designs
+
+
+class DesignsOnTape:
+    """The program of one design on a tape; called with columns (1, ...)."""
+
+    def __init__(self, program: Any):
+        self._program = program
+
+    def __call__(self, *columns: Any) -> list:
+        return [np.asarray(part)[None] for part in self._program.run(*(np.asarray(x)[0] for x in columns))]
+
+    def compile_beside(self, compile: Callable[[], Any]) -> None:
+        """Compile in a thread once the tape has cost as much; the batch after that is the compiled program's."""
+        if self._program.tier.is_worth_compiling():
+            self._program.tier.compile(compile)
+
+
+def designs_on_tape(batched: BatchedFunction, designs: PyTree, total: int) -> DesignsOnTape | None:
+    """The program for designs on tapes; None where they are to be compiled: many of them, or ones that take longer on
+    tapes than the compiler does, or are compiled by now.
+
+    Args: total: number of designs that the choice is for.
+    """
+    if total > tuning.TAPE_DESIGNS or not num_designs(designs):
+        return None
+    first = [np.asarray(x[0]) for x in jax.tree.leaves(designs)]
+    program = batched.traced.on_tape(*first)
+    if program is None or program.tier.is_compiled:
+        return None
+    if not program.tier.has_run:
+        program.run(*first)
+    return None if program.tier.is_dear(total) else DesignsOnTape(program)
