@@ -32,7 +32,8 @@ FACES = {
     "jaxmbs.runtime": """
         FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TracedFunction TrickState any_in_batch as_argument
         as_array as_dtype
-        as_host_array bytes_for_chunk bytes_of_arrays cache check_kind chunked_vmap compile_batch compile_kind constant_product
+        as_host_array bytes_for_chunk bytes_of_arrays cache check_kind chunked_vmap compile_batch
+        compile_kind constant_product
         content_of explain_error export
         fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
         gather_static host_call is_double is_motion is_on jaxpr_function jit kernel_options lapack lazy_where

@@ -124,21 +124,6 @@ def evaluate_batch(
     compile: str = "auto",
     total: int | None = None,
 ) -> Batch:
-    """As `batch`; with `total` designs, of which these are a part, one kind of program for all parts."""
-    return evaluate_batch(function, designs, chunk, progress, tuple(devices or ()), feasible, cost, compile)
-
-
-def evaluate_batch(
-    function: Callable[[PyTree], PyTree],
-    designs: PyTree,
-    chunk: int | None = None,
-    progress: bool = True,
-    devices: tuple[jax.Device, ...] = (),
-    feasible: Callable[[PyTree], bool] | None = None,
-    cost: Callable[[PyTree], float | Array] = count_steps,
-    compile: str = "auto",
-    total: int | None = None,
-) -> Batch:
     """As `batch`; the same program for all parts of `total` designs that are asked for one after another."""
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
