@@ -96,5 +96,5 @@ def counted(design):
 def test_a_batch_of_what_is_no_motion_compiles_at_the_highest_level(function, level, monkeypatch):
     asked = []
     monkeypatch.setattr(batch_program, "compiler_options", lambda kind, backend, often: asked.append(often) or {})
-    mbs.batch(lambda d: function(d), rows(5), progress=False)
+    mbs.batch(lambda d: function(d), rows(5), progress=False, compile="full")
     assert asked == [level]

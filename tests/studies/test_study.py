@@ -241,7 +241,7 @@ def test_an_interrupt_says_what_is_kept(tmp_path, monkeypatch):
     def stopped(*args, **options):
         raise BatchError("stopped") from KeyboardInterrupt()
 
-    monkeypatch.setattr(study, "batch", stopped)
+    monkeypatch.setattr(study, "evaluate_batch", stopped)
     with pytest.raises(StudyError, match="interrupted; 4 of 6 designs are kept"):
         sweep(lambda d: {"y": d["x"]}, plan, tmp_path / "study", chunk=2)
     with pytest.raises(StudyError, match="interrupted; nothing is kept without a folder"):
