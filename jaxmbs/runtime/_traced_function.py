@@ -64,7 +64,11 @@ class TracedFunction:
         if FIXED == "full" or not tapes_work():
             return None
         with compile_kind("tape"):
-            return TapeFunction(self, self).program(tuple(jax.device_put(list(arrays))), {})[0]
+            return self._tapes.program(tuple(jax.device_put(list(arrays))), {})[0]
+
+    @functools.cached_property
+    def _tapes(self):
+        return TapeFunction(self, self)
 
     @functools.cached_property
     def _traced(self):
