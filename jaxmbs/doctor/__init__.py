@@ -6,7 +6,7 @@ import platform
 
 import jax
 
-from ..runtime import flag_advice, is_double, release_advice, sets_marks, trick_states
+from ..runtime import flag_advice, is_double, release_advice, sets_marks, store, trick_states
 from ._compiler_check import WrongProgram, wrong_programs
 from ._compiler_programs import COMPILER_PROGRAMS
 
@@ -22,6 +22,7 @@ def report() -> str:
     lines += [f"{'x64':<10} {'on' if is_double() else 'off'}"]
     folder = jax.config.values["jax_compilation_cache_dir"]
     lines += [f"{'cache':<10} {folder or 'off: `mbs.cache()` keeps compiled programs'}"]
+    lines += [f"{'store':<10} {store().folder or 'off: every process traces its programs anew'}"]
     lines += [""] + _tricks()
     wrong = list(wrong_programs())
     lines += ["", f"{'compiler':<10} {_compiler_verdict(wrong)}"]

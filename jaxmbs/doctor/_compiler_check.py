@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from ..batching import batch
-from ..runtime import jit
+from ..runtime import jit, without_tricks
 from ._compiler_programs import COMPILER_PROGRAMS, CompilerProgram
 
 RELATIVE_ERROR = 1e-9  # of the largest number of a result, in double precision; a wrong lane is off by per cents
@@ -29,10 +29,15 @@ class WrongProgram(NamedTuple):
 #: The ways in which a user's program is compiled; with `mbs.batch` those that have a row for each design.
 WAYS: dict[str, Callable[[CompilerProgram, np.ndarray], jax.Array]] = {
     "jax.jit": lambda program, x: jax.jit(program.jax)(x),
-    "mbs.jit": lambda program, x: jit(program.jax)(x),
-    "mbs.jit, quick": lambda program, x: jit(program.jax, compile="quick")(x),
+    "mbs.jit": lambda program, x: jit(program.jax, compile="full")(x),
+    "mbs.jit, quick": lambda program, x: _compiled_quickly(program, x),
     "mbs.batch": lambda program, x: batch(program.row or program.jax, x, progress=False).values,
 }
+
+
+def _compiled_quickly(program, x):
+    with without_tricks("tape"):  # or no compiler would be asked
+        return jit(program.jax, compile="quick")(x)
 
 
 def wrong_programs() -> Iterator[WrongProgram]:

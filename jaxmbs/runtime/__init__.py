@@ -28,6 +28,7 @@ from ._releases import release_advice, warn_of_wrong_release
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import kernel_options, one_kernel, sets_marks, small_call
+from ._store import store
 from ._traced_function import TracedFunction
 from ._tracer_errors import explain_error, tracer_errors_in_words
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
@@ -87,6 +88,7 @@ __all__ = [
     "set_quick_flags",
     "sets_marks",
     "small_call",
+    "store",
     "take_notes",
     "tracer_errors_in_words",
     "trick_states",
