@@ -21,7 +21,7 @@ _LIBRARIES = tuple(
 #: Modules of Python whose functions give the same for the same arguments.
 _PURE = frozenset(
     "abc bisect builtins cmath collections contextlib copy dataclasses decimal enum fractions functools heapq "
-    "itertools math numbers operator re statistics string textwrap types typing warnings".split()
+    "inspect itertools math numbers operator re statistics string textwrap types typing warnings".split()
 )
 #: Names in a library, "" of Python's own, of what reads or writes more than its arguments.
 _IMPURE = {

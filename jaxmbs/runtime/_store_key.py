@@ -58,7 +58,12 @@ def _settings() -> Iterator[Any]:
     for name in sorted(jax.config.values):
         if not _TELLING.search(name):
             yield name
-            yield str(getattr(jax.config, name, None))  # that of the context too
+            yield str(setting(name))
+
+
+def setting(name: str) -> Any:
+    """A setting of JAX, that of the context in which it is asked for."""
+    return getattr(jax.config, name, None)
 
 
 @functools.cache

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from . import _tuning as tuning
-from ._store_key import question_key
+from ._store_key import question_key, setting
 from ._stored_program import StoredProgram, read_program, write_program
 from ._tiers import Tier
 from ._tricks import OFF, is_on
@@ -51,12 +51,12 @@ class TapeProgram:
 
 def tapes_work() -> bool:
     """True where programs may run on tapes: in double precision on one CPU, with nothing of JAX's debugging on."""
-    config = jax.config
+    debugging = ("jax_debug_nans", "jax_debug_infs", "jax_disable_jit")
     return (
         is_on("tape")
         and is_available()
-        and config.jax_enable_x64
-        and not (config.jax_debug_nans or config.jax_debug_infs or config.jax_disable_jit)
+        and setting("jax_enable_x64")
+        and not any(map(setting, debugging))
         and jax.default_backend() == "cpu"
         and jax.device_count() == 1
     )
