@@ -241,6 +241,8 @@ def search():
     return mbs.minimise(objective, {"length": 1.0}, steps=20, limits=[limit], progress=False)
 
 
+# without the checks of types in the quick tests, whose wrappers have no content
+@pytest.mark.slow
 def test_a_search_begins_without_a_trace(process, monkeypatch):
     first, traced = process(search)
     monkeypatch.setattr(jax, "make_jaxpr", None)
@@ -258,6 +260,7 @@ def uncertainty():
     return mbs.design.propagate_uncertainty(lambda x: x["a"] ** 2, {"a": 3.0}, {"a": 0.1})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [tolerance_shares, uncertainty])
 def test_questions_on_designs_begin_without_a_trace(asked, process, monkeypatch):
     first, _ = process(asked)
