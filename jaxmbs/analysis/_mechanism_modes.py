@@ -13,6 +13,7 @@ from ..kinematics._state import State
 from ..math._eigen import eig, eig_rounding
 from ..math._square import solve
 from ..model._system import System
+from ..runtime import jit
 from ..vibration._modes import Modes
 from ._linearise import Linearisation, linearise
 
@@ -47,11 +48,16 @@ def modes(mechanism: Linearisation | System, state: State | None = None, without
     if not A.size:  # without freedom there is no mode
         none, dtype = jnp.zeros(0, A.dtype), lax.complex(A, A).dtype
         return Modes(none, jnp.zeros((0, 0), dtype), none > 0.0, none.astype(dtype), rounding=none, coordinates=names)
+    values, shapes, is_rigid, roots, rounding = _modes_of(A)
+    return Modes(values, shapes, is_rigid, roots, rounding=rounding, coordinates=names)
+
+
+@jit
+def _modes_of(A):
     roots, shapes, left = eig(A)
     rounding = lax.stop_gradient(eig_rounding(A, shapes, left))
     largest = jnp.take_along_axis(shapes, jnp.argmax(jnp.abs(shapes), axis=0)[None], axis=0)
-    values = roots.real**2 + roots.imag**2
-    return Modes(values, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding=rounding, coordinates=names)
+    return roots.real**2 + roots.imag**2, shapes / largest, jnp.abs(roots) <= rounding, roots, rounding
 
 
 def routh_reduction(lin, without):

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..checks import any_concrete, faults_if
 from ..forces import AbstractStateLaw, InternalState
-from ..runtime import explain_error
+from ..runtime import as_array, explain_error
 
 
 def law_call_faults(law, port, displacement, size) -> list[str]:
@@ -14,7 +14,7 @@ def law_call_faults(law, port, displacement, size) -> list[str]:
 
     Args: displacement: as the port's methods take it.
     """
-    flow, t = jnp.zeros(size), jnp.zeros(())
+    flow, t = as_array(np.zeros(size)), as_array(0.0)
     if not isinstance(law, AbstractStateLaw):
         return effort_faults(law, port, displacement, flow, t)
     declared, faults = _declared_states(law)

@@ -20,7 +20,7 @@ from ..forces import (
 from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, WinchPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
-from ..runtime import explain_error
+from ..runtime import as_array, explain_error
 from ._circuits import circuit_faults, with_circuits
 from ._declarations import GROUND, Model, as_pose, has_one_coordinate, resolve_frame
 from ._elastic import entry_faults
@@ -289,7 +289,7 @@ def _effort_faults(law, on_joint) -> list[str]:
     port = JointPort() if on_joint else port_of(law)
     if port.num_flows is None:
         return []
-    zero, place = jnp.zeros(()), (jnp.eye(3), jnp.zeros(3))
+    zero, place = as_array(0.0), (as_array(np.eye(3)), as_array(np.zeros(3)))
     displacement = {LinePort: place[1:], JointPort: (zero,)}.get(type(port), place)
     if isinstance(port, PathPort):
         displacement = tuple(jnp.stack([part] * port.num_frames) for part in place)

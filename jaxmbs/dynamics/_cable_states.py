@@ -15,7 +15,7 @@ from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
-from ..runtime import gather_static
+from ..runtime import gather_static, jit
 from ._efforts import element_efforts
 from ._newton_euler import accelerations
 
@@ -85,7 +85,12 @@ def cable_states(system: System, state: State | HasStates) -> dict[str, CableRes
     Args:
         state: a State, a Motion, or states with leading axes, which the answers have too.
     """
-    return map_states(lambda state: _of_one(system_at(system, state), state), states_of(system, state))
+    return _along(system, states_of(system, state))
+
+
+@jit
+def _along(system, states):
+    return map_states(lambda state: _of_one(system_at(system, state), state), states)
 
 
 def _of_one(system, state):

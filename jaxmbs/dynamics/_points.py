@@ -9,6 +9,7 @@ from ..kinematics._state import HasStates, State
 from ..model._changes import with_changes
 from ..model._entry_points import map_states, rates_of, states_of
 from ..model._system import System
+from ..runtime import jit
 from ..typing import ArrayLike, FrameLike
 from ._newton_euler import forward_dynamics
 
@@ -47,6 +48,11 @@ def _acceleration(system, state, frame, accelerations):
         rates = forward_dynamics(system, states)[0]
     else:
         rates = rates_of(system, states, accelerations, "accelerations")
+    return _along(system, states, frame, rates)
+
+
+@jit
+def _along(system, states, frame, rates):
     return map_states(
         lambda state, rates: point_acceleration(with_changes(system, state), state, frame, rates), states, rates
     )

@@ -21,7 +21,7 @@ from ..model._elastic import ElasticGroup
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..reductions import _recovery as recovery
-from ..runtime import jit
+from ..runtime import as_argument, jit
 from ._floating_frame import FloatingFrame
 from ._rigid_motions import interface_rows, rotated_shapes
 
@@ -129,8 +129,15 @@ def find_body(system: System, name: str) -> tuple[ElasticGroup, int]:
 
 def map_states(system: System, function: Callable, motion: State | HasStates) -> Any:
     """Values of a function of the system in force and one state, at a state or along a motion."""
-    states, one = states_of(system, motion), lambda state: function(system_at(system, state), state)
-    return jit(one if states.coordinates.ndim == 1 else jax.vmap(one))(states)
+    states = states_of(system, motion)
+    first = jax.eval_shape(lambda: jax.tree.map(lambda x: x.reshape(-1, *x.shape[states.t.ndim :])[0], states))
+    return _over_states(system, states, as_argument(function, system, first))
+
+
+@jit
+def _over_states(system, states, function):
+    one = lambda state: function(system_at(system, state), state)  # noqa: E731
+    return (one if states.coordinates.ndim == 1 else jax.vmap(one))(states)
 
 
 def _take_body(group, index, tree):

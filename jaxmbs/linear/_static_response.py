@@ -12,6 +12,7 @@ from jaxtyping import Array, Bool, Float
 from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
 from ..math import _square as square
+from ..runtime import as_array, jit
 from ..typing import AnyArray, ArrayLike
 from ._block_statics import PROBE_ERROR, solve_statics
 from ._rigid_motions import rigid_rows
@@ -57,23 +58,33 @@ def static_response(
     motions are missing.
     Source: S1 (3), (30).
     """
-    f = load.reshape(-1, load.shape[-1]).T
-    n, weight = len(K), jnp.ones((), f.dtype)
     if rigid is not None and M is None:
         raise ValueError("inertia relief needs the mass matrix: give M together with the rigid motions")
-    rigid = jnp.zeros((n, 0), K.dtype) if rigid is None else jnp.asarray(rigid)
+    if rigid is None or not rigid.shape[1]:
+        _check_nonsingular(K, _missing(False))
+        none = np.zeros((*load.shape[:-1], 0)), np.zeros((len(K), 0))
+        return StaticResponse(_solve(K, load), *(as_array(x, K.dtype) for x in none))
+    K, weight = _saddle(K, M, rigid)
+    _check_nonsingular(K, _missing(True))
+    n, d = rigid.shape
+    found = _solve(K, jnp.concatenate([load, jnp.zeros((*load.shape[:-1], d), load.dtype)], -1))
+    return StaticResponse(found[..., :n], weight * found[..., n:], jnp.asarray(rigid))
+
+
+@jit
+def _solve(K, load):
+    return square.solve(K, load.reshape(-1, load.shape[-1]).T).T.reshape(load.shape)
+
+
+@jit
+def _saddle(K, M, rigid):
+    """The matrix of displacements and accelerations along the rigid motions, and the unit of these."""
     d = rigid.shape[1]
-    if d:
-        carried = jnp.matmul(jnp.asarray(M), rigid)
-        size = jnp.max(jnp.abs(K))  # zero where all components are rigid
-        size = jnp.where(size > 0, size, 1)
-        weight = lax.stop_gradient(size / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
-        K = jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]])
-        f = jnp.concatenate([f, jnp.zeros((d, f.shape[1]), f.dtype)])
-    _check_nonsingular(K, _missing(d > 0))
-    found = square.solve(K, f).T
-    acceleration = weight * found[:, n:].reshape(*load.shape[:-1], d)
-    return StaticResponse(found[:, :n].reshape(load.shape), acceleration, rigid)
+    carried = jnp.matmul(jnp.asarray(M), rigid)
+    size = jnp.max(jnp.abs(K))  # zero where all components are rigid
+    size = jnp.where(size > 0, size, 1)
+    weight = lax.stop_gradient(size / jnp.max(jnp.abs(carried)))  # equal sizes in the saddle
+    return jnp.block([[jnp.asarray(K), weight * carried], [weight * carried.T, jnp.zeros((d, d), K.dtype)]]), weight
 
 
 def equilibrium(system: LinearSystem, forces: Mapping | ArrayLike, free: bool = False) -> StaticResponse:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError, UnknownNameError
+from ..runtime import as_array
 from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
 from ._block_rows import BlockRows
@@ -135,8 +136,9 @@ class LinearSystem(eqx.Module):
         Its transpose applies forces there.  Raises: UnknownNameError.
         """
         rows = self.rows(*names)
-        unit = jnp.zeros((len(rows), self.num_rows), self.dtype)
-        return unit.at[np.arange(len(rows)), np.array(rows, int)].set(1.0), tuple(map(self.label, rows))
+        unit = np.zeros((len(rows), self.num_rows))
+        unit[np.arange(len(rows)), np.array(rows, int)] = 1.0
+        return as_array(unit, self.dtype), tuple(map(self.label, rows))
 
     @property
     def dtype(self) -> np.dtype:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..checks import any_concrete, is_concrete
+from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
@@ -17,7 +17,7 @@ from ..math._nan import nan_where
 from ..model._entry_points import check_state
 from ..model._internal_states import replace_field
 from ..model._system import System
-from ..runtime import as_array, jit
+from ..runtime import as_array, jit, not_tracing
 from ..status import Status, succeeded
 from ..tables import format_number, span, table_repr
 from ..typing import ArrayLike
@@ -96,6 +96,9 @@ class Motion(eqx.Module):
             if beyond.dtype.kind not in "iu" or np.any((beyond >= len(self)) | (beyond < -len(self))):
                 raise IndexError(f"a motion of {len(self)} saved states has none of number {index!r}")
         designs = (slice(None),) * (self.ts.ndim - 1)
+        if not_tracing() and is_concrete(self.states, index):
+            rows = np.arange(len(self))[index] if isinstance(index, slice) else np.asarray(index)
+            return _rows(self.states, as_array(rows, np.int32), self.ts.ndim - 1)
         return jax.tree.map(lambda x: x[(*designs, index)], self.states)
 
     def internal(self, name: str) -> jax.Array:
@@ -122,14 +125,14 @@ class Motion(eqx.Module):
         check_state(system, self.states)
         if self.ts.ndim != 1:
             raise ValueError(f"one motion has states at a time, use jax.vmap; the times have shape {self.ts.shape}")
-        t, last = as_array(t), jnp.sum(jnp.isfinite(self.ts), dtype=jnp.int32) - 1
-        first, end = self.ts[0], self.ts[last]
-        if any_concrete(lambda t, a, b: ~((t >= a) & (t <= b)), t, first, end):
-            raise ValueError(f"the motion has states saved from {float(first):.6g} to {float(end):.6g} s, not at {t}")
+        t = as_array(t)
+        if is_concrete(t, self.ts):
+            saved = np.asarray(self.ts)[np.isfinite(self.ts)]
+            if not len(saved) or np.any(~((np.asarray(t) >= saved[0]) & (np.asarray(t) <= saved[-1]))):
+                span = f"from {saved[0]:.6g} to {saved[-1]:.6g} s" if len(saved) else "at no time"
+                raise ValueError(f"the motion has states saved {span}, not at {t}")
         rows = with_events(self)
-        if rows is not self:
-            last = jnp.sum(jnp.isfinite(rows.ts), dtype=jnp.int32) - 1
-        return _at(system, rows.states, rows.ts, last, self.sampling, t)
+        return _at(system, rows.states, rows.ts, self.sampling, t)
 
     def with_knots(self, system: System) -> "Motion":
         """The motion with the states on both sides of every event that acted, and of every sample, among the saved
@@ -247,8 +250,8 @@ def _rows_are_equal(states):
 
 
 @jit(compile="tape")  # a user asks for some times, once
-def _at(system, states, ts, last, sampling, t):
-    P = node_parameters(system)
+def _at(system, states, ts, sampling, t):
+    P, last = node_parameters(system), jnp.sum(jnp.isfinite(ts), dtype=jnp.int32) - 1
 
     def one(t):
         k = jnp.clip(jnp.searchsorted(ts, t, side="right").astype(last.dtype) - 1, 0, jnp.maximum(last - 1, 0))
@@ -265,6 +268,12 @@ def _at(system, states, ts, last, sampling, t):
 
     found = jax.vmap(one)(t.reshape(-1))
     return jax.tree.map(lambda x: x.reshape(*t.shape, *x.shape[1:]), found)
+
+
+@jit(compile="tape")
+def _rows(states, index, axis):
+    """States of the numbers `index` along an axis of times."""
+    return jax.tree.map(lambda x: jnp.take(x, index, axis=axis), states)
 
 
 def _labels(sizes):

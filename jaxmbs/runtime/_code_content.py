@@ -31,6 +31,10 @@ _IMPURE = {
     "jax": "config|distributed|profiler|debug|io_callback|pure_callback",
     "jaxmbs": "io|stl|cache|export|tuning|(read|load|save|write)_.*",
 }
+#: Instructions of Python that read a global, of functions and of bodies of classes.
+_LOADS_GLOBAL = frozenset(
+    "LOAD_GLOBAL LOAD_NAME LOAD_FROM_DICT_OR_GLOBALS LOAD_CLASSDEREF LOAD_FROM_DICT_OR_DEREF".split()
+)
 #: Entries of a class that say nothing on what it does, or say it again.
 _MADE = frozenset(
     "__module__ __dict__ __weakref__ __doc__ __abstractmethods__ _abc_impl __abstractvars__ __abstractclassvars__ "
@@ -46,6 +50,11 @@ class UnknownContentError(Exception):
 def function_parts(function: types.FunctionType, strict: bool) -> list:
     """Code, defaults, closure and the globals that are read; of a library's function its name, and the closure."""
     code, place = function.__code__, str(function.__globals__.get("__name__"))
+    if is_constant_module(function.__module__) and _stands_in_module(function):
+        place, names = function.__module__, function.__qualname__
+        if strict:
+            _refuse_impure(place, [function.__name__], f"{place}.{names}")
+        return [place, names]
     defaults = [function.__defaults__, function.__kwdefaults__]
     if _is_library(place):
         if strict:
@@ -56,6 +65,14 @@ def function_parts(function: types.FunctionType, strict: bool) -> list:
     return [code, *defaults, *_read(function, strict), *_attributes(function)]
 
 
+def _stands_in_module(function):
+    """True if a function is what its module has under its name, whatever it is made of."""
+    found: Any = sys.modules.get(function.__module__)
+    for name in function.__qualname__.split("."):
+        found = getattr(found, "__dict__", {}).get(name)
+    return found is function
+
+
 def _closure(function):
     """Contents of the cells by name; of one that is empty still, its name."""
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
@@ -64,11 +81,11 @@ def _closure(function):
 
 def _read(function, strict):
     """Names and values of what code reads outside of it; of a user's module the entries that it may read."""
-    names = sorted({*_names(function.__code__), *function.__code__.co_freevars})
-    outer = function.__globals__ | _closure(function)
-    for name in names:
-        if name in outer:
-            value = outer[name]
+    code, closure = function.__code__, _closure(function)
+    names = sorted(set(_names(code)))
+    for name in sorted({*_globals(code), *closure}):
+        if name in closure or name in function.__globals__:
+            value = closure[name] if name in closure else function.__globals__[name]
             yield name
             yield from _module_entries(value, names, strict) if isinstance(value, types.ModuleType) else [value]
         elif strict and hasattr(builtins, name):
@@ -171,14 +188,26 @@ def _refuse_effects(code):
             raise UnknownContentError(f"an import of {name} in {code.co_qualname}")
         if instruction.opname in ("STORE_GLOBAL", "DELETE_GLOBAL") or (outer and name in code.co_freevars):
             raise UnknownContentError(f"{code.co_qualname}, which sets {name} outside of it")
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            _refuse_effects(constant)
+    for inner in _inside(code):
+        _refuse_effects(inner)
+
+
+def _globals(code) -> Iterator[str]:
+    """Names of globals that code reads, that inside of it too."""
+    for instruction in dis.get_instructions(code):
+        if instruction.opname in _LOADS_GLOBAL:
+            yield instruction.argval
+    for inner in _inside(code):
+        yield from _globals(inner)
 
 
 def _names(code) -> Iterator[str]:
     """Names of globals and attributes that code reads, that inside of it too."""
     yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _names(constant)
+    for inner in _inside(code):
+        yield from _names(inner)
+
+
+def _inside(code):
+    """The code of functions in it."""
+    return (constant for constant in code.co_consts if isinstance(constant, types.CodeType))

@@ -73,7 +73,7 @@ class TracedFunction:
     @functools.cached_property
     def _traced(self):
         # as if no trace were under way, unless it is one of numbers that the function has
-        with contextlib.nullcontext() if self._is_inside else jax.ensure_compile_time_eval():
+        with contextlib.nullcontext() if self._is_inside else jax.core.eval_context():
             with compile_kind(self._compile):
                 traced, shape = jax.make_jaxpr(self._function, return_shape=True)(*self._example)
         return without_unused(traced), shape

@@ -12,7 +12,7 @@ from jaxtyping import Array, Complex
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
 from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
-from ..runtime import as_dtype
+from ..runtime import as_dtype, jit
 from ..typing import AnyArray, ArrayLike
 from . import _refined_solve as refined_solve
 
@@ -62,6 +62,7 @@ def direct_response(
     return lax.map(at, as_dtype(omega, M.diagonal.dtype), batch_size=chunk)
 
 
+@jit
 def dense_response(
     *,
     K: AnyArray,

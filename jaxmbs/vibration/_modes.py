@@ -25,8 +25,7 @@ from ..typing import AnyArray, CoordinateLike, ScalarLike
 
 def _table_rows(modes):
     """Summary line and table of modes; a conjugate pair takes one row."""
-    hertz, ratios = np.asarray(modes.frequencies), np.asarray(modes.damping_ratios)
-    rigid, unstable = np.asarray(modes.is_rigid), np.asarray(modes.is_unstable)
+    hertz, ratios, rigid, unstable = map(np.asarray, _in_words(modes))
     roots = None if modes.roots is None else np.asarray(modes.roots)
     rows = []
     for k in range(len(hertz)):
@@ -38,6 +37,11 @@ def _table_rows(modes):
     kind = "natural" if roots is None else "complex"
     summary = f"{len(hertz)} {kind} modes of {modes.shapes.shape[0]} coordinates"
     return summary, [("mode", "frequency [Hz]", "damping ratio", ""), *rows]
+
+
+@jit
+def _in_words(modes):
+    return modes.frequencies, modes.damping_ratios, modes.is_rigid, modes.is_unstable
 
 
 class Modes(eqx.Module):

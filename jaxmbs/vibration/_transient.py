@@ -31,7 +31,7 @@ from ..ode._integrate import (
 from ..ode._options import check_event, check_options, make_options
 from ..ode._save_times import save_times, valid_times
 from ..ode._stages_of_equations import shared_diagonal
-from ..runtime import as_dtype, jit
+from ..runtime import as_array, as_dtype, jit
 from ..status import Status, succeeded
 from ..typing import AnyArray, ArrayLike, WordedError
 from ._block_equations import BlockCondensation, BlockEquations
@@ -169,9 +169,9 @@ def _explain(motion, t0):
 
 def _start(system, start, ts):
     """Time of the start, and displacement and velocity (n,) there."""
-    zero, first = jnp.zeros(system.num_rows, system.dtype), 0.0
+    zero, first = as_array(np.zeros(system.num_rows), system.dtype), 0.0
     if ts is not None:
-        times = as_dtype(ts, system.dtype)
+        times = np.asarray(ts) if is_concrete(ts) else as_dtype(ts, system.dtype)
         first = times[0] if times.ndim == 1 and len(times) else 0.0
     first = as_dtype(first, system.dtype)
     if start is None:
