@@ -3,6 +3,7 @@
 import contextlib
 import json
 import struct
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -25,7 +26,7 @@ class StoredProgram(NamedTuple):
     static: Any
 
 
-def write_program(key: str, program: StoredProgram, arguments: Any, leaves: list, found: list) -> None:
+def write_program(key: str, program: StoredProgram, arguments: Any, leaves: Sequence, found: Sequence) -> None:
     """Store a tape with one question and its answer, by which another machine checks it; without a word if its
     results are no data.
 
