@@ -61,8 +61,10 @@ def trace_problem(
         if not isinstance(limit, Limit):
             raise TypeError(f"limits must be a list of Limit, not of {limit!r}")
 
+    unravel = variables.unravel  # and no numbers of the start, so that another one traces nothing anew
+
     def objective_and_limits(x):
-        design = variables.unravel(x)
+        design = unravel(x)
         with take_notes() as statuses:
             value, answers = _split_answers(objective(design))
         return value, limit_values(limits, design, answers), [s for s in statuses if jnp.ndim(s) == 0]
