@@ -22,6 +22,8 @@ _WHOLE, _DOUBLE = np.dtype("<i8"), np.dtype("<f8")
 #: Type of each array: instructions, starts, tables, sizes, places and lengths of constants, their numbers, inputs,
 #: results.
 _TYPES = (_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE)
+#: Types of inputs and results.
+_PLACE_TYPES = (*DTYPES, np.dtype(np.complex128))
 #: Most numbers of an arena or array, a GiB of them, and most axes of an array.
 _MOST_NUMBERS, _MOST_AXES = 2**27, 32
 
@@ -31,7 +33,12 @@ def _digest(*parts: bytes) -> bytes:
 
 
 #: Tapes of another machine mean something else: its sources are part of each.
-_MACHINE = _digest(*(Path(__file__).with_name(name).read_bytes() for name in ("opcodes.h", "machine.c", "_host.py")))
+_MACHINE = _digest(
+    *(
+        Path(__file__).with_name(name).read_bytes()
+        for name in ("opcodes.h", "machine.c", "_host.py", "_host_functions.py")
+    )
+)
 
 
 def write_tape(tape: Tape) -> bytes:
@@ -50,7 +57,7 @@ def write_tape(tape: Tape) -> bytes:
 
 def _numbers_of(places):
     """Inputs or results as whole numbers, one after another: start, splat, type, number of axes, their lengths."""
-    rows = [(p.start, p.is_splat, DTYPES.index(p.dtype), len(p.shape), *p.shape) for p in places]
+    rows = [(p.start, p.is_splat, _PLACE_TYPES.index(p.dtype), len(p.shape), *p.shape) for p in places]
     return [number for row in rows for number in row]
 
 
@@ -124,10 +131,15 @@ def _places(numbers):
             raise TapeError("an input or result of the tape is cut off")
         start, is_splat, kind, axes = rest[at : at + 4]
         shape = tuple(rest[at + 4 : at + 4 + axes]) if 0 <= axes <= _MOST_AXES else ()
-        if len(shape) != axes or min(shape, default=0) < 0 or is_splat not in (0, 1) or not 0 <= kind < len(DTYPES):
+        if (
+            len(shape) != axes
+            or min(shape, default=0) < 0
+            or is_splat not in (0, 1)
+            or not 0 <= kind < len(_PLACE_TYPES)
+        ):
             raise TapeError("an input or result of the tape has no possible shape or type")
         if math.prod(shape) > _MOST_NUMBERS:
             raise TapeError("an input or result of the tape is too large")
-        found.append(Place(start, bool(is_splat), shape, DTYPES[kind]))
+        found.append(Place(start, bool(is_splat), shape, _PLACE_TYPES[kind]))
         at += 4 + axes
     return found

@@ -75,9 +75,9 @@ def _inline(program, inputs, operations):
 
     for equation in jaxpr.eqns:
         args = [read(variable) for variable in equation.invars]
-        called = _called(equation, args)
-        if called is not None:
-            results = _inline(*called, operations)
+        inner = called(equation, args)
+        if inner is not None:
+            results = _inline(*inner, operations)
         else:
             results = [Atom(variable.aval) for variable in equation.outvars]
             operations.append(Operation(_name(equation), equation.params, args, results))
@@ -103,18 +103,18 @@ def _is_signbit(equation):
     return equation.params.get("name") == "signbit" and equation.invars[0].aval.dtype == np.float64
 
 
-def _called(equation, args):
+def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
     """The program that an equation calls and its arguments, or None if it is no call."""
     name, params = equation.primitive.name, equation.params
     if name in _CALLS and not _is_signbit(equation):
         program = next(params[key] for key in ("jaxpr", "call_jaxpr", "fun_jaxpr", "call") if key in params)
-        return program, args
+        return program, list(args)
     if name in ("custom_linear_solve", "linear_solve"):
         lengths = params["const_lengths"]
         first = lengths.matvec + lengths.vecmat
         sides = first + lengths.solve + lengths.transpose_solve
-        return params["jaxprs"].solve, args[first : first + lengths.solve] + args[sides:]
+        return params["jaxprs"].solve, [*args[first : first + lengths.solve], *args[sides:]]
     if name in _SMALL_PROGRAMS:
         shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
-        return jax.make_jaxpr(lambda *x: equation.primitive.impl(*x, **params))(*shapes), args
+        return jax.make_jaxpr(lambda *x: equation.primitive.impl(*x, **params))(*shapes), list(args)
     return None

@@ -1,46 +1,19 @@
-"""Decompositions of matrices, which the machine leaves to NumPy."""
+"""Instructions that the machine leaves to NumPy and SciPy: their arrays, their checks and their calls."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from ._host_functions import HOST_FUNCTIONS
 from ._opcodes import FIELDS
 from ._rows import Rows
 
+#: Functions that take finite numbers alone; of others their results are not numbers.
+_OF_FINITE = ("eigh", "svd", "eig", "schur", "cholesky")
 #: Most axes of an array.
 _MOST_AXES = 16
-
-
-def host_results(number: int, mode: int, arrays: list[np.ndarray]) -> list[np.ndarray]:
-    """Results of a decomposition of matrices (..., n, n) or (..., m, n); NaN where it does not converge."""
-    function = list(HOST_FUNCTIONS.values())[number]
-    try:
-        return function(*arrays, mode=mode)
-    except np.linalg.LinAlgError:
-        return [np.array(np.nan)] * 3
-
-
-def _eigh(matrix: np.ndarray, mode: int) -> list[np.ndarray]:
-    if not np.all(np.isfinite(matrix)):
-        return [np.array(np.nan)] * 2
-    values, vectors = np.linalg.eigh((matrix + matrix.swapaxes(-1, -2)) / 2)
-    return [vectors, values]
-
-
-def _svd(matrix: np.ndarray, mode: int) -> list[np.ndarray]:
-    """Mode: 1 with vectors, 2 with all of them."""
-    if not np.all(np.isfinite(matrix)):
-        return [np.array(np.nan)] * 3
-    if not mode & 1:
-        return [np.linalg.svd(matrix, compute_uv=False)]
-    u, s, vh = np.linalg.svd(matrix, full_matrices=bool(mode & 2))
-    return [s, u, vh]
-
-
-#: Functions of arrays by name, in the order of their numbers in instructions.
-HOST_FUNCTIONS: dict[str, Callable[..., list[np.ndarray]]] = {"eigh": _eigh, "svd": _svd}
 
 
 def host_table(arrays: Sequence[tuple[int, Sequence[int]]]) -> list[int]:
@@ -81,9 +54,40 @@ def check_host(rows: Rows) -> None:
 def call_host(instruction: np.ndarray, tables: np.ndarray, arena: np.ndarray) -> None:
     """Run a host instruction over an arena."""
     field: dict[str, Any] = dict(zip(FIELDS, map(int, instruction), strict=True))
-    arrays = [
-        arena[place : place + math.prod(shape)].reshape(shape) for place, shape in host_arrays(instruction, tables)
-    ]
+    places = host_arrays(instruction, tables)
+    arrays = [arena[place : place + math.prod(shape)].reshape(shape) for place, shape in places]
     operands, results = arrays[: field["x1"]], arrays[field["x1"] :]
-    for result, found in zip(results, host_results(field["x0"], field["mode"], operands), strict=False):
-        result[...] = found
+    _write(list(HOST_FUNCTIONS)[field["x0"]], field["mode"], _joined(operands, field["x3"]), results)
+
+
+def _joined(arrays, pairs):
+    """Operands; two arrays are the parts of a complex one where the bit of the operand is set."""
+    found, rest = [], iter(arrays)
+    for real in rest:
+        found.append(real + 1j * next(rest) if pairs >> len(found) & 1 else real)
+    return found
+
+
+def _write(name, mode, operands, results):
+    """Write the results of a function, NaN where there are none: one by one where some matrices are not finite."""
+    matrix = operands[0]
+    if name in _OF_FINITE and not np.all(np.isfinite(matrix)):
+        lead = matrix.ndim - 2
+        if not lead:
+            return _fill(results)
+        for place in np.ndindex(matrix.shape[:lead]):
+            _write(name, mode, [matrix[place]], [result[place] for result in results])
+        return None
+    try:
+        found = HOST_FUNCTIONS[name](mode, *operands)
+    except np.linalg.LinAlgError:
+        return _fill(results)
+    parts = [part for x in found for part in ((x.real, x.imag) if np.iscomplexobj(x) else (x,))]
+    for result, part in zip(results, parts, strict=True):
+        result[...] = part
+    return None
+
+
+def _fill(results):
+    for result in results:
+        result[...] = np.nan

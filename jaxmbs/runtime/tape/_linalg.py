@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from ._flatten import UnsupportedError
-from ._host import HOST_FUNCTIONS, host_table
+from ._host import host_table
+from ._host_functions import HOST_FUNCTIONS
 from ._rearrange import places_of
 from ._reduce import _wrapped
 from ._writer import rule
@@ -87,17 +88,26 @@ def _lu(writer, operation, values):
     return results
 
 
-@rule("eigh", "svd", "qr", "householder_product", "geqrf")
-def _host(writer, operation, values):
+@rule("eigh", "svd")
+def _decomposition(writer, operation, values):
+    params = operation.params
+    if params.get("subset_by_index") is not None:
+        raise UnsupportedError(f"{operation.name} of a part")
+    mode = params.get("compute_uv", False) + 2 * params.get("full_matrices", False)
+    return _host(writer, operation, values, operation.name, mode, 0)
+
+
+@rule("tape_host")
+def _of_pairs(writer, operation, values):
+    params = operation.params
+    return _host(writer, operation, values, params["name"], params["mode"], params["pairs"])
+
+
+def _host(writer, operation, values, name, mode, pairs):
     """By NumPy: one call with the places of the operands and results."""
-    if operation.name not in ("eigh", "svd") or operation.params.get("subset_by_index") is not None:
-        raise UnsupportedError(operation.name)
-    (array,) = operation.inputs
-    place = writer.dense(values[0], array.size)
+    given = [(writer.dense(v, a.size), a.shape) for v, a in zip(values, operation.inputs, strict=True)]
     results = [writer.new(atom.size) for atom in operation.outputs]
-    arrays = [(place, array.shape)]
-    arrays += [(r.place, o.shape) for r, o in zip(results, operation.outputs, strict=True)]
-    mode = operation.params.get("compute_uv", False) + 2 * operation.params.get("full_matrices", False)
-    fields = {"x0": list(HOST_FUNCTIONS).index(operation.name), "x1": 1, "x2": len(results), "mode": mode}
+    arrays = given + [(r.place, o.shape) for r, o in zip(results, operation.outputs, strict=True)]
+    fields = {"x0": list(HOST_FUNCTIONS).index(name), "x1": len(given), "x2": len(results), "x3": pairs, "mode": mode}
     writer.emit("HOST", 1, table=writer.arena.table(host_table(arrays)), **fields)
     return results

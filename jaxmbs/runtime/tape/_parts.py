@@ -5,11 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._rows import TapeError
 from ._validate import validate
 
 
 class Place(NamedTuple):
-    """An input or a result: where it lies in the arena, if one double stands for all its numbers, shape and type."""
+    """An input or a result: where it lies in the arena, if one double stands for all its numbers, shape and type.
+
+    A complex one has two of them, of its real and of its imaginary part.
+    """
 
     start: int
     is_splat: bool
@@ -20,6 +24,21 @@ class Place(NamedTuple):
     def size(self) -> int:
         """Number of its numbers."""
         return math.prod(self.shape)
+
+
+def by_array(places: list[Place]) -> list[tuple[Place, ...]]:
+    """The places of each array: one, or two of a complex one.  Raises: TapeError for half of one."""
+    found: list[tuple[Place, ...]] = []
+    rest = iter(places)
+    for place in rest:
+        if place.dtype != np.complex128:
+            found.append((place,))
+            continue
+        imaginary = next(rest, None)
+        if imaginary is None or imaginary[2:] != place[2:]:
+            raise TapeError("a complex input or result of the tape has no imaginary part")
+        found.append((place, imaginary))
+    return found
 
 
 class Parts(NamedTuple):

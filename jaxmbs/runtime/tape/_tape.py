@@ -10,11 +10,11 @@ from jax.extend.core import ClosedJaxpr
 from .. import _tuning as tuning
 from ._machine import bind
 from ._overtime import LIMITED, OvertimeError
-from ._parts import Parts
+from ._parts import Parts, by_array
 
 
 class Tape:
-    """A traced program of arrays of doubles, whole numbers and truth values, ready to run.
+    """A traced program of arrays of doubles, complex ones, whole numbers and truth values, ready to run.
 
     Several threads may call it at once: each call has an arena of its own.
 
@@ -30,6 +30,7 @@ class Tape:
 
             program = written(program)
         self.parts = program.validated()
+        self._inputs, self._outputs = by_array(program.inputs), by_array(program.outputs)
         self._is_slow = False
         self._arenas: list[tuple[np.ndarray, Callable[[], None]]] = []
 
@@ -53,13 +54,15 @@ class Tape:
 
         Raises: OvertimeError where runs are `limited`, when it has cost more than compiling.
         """
-        parts = self.parts
         arena, run = taken = self._take_arena()
-        for place, array in zip(parts.inputs, arrays, strict=True):
-            arena[place.start : place.start + place.size] = np.asarray(array).reshape(-1)
+        for places, array in zip(self._inputs, map(np.asarray, arrays), strict=True):
+            for place, numbers in zip(
+                places, (array,) if len(places) == 1 else (array.real, array.imag), strict=True
+            ):
+                arena[place.start : place.start + place.size] = numbers.reshape(-1)
         self._run(run)
-        found = [self._result(arena, place) for place in parts.outputs]
-        if parts.size <= tuning.TAPE_ARENA_KEPT:
+        found = [_result(arena, places) for places in self._outputs]
+        if self.parts.size <= tuning.TAPE_ARENA_KEPT:
             self._arenas.append(taken)
         return found
 
@@ -86,8 +89,16 @@ class Tape:
             arena[place : place + numbers.size] = numbers
         return arena, bind(self.parts, arena)
 
-    @staticmethod
-    def _result(arena, place):
-        start, size = place.start, place.size
-        numbers = np.full(size, arena[start]) if place.is_splat else arena[start : start + size]
-        return numbers.reshape(place.shape).astype(place.dtype)
+
+def _result(arena, places):
+    if len(places) == 2:
+        found = np.empty(places[0].shape, np.complex128)
+        found.real, found.imag = (_numbers(arena, place) for place in places)
+        return found
+    return _numbers(arena, places[0]).astype(places[0].dtype)
+
+
+def _numbers(arena, place):
+    start, size = place.start, place.size
+    numbers = np.full(size, arena[start]) if place.is_splat else arena[start : start + size]
+    return numbers.reshape(place.shape)

@@ -7,26 +7,46 @@ from . import _control, _elementwise, _index, _linalg, _rearrange, _reduce  # no
 from ._flatten import Atom
 from ._memory import Value
 from ._opcodes import FIELDS
+from ._pairs import has_complex, real_program
 from ._parts import Parts, Place
 from ._writer import Writer
 
 
 def written(program: ClosedJaxpr) -> Parts:
     """The parts of a tape that runs a program.  Raises: UnsupportedError."""
+    given, wanted = ([_described(v.aval) for v in each] for each in (program.jaxpr.invars, program.jaxpr.outvars))
+    if has_complex(program):
+        program = real_program(program)
     writer = Writer()
     shapes = [Atom(variable.aval) for variable in program.jaxpr.invars]
     inputs = []
     for shape in shapes:
         buffer = writer.arena.buffer(shape.size, is_lasting=True)
         inputs.append(Value(buffer, buffer.place, shape.size == 1))
-    outputs, results = writer.body(program, inputs, shapes)
+    outputs, _ = writer.body(program, inputs, shapes)
     return Parts(
         code=np.array([row for tape in writer.tapes for row in tape], np.int64).reshape(-1, len(FIELDS)),
         starts=np.cumsum([0, *map(len, writer.tapes)]),
         tables=writer.arena.all_tables(),
         size=writer.arena.size,
         constants=writer.arena.constants,
-        inputs=[Place(v.place, False, a.shape, a.dtype) for v, a in zip(inputs, shapes, strict=True)],
-        outputs=[Place(v.place, bool(v.is_splat), a.shape, a.dtype) for v, a in zip(outputs, results, strict=True)],
+        inputs=_places(inputs, given, False),
+        outputs=_places(outputs, wanted, True),
         largest_work=writer.largest_work,
     )
+
+
+def _described(aval):
+    """Shape and type of an input or result, a complex one twice: of its two parts."""
+    if aval.dtype == np.complex128:
+        return [(tuple(aval.shape), np.dtype(np.complex128))] * 2
+    atom = Atom(aval)
+    return [(atom.shape, atom.dtype)]
+
+
+def _places(values, described, may_be_splat):
+    flat = [each for one in described for each in one]
+    return [
+        Place(value.place, may_be_splat and bool(value.is_splat), shape, dtype)
+        for value, (shape, dtype) in zip(values, flat, strict=True)
+    ]
