@@ -1,5 +1,6 @@
 """Rules of primitives that work number by number."""
 
+import jax
 import numpy as np
 
 from ._flatten import Atom, Operation, UnsupportedError
@@ -40,15 +41,17 @@ def _binary(writer, operation, values):
 @rule("square")
 def _square(writer, operation, values):
     if operation.inputs[0].dtype.kind != "f":
-        raise UnsupportedError("square of whole numbers")
+        return [_whole_power(writer, operation, values[0], 2)]
     return [_write(writer, "SQUARE", operation, values)]
 
 
 @rule("integer_pow")
 def _integer_pow(writer, operation, values):
-    if operation.inputs[0].dtype.kind != "f":
-        raise UnsupportedError("powers of whole numbers")
     y = operation.params["y"]
+    if operation.inputs[0].dtype.kind != "f":
+        if y < 1:
+            raise UnsupportedError("powers of whole numbers below one")
+        return [_whole_power(writer, operation, values[0], y)]
     return [_write(writer, *(("SQUARE",) if y == 2 else ("POWER",)), operation, values, x0=y)]
 
 
@@ -84,8 +87,32 @@ def _select(writer, operation, values):
     if len(values) == 2:
         return values[1:]
     if len(values) > 3:
-        raise UnsupportedError("select_n of more than two cases")
+        return [_among(writer, operation, values)]
     return [_write(writer, "SELECT", operation, values)]
+
+
+def _among(writer, operation, values):
+    """One of several cases, by whole numbers: each in turn takes the place of those before it."""
+    which, out = operation.inputs[0], operation.outputs[0]
+    truth = Atom(jax.ShapeDtypeStruct(which.shape, np.dtype(bool)))
+    found = values[1]
+    for k, value in enumerate(values[2:]):
+        number = np.asarray(k)
+        later = Operation("lt", {}, [Atom(number, number), which], [truth])
+        is_later = _write(writer, "LT", later, [writer.arena.constant(number), values[0]])
+        choice = Operation("select_n", {}, [truth, out, operation.inputs[k + 2]], [out])
+        found = _write(writer, "SELECT", choice, [is_later, found, value])
+    return found
+
+
+def _whole_power(writer, operation, value, y):
+    """Whole numbers times themselves, wrapped round."""
+    kind = operation.inputs[0].dtype
+    bits, found = 8 * kind.itemsize * (-1 if kind.kind == "u" else 1), value
+    for _ in range(y - 1):
+        twice = operation._replace(inputs=[*operation.inputs, *operation.inputs])
+        found = _write(writer, "IMUL", twice, [found, value], x0=bits)
+    return found
 
 
 @rule("clamp")

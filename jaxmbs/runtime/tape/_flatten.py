@@ -76,7 +76,9 @@ def _inline(program, inputs, operations):
     for equation in jaxpr.eqns:
         args = [read(variable) for variable in equation.invars]
         inner = called(equation, args)
-        if inner is not None:
+        if _has_key(equation) and all(_numbers(x) is not None for x in args):
+            results = _computed(equation, args)
+        elif inner is not None:
             results = _inline(*inner, operations)
         else:
             results = [Atom(variable.aval) for variable in equation.outvars]
@@ -85,7 +87,29 @@ def _inline(program, inputs, operations):
     return [read(variable) for variable in jaxpr.outvars]
 
 
+def _has_key(equation):
+    """True for a call or an operation with a key of random numbers."""
+    return any(_is_key(v.aval) for v in (*equation.invars, *equation.outvars))
+
+
+def _is_key(x):
+    return jax.dtypes.issubdtype(x.dtype, jax.dtypes.extended)
+
+
+def _numbers(x):
+    """The numbers of an array or a key, if they are known."""
+    return x.constant if isinstance(x, Atom) else x
+
+
+def _computed(equation, args):
+    """Results of an equation whose arguments are known: random numbers of a constant key."""
+    found = equation.primitive.bind(*map(_numbers, args), **equation.params)
+    return [_constant(x) for x in (found if equation.primitive.multiple_results else [found])]
+
+
 def _constant(value):
+    if _is_key(value):
+        return value
     value = np.asarray(value)
     if value.dtype == jax.dtypes.float0:
         value = np.zeros(value.shape, bool)

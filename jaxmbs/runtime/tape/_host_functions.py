@@ -55,12 +55,6 @@ def _qr(mode, matrix):
     return _each(lambda one: linalg.qr(one, mode=kind, pivoting=bool(mode & 2), check_finite=False), matrix)
 
 
-def _geqrf(mode, matrix):
-    from scipy import linalg
-
-    return _each(lambda one: linalg.get_lapack_funcs("geqrf", (one,))(one)[:2], matrix)
-
-
 def _householder_product(mode, matrix, taus):
     from scipy import linalg
 
@@ -115,6 +109,29 @@ def _fft(mode, array):
     return [(np.fft.fftn, np.fft.ifftn, np.fft.rfftn)[kind](array, axes=axes)]
 
 
+def _of_scipy(name: str) -> Callable[..., list[np.ndarray]]:
+    """A function of SciPy's, number by number."""
+
+    def function(mode, *arrays):
+        from scipy import special
+
+        return [getattr(special, name)(*arrays)]
+
+    return function
+
+
+#: Functions number by number, by the names of JAX's primitives.
+SPECIAL_FUNCTIONS = {
+    "erf_inv": _of_scipy("erfinv"),
+    "digamma": _of_scipy("digamma"),
+    "igamma": _of_scipy("gammainc"),
+    "igammac": _of_scipy("gammaincc"),
+    "bessel_i0e": _of_scipy("i0e"),
+    "bessel_i1e": _of_scipy("i1e"),
+    "regularized_incomplete_beta": _of_scipy("betainc"),
+    "zeta": _of_scipy("zeta"),
+    "polygamma": _of_scipy("polygamma"),
+}
 #: Functions by name, in the order of their numbers in instructions.
 HOST_FUNCTIONS: dict[str, Callable[..., list[np.ndarray]]] = {
     "eigh": _eigh,
@@ -122,10 +139,10 @@ HOST_FUNCTIONS: dict[str, Callable[..., list[np.ndarray]]] = {
     "eig": _eig,
     "schur": _schur,
     "qr": _qr,
-    "geqrf": _geqrf,
     "householder_product": _householder_product,
     "lu": _lu,
     "cholesky": _cholesky,
     "triangular_solve": _triangular_solve,
     "fft": _fft,
+    **SPECIAL_FUNCTIONS,
 }

@@ -148,8 +148,8 @@ def _constant_places(rows, index):
 def _scatter(writer, operation, values):
     (array, index, update), params = operation.inputs, operation.params
     numbers = params["dimension_numbers"]
-    if array.dtype.kind != "f" and _SCATTERS[operation.name] in (1, 2):
-        raise UnsupportedError("sums of whole numbers by scatter")
+    if array.dtype.kind != "f" and _SCATTERS[operation.name] == 2:
+        raise UnsupportedError("products of whole numbers by scatter")
     away = (*numbers.inserted_window_dims, *numbers.operand_batching_dims)
     axes = [axis for axis in range(len(array.shape)) if axis not in away]
     batching = zip(numbers.operand_batching_dims, numbers.scatter_indices_batching_dims, strict=True)
@@ -161,4 +161,6 @@ def _scatter(writer, operation, values):
     fields = {"mode": "CLIP" not in str(params["mode"]), "splat": 4 * is_splat, "table": rows.table(writer)}
     fields |= {"x3": _SCATTERS[operation.name], **rows.fields}
     writer.emit("SCATTER", array.size, out=result.place, a=given, b=at, c=values[2].place, **fields)
+    if _SCATTERS[operation.name] == 1 and array.dtype in (np.int32, np.uint32):
+        writer.emit(f"WRAP_{array.dtype.name.upper()}", array.size, out=result.place, a=result.place)
     return [result]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ._flatten import UnsupportedError
 from ._host import host_table
-from ._host_functions import HOST_FUNCTIONS
+from ._host_functions import HOST_FUNCTIONS, SPECIAL_FUNCTIONS
 from ._rearrange import places_of
 from ._reduce import _wrapped
 from ._writer import rule
@@ -95,6 +95,11 @@ def _decomposition(writer, operation, values):
         raise UnsupportedError(f"{operation.name} of a part")
     mode = params.get("compute_uv", False) + 2 * params.get("full_matrices", False)
     return _host(writer, operation, values, operation.name, mode, 0)
+
+
+@rule(*SPECIAL_FUNCTIONS)
+def _special(writer, operation, values):
+    return _host(writer, operation, values, operation.name, 0, 0)
 
 
 @rule("tape_host")

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 
@@ -34,6 +35,8 @@ def parts(x: Any) -> range:
 
 def pair_of(value: Any) -> Any:
     """A constant, complex ones as a pair."""
+    if jax.dtypes.issubdtype(value.dtype, jax.dtypes.extended):
+        return value
     value = np.asarray(value)
     if value.dtype == np.complex128:
         return Pair(np.real(value).copy(), np.imag(value).copy())

@@ -354,7 +354,6 @@ HOST_PRIMITIVES: dict[str, Callable[[dict], int]] = {
     "eig": lambda p: p["compute_left_eigenvectors"] + 2 * p["compute_right_eigenvectors"],
     "schur": lambda p: _only(not p["sort_eig_vals"], "schur with an order", p["compute_schur_vectors"]),
     "qr": lambda p: p["full_matrices"] + 2 * p["pivoting"],
-    "geqrf": lambda p: 0,
     "householder_product": lambda p: 0,
     "fft": lambda p: int(p["fft_type"]) + 4 * len(p["fft_lengths"]) + 16 * p["fft_lengths"][-1],
 }

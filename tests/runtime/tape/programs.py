@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from .complex_programs import COMPLEX
+
 RNG = np.random.default_rng(0)
 X, Y = RNG.normal(size=(4, 5)), RNG.normal(size=(4, 5))
 Z = RNG.normal(size=(2, 3, 4, 5))
@@ -315,4 +317,5 @@ PROGRAMS = {
     "spacing": (jnp.spacing, (SPECIAL[3:6],)),
     "searchsorted": (lambda x, y: jnp.searchsorted(jnp.sort(x[0]), y), (X, Y)),
     "interp": (lambda x: jnp.interp(x, jnp.array([0.0, 1.0, 2.0]), jnp.array([1.0, 3.0, 2.0])), (X,)),
+    **COMPLEX,
 }

@@ -71,8 +71,10 @@ def test_a_loop_changes_its_log_in_place():
     ("function", "arg", "reason"),
     [
         (lambda x: x + 1, np.float32(1.0), "float32"),
-        (lambda x: jnp.fft.fft(x), np.ones(4), "complex128|fft"),
-        (lambda x: jax.random.normal(jax.random.key(0)) + x, 1.0, "key|random|uint"),
+        (lambda x: x + x, np.ones(4, np.complex64), "complex64"),
+        (lambda x: jax.random.normal(jax.random.key(x)), 1, "key|random|uint"),
+        (lambda x: lax.top_k(x, 2), np.ones(4), "top_k"),
+        (lambda x: lax.cumprod(x), np.ones(4, complex), "cumprod of complex numbers"),
         (lambda x: (jax.debug.print("{}", x), x)[1], 1.0, "callback"),
         (lambda x: x + jnp.int64(2**60 + 1), 1, "2.53"),
     ],
@@ -116,9 +118,7 @@ def test_jit_runs_on_a_tape(monkeypatch):
 
 
 def test_jit_compiles_what_a_tape_cannot_run():
-    np.testing.assert_allclose(
-        jit(lambda x: jnp.abs(jnp.fft.fft(x)), compile="tape")(np.ones(4)), [4, 0, 0, 0], atol=1e-15
-    )
+    np.testing.assert_allclose(jit(lambda x: lax.top_k(x, 2)[0], compile="tape")(np.arange(4.0)), [3.0, 2.0])
     with jax.enable_x64(False):
         assert jit(lambda x: x + 1, compile="tape")(jnp.float32(1.0)).dtype == jnp.float32
 
