@@ -6,7 +6,7 @@ import platform
 
 import jax
 
-from ..runtime import flag_advice, is_double, release_advice, sets_marks, store, trick_states
+from ..runtime import flag_advice, is_double, missing_primitives, release_advice, sets_marks, store, trick_states
 from ._compiler_check import WrongProgram, wrong_programs
 from ._compiler_programs import COMPILER_PROGRAMS
 
@@ -24,6 +24,7 @@ def report() -> str:
     lines += [f"{'cache':<10} {folder or 'off: `mbs.cache()` keeps compiled programs'}"]
     lines += [f"{'store':<10} {store().folder or 'off: every process traces its programs anew'}"]
     lines += [""] + _tricks()
+    lines += ["", f"{'tapes':<10} leave programs with these operations to XLA: {', '.join(missing_primitives())}"]
     wrong = list(wrong_programs())
     lines += ["", f"{'compiler':<10} {_compiler_verdict(wrong)}"]
     advice = _advice(versions, wrong)

@@ -34,6 +34,7 @@ from ._tracer_errors import explain_error, tracer_errors_in_words
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
+from .tape import missing_primitives
 
 __all__ = [
     "FORWARD_MODE",
@@ -76,6 +77,7 @@ __all__ = [
     "lazy_where",
     "load_program",
     "map_chunked",
+    "missing_primitives",
     "not_tracing",
     "note",
     "one_kernel",

@@ -27,6 +27,7 @@ def test_report_names_versions_devices_and_settings(capsys):
         "devices",
         "x64        on",
         "12 of 12",
+        "tapes      leave programs with these operations to XLA: approx_top_k",
         *TRICKS,
     ):
         assert word in text

@@ -7,6 +7,14 @@ from ._overtime import OvertimeError, limited
 from ._rows import TapeError
 from ._tape import Tape
 
+
+def missing_primitives() -> list[str]:
+    """Names of the primitives of `jax.lax` that tapes do not have; XLA compiles programs with one of them."""
+    from ._coverage import missing_primitives  # which needs all rules
+
+    return missing_primitives()
+
+
 __all__ = [
     "ASKED",
     "OvertimeError",
@@ -16,6 +24,7 @@ __all__ = [
     "is_available",
     "limited",
     "machine_kind",
+    "missing_primitives",
     "read_tape",
     "write_tape",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr, Literal
 
 #: Calls that are replaced by what they call.
-_CALLS = {
+CALLS = {
     *("jit", "pjit", "closed_call", "core_call", "core_closed_call", "custom_jvp_call", "custom_vjp_call"),
     *("custom_vjp_call_jaxpr", "checkpoint", "remat", "remat2", "custom_vmap_call", "custom_lin", "composite"),
 }
@@ -130,7 +130,7 @@ def _is_signbit(equation):
 def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
     """The program that an equation calls and its arguments, or None if it is no call."""
     name, params = equation.primitive.name, equation.params
-    if name in _CALLS and not _is_signbit(equation):
+    if name in CALLS and not _is_signbit(equation):
         program = next(params[key] for key in ("jaxpr", "call_jaxpr", "fun_jaxpr", "call") if key in params)
         return program, list(args)
     if name in ("custom_linear_solve", "linear_solve"):

@@ -7,7 +7,15 @@ from ._memory import Value
 from ._rearrange import places_of, take
 from ._writer import Writer, rule
 
-_SCATTERS = {"scatter": 0, "scatter-add": 1, "scatter_add": 1, "scatter-mul": 2, "scatter_mul": 2}
+_SCATTERS = {
+    "scatter": 0,
+    "scatter-add": 1,
+    "scatter_add": 1,
+    "scatter-sub": 1,
+    "scatter_sub": 1,
+    "scatter-mul": 2,
+    "scatter_mul": 2,
+}
 _SCATTERS |= {"scatter-min": 3, "scatter_min": 3, "scatter-max": 4, "scatter_max": 4}
 
 
@@ -46,6 +54,13 @@ def _dynamic_update_slice(writer, operation, values):
     fields = {"x0": cuts, "x1": part.size, "mode": is_contiguous, "table": writer.arena.table(*table)}
     writer.emit("UPDATE", array.size, out=result.place, a=place, b=update.place, splat=2 * is_splat, **fields)
     return [result]
+
+
+def _negative(writer, value, atom):
+    """The numbers that a scatter takes away, as those that it adds."""
+    result = writer.temporary(1 if value.is_splat else atom.size)
+    writer.emit("NEG", 1 if value.is_splat else atom.size, out=result.place, a=value.place, splat=value.is_splat)
+    return Value(result.buffer, result.place, value.is_splat)
 
 
 def _changed(writer: Writer, value: Value, array: Atom, others: list[Value]) -> tuple[Value, int]:
@@ -155,6 +170,8 @@ def _scatter(writer, operation, values):
     batching = zip(numbers.operand_batching_dims, numbers.scatter_indices_batching_dims, strict=True)
     moved, window = numbers.scatter_dims_to_operand_dims, numbers.update_window_dims
     rows = _Rows(array.shape, index.shape, update.shape, window, axes, batching, moved)
+    if operation.name in ("scatter-sub", "scatter_sub"):
+        values = [*values[:2], _negative(writer, values[2], update)]
     at = writer.dense(values[1], index.size)
     result, given = _changed(writer, values[0], array, values[1:])
     is_splat = values[2].is_splat and update.size > 1

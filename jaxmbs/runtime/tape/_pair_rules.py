@@ -19,7 +19,7 @@ _BY_PARTS = (
     *("dynamic_slice", "dynamic_update_slice", "gather", "scatter", "scatter-add", "scatter_add", "select_n", "neg"),
     *("reduce_sum", "cumsum", "add", "sub", "add_any", "copy", "copy_p", "stop_gradient", "optimization_barrier"),
     *("reverse_only", "name", "split", "stack", "tile", "unstack", "pvary", "xla_metadata_value", "nontraceable"),
-    *("nonbatchable", "nondifferentiable_backward"),
+    *("nonbatchable", "nondifferentiable_backward", "device_put"),
 )
 
 
@@ -66,7 +66,7 @@ def _real(x):
 
 @rule("complex")
 def _complex(equation, args):
-    return Pair(*args)
+    return Pair(*(jnp.broadcast_to(x, equation.outvars[0].aval.shape) for x in args))
 
 
 @rule("real")

@@ -30,7 +30,7 @@ def places_of(shape: tuple[int, ...]) -> np.ndarray:
 
 @rule(
     *("reverse_only", "copy", "copy_p", "optimization_barrier", "name", "reduce_precision", "stop_gradient", "pvary"),
-    "xla_metadata_value",
+    *("xla_metadata_value", "device_put"),
     *("nontraceable", "nonbatchable", "nondifferentiable_backward"),
 )
 def _same(writer, operation, values):

@@ -223,6 +223,18 @@ COMPLEX = {
         ],
         (np.array([3, -4, 70000, 2**31 - 1], np.int32),),
     ),
+    "differences by scatter": (
+        lambda x: [
+            lax.scatter_sub(
+                x,
+                jnp.array([[1], [1]]),
+                x[:2],
+                lax.ScatterDimensionNumbers((1,), (0,), (0,)),
+            ),
+            jax.device_put(x),
+        ],
+        (X,),
+    ),  # fmt: skip
     "complex constants": (lambda x: [jnp.array([1j, 2]) * x[0, 0], jnp.ones((2, 2), complex)], (X,)),
     "householder": (lambda A: lax.linalg.householder_product(A, jnp.full(4, 0.3)), (A,)),
     "decompositions of no numbers": (
