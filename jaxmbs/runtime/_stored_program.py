@@ -101,7 +101,7 @@ def _ask(tape, head, numbers):
         place += size * dtype.itemsize
     inputs, known = arrays[: head["inputs"]], arrays[head["inputs"] :]
     for one, other in zip(tape(*inputs), known, strict=True):
-        if not _agree(np.asarray(one, float), np.asarray(other, float)):
+        if not _agree(*(np.asarray(x, np.result_type(x, float)) for x in (one, other))):
             raise ValueError("another answer")
 
 
