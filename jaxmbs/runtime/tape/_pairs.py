@@ -54,8 +54,11 @@ def real_program(program: ClosedJaxpr) -> ClosedJaxpr:
         found = evaluate(program, given)
         return [part for x in found for part in (x if isinstance(x, Pair) else (x,))]
 
-    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
-        return jax.make_jaxpr(run)(*shapes)
+    try:
+        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+            return jax.make_jaxpr(run)(*shapes)
+    except (TypeError, ValueError, AssertionError) as error:  # forms of operations that the rules do not foresee
+        raise UnsupportedError(f"complex numbers: {error}") from error
 
 
 def _joined(arrays):

@@ -4,7 +4,7 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from . import _control, _elementwise, _index, _linalg, _rearrange, _reduce  # noqa: F401  (they register rules)
-from ._flatten import Atom
+from ._flatten import Atom, UnsupportedError
 from ._memory import Value
 from ._opcodes import FIELDS
 from ._pairs import has_complex, real_program
@@ -14,9 +14,17 @@ from ._writer import Writer
 
 def written(program: ClosedJaxpr) -> Parts:
     """The parts of a tape that runs a program.  Raises: UnsupportedError."""
-    given, wanted = ([_described(v.aval) for v in each] for each in (program.jaxpr.invars, program.jaxpr.outvars))
-    if has_complex(program):
-        program = real_program(program)
+    try:
+        return _parts(program, program)
+    except UnsupportedError:  # only now, since few programs have complex numbers and all would be searched for them
+        if not has_complex(program):
+            raise
+    return _parts(real_program(program), program)
+
+
+def _parts(program, asked):
+    """The parts for a program of real numbers that stands for the one asked for."""
+    given, wanted = ([_described(v.aval) for v in each] for each in (asked.jaxpr.invars, asked.jaxpr.outvars))
     writer = Writer()
     shapes = [Atom(variable.aval) for variable in program.jaxpr.invars]
     inputs = []
