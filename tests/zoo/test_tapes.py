@@ -57,10 +57,17 @@ QUESTIONS = {
 }
 
 
+SPRINGS = jnp.array([300.0, 200.0, 150.0])
+
+
+def traced_for_tapes(function, *args):
+    with compile_kind("tape"):
+        return jax.make_jaxpr(lambda *x: jax.tree.leaves(eqx.filter(function(*x), eqx.is_array)))(*args)
+
+
 def same_on_both(function, *args, rtol=1e-12):
     """The tape's results and XLA's, to a share of the largest number of each array."""
-    with compile_kind("tape"):
-        traced = jax.make_jaxpr(lambda *x: jax.tree.leaves(eqx.filter(function(*x), eqx.is_array)))(*args)
+    traced = traced_for_tapes(function, *args)
     found = Tape(traced)(*jax.tree.leaves(args))
     with without_tricks("tape"):
         want = jax.jit(jaxpr_function(traced))(*jax.tree.leaves(args))
@@ -68,7 +75,7 @@ def same_on_both(function, *args, rtol=1e-12):
         np.testing.assert_allclose(a, b, rtol=rtol, atol=rtol * np.max(np.abs(b), initial=1.0))
 
 
-@of_all(quick=(), slow=("tree", "four_bar"))
+@of_all(quick=(), slow=())
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_mechanism(specimen, room):
     same_on_both(ROOMS[room], specimen.system, specimen.state)
@@ -85,7 +92,12 @@ def test_a_motion(specimen):
     same_on_both(simulated, specimen.system, specimen.state, rtol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_a_structure_has_a_tape(question):
+    Tape(traced_for_tapes(QUESTIONS[question], SPRINGS))
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_a_structure(question):
-    same_on_both(QUESTIONS[question], jnp.array([300.0, 200.0, 150.0]), rtol=1e-11)
+    same_on_both(QUESTIONS[question], SPRINGS, rtol=1e-11)
