@@ -57,6 +57,7 @@ QUESTIONS = {
 }
 
 
+DEAR = ("natural modes", "random vibration", "fatigue", "receptance")
 SPRINGS = jnp.array([300.0, 200.0, 150.0])
 
 
@@ -92,7 +93,9 @@ def test_a_motion(specimen):
     same_on_both(simulated, specimen.system, specimen.state, rtol=1e-7)
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
+@pytest.mark.parametrize(
+    "question", [pytest.param(q, marks=[pytest.mark.slow] if q in DEAR else []) for q in QUESTIONS]
+)
 def test_a_structure_has_a_tape(question):
     Tape(traced_for_tapes(QUESTIONS[question], SPRINGS))
 
