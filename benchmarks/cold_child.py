@@ -48,6 +48,7 @@ import first_answers  # noqa: E402
 GROUND, CRANK, COUPLER, ROCKER = LENGTHS = 1.0, 0.3, 0.9, 0.7
 NUMBERS = np.array([*LENGTHS, 1.0, 1.0, 1.0])
 SPEEDS = "velocities" if "velocities" in inspect.signature(mbs.State.at).parameters else "rates"
+MACHINES = "readme crane beams elastic wheel random sweep body".split()
 COMPILED = "/jax/core/compile/backend_compile_duration"
 
 jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: programs.update([event]))
@@ -259,6 +260,11 @@ def main(case, folder=None):
         {"peak": peak, "arm": arm, "implicit": implicit, "cube": cube}[case]()
     elif case in first_answers.CASES:
         first_answers.CASES[case](lap)
+    elif case in MACHINES:
+        import first_machines
+
+        lap("(imports)")
+        first_machines.CASES[case](lap)
     elif case == "sizes":
         sizes(*value())
     elif case == "store":

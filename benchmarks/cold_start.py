@@ -64,6 +64,14 @@ CASES = {  # of this table: (first process or None, the one that is measured)
     "second process": ("cached", "cached"),
     "stored program": ("store", "stored"),
     "sizes": (None, "sizes"),
+    "README": (None, "readme"),
+    "crane": (None, "crane"),
+    "exact beams": (None, "beams"),
+    "elastic four-bar": (None, "elastic"),
+    "wheel on a road": (None, "wheel"),
+    "random test": (None, "random"),
+    "sweep": (None, "sweep"),
+    "planar body": (None, "body"),
     "peak": (None, "peak"),
     "driven arm": (None, "arm"),
     "implicit": (None, "implicit"),
@@ -74,7 +82,7 @@ UNITS = {"CPU": "s", "equations": "", "bytes": "", "run": "ms", "memory of the p
 
 def ask(library: Path, child: str, folder: str):
     """Figures of one process with the library that stands in a folder; None where it lacks what is asked."""
-    environment = {**os.environ, "PYTHONPATH": str(library)}
+    environment = {**os.environ, "PYTHONPATH": str(library), "JAXMBS_STORE": str(Path(folder) / "programs")}
     for name in ("XLA_FLAGS", "JAXMBS_COMPILE", "PYTHONDONTWRITEBYTECODE"):
         environment.pop(name, None)
     command = [sys.executable, str(HERE / "cold_child.py"), child, folder]
@@ -94,7 +102,8 @@ def least(library: Path, case: str, repeats: int):
     with tempfile.TemporaryDirectory() as folder:
         if first and ask(library, first, folder) is None:
             return None
-        found = [ask(library, child, folder) for _ in range(1 if case == "sizes" else repeats)]
+        folders = (folder if first else str(Path(folder) / str(k)) for k in range(1 if case == "sizes" else repeats))
+        found = [ask(library, child, each) for each in folders]
     return None if None in found else {name: min(each[name] for each in found) for name in found[0]}
 
 

@@ -130,7 +130,7 @@ def find_body(system: System, name: str) -> tuple[ElasticGroup, int]:
 def map_states(system: System, function: Callable, motion: State | HasStates) -> Any:
     """Values of a function of the system in force and one state, at a state or along a motion."""
     states = states_of(system, motion)
-    first = jax.eval_shape(lambda: jax.tree.map(lambda x: x.reshape(-1, *x.shape[states.t.ndim :])[0], states))
+    first = jax.eval_shape(lambda: jax.tree.map(lambda x: x[(0,) * states.t.ndim], states))
     return _over_states(system, states, as_argument(function, system, first))
 
 
