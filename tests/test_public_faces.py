@@ -34,7 +34,7 @@ FACES = {
         as_array as_dtype
         as_host_array bytes_for_chunk bytes_of_arrays cache check_kind chunked_vmap compile_batch
         compile_kind constant_product
-        content_of explain_error export
+        content_of eager_on_tapes explain_error export
         fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
         gather_static host_call is_double is_motion is_on jaxpr_function jit kernel_options lapack lazy_where
         load_program map_chunked missing_primitives not_tracing note one_kernel release_advice remat report_compiles

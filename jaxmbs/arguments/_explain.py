@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import itertools
 import linecache
 import re
 import sys
@@ -15,6 +16,7 @@ import jax
 import numpy as np
 
 from ..errors import AssemblyError, ModelError, UnknownNameError
+from ..runtime import eager_on_tapes, tuning
 from ._faults import argument_faults
 
 _HERE = Path(__file__).resolve().parent.parent
@@ -67,10 +69,15 @@ def _explain_construction(kind):
 def _explained(function: Callable, name: str) -> Callable:
     """The function, whose raw errors name the arguments that are wrong."""
 
+    calls = itertools.count()
+
     @functools.wraps(function)
     def explained(*args, **options):
         try:
-            return function(*args, **options)
+            if next(calls) > tuning.EAGER_CALLS:
+                return function(*args, **options)
+            with eager_on_tapes():
+                return function(*args, **options)
         except _RAW as error:
             faults = _is_raw(error) and argument_faults(function, args, options, error)
             if not faults:

@@ -62,8 +62,8 @@ def static_response(
         raise ValueError("inertia relief needs the mass matrix: give M together with the rigid motions")
     if rigid is None or not rigid.shape[1]:
         _check_nonsingular(K, _missing(False))
-        none = np.zeros((*load.shape[:-1], 0)), np.zeros((len(K), 0))
-        return StaticResponse(_solve(K, load), *(as_array(x, K.dtype) for x in none))
+        still = as_array(np.zeros((*load.shape[:-1], 0)), K.dtype)
+        return StaticResponse(_solve(K, load), still, as_array(np.zeros((len(K), 0)), K.dtype))
     K, weight = _saddle(K, M, rigid)
     _check_nonsingular(K, _missing(True))
     n, d = rigid.shape

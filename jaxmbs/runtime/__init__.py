@@ -13,6 +13,7 @@ from ._cache import cache
 from ._compile_log import report_compiles
 from ._compiler_options import check_kind, flag_advice, set_quick_flags
 from ._content import KnownFunction, as_argument, content_of
+from ._eager import eager_on_tapes
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
@@ -58,6 +59,7 @@ __all__ = [
     "compile_kind",
     "constant_product",
     "content_of",
+    "eager_on_tapes",
     "explain_error",
     "export",
     "fingerprint",

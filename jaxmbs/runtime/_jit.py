@@ -15,7 +15,7 @@ from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
 from ._tiers import FIXED
 from ._tracer_errors import tracer_errors_in_words
-from ._tracing import not_tracing
+from ._tracing import evaluated_plainly, not_tracing
 from ._tricks import OFF, is_on
 from .tape import OvertimeError, limited
 
@@ -75,6 +75,10 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
         start_listening()
         if not not_tracing():
             return inner(*args, **kwargs)
+        with evaluated_plainly():
+            return run(args, kwargs)
+
+    def run(args, kwargs):
         if compile != "full" and FIXED != "full" and tapes_work():
             found = UNSUPPORTED
             may_give_up = limited(compile == "auto" and FIXED == "auto")

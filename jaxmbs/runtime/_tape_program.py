@@ -57,9 +57,13 @@ def tapes_work() -> bool:
         and is_available()
         and setting("jax_enable_x64")
         and not any(map(setting, debugging))
-        and jax.default_backend() == "cpu"
-        and jax.device_count() == 1
+        and _is_one_cpu()
     )
+
+
+@functools.cache
+def _is_one_cpu():
+    return jax.default_backend() == "cpu" and jax.device_count() == 1
 
 
 class TapeFunction:

@@ -1,5 +1,6 @@
 """Numbers known on the host made arrays of JAX without a program: `jnp.asarray` compiles one for every shape."""
 
+import contextlib
 from typing import Any
 
 import jax
@@ -12,12 +13,30 @@ from jax.typing import DTypeLike
 from ..checks import is_concrete, require_reals
 from ..typing import ArrayLike
 
-_OUTSIDE = get_opaque_trace_state()
+#: The state of JAX without a trace, and those that evaluate as it does.
+OUTSIDE = get_opaque_trace_state()
+_OUTSIDE = [OUTSIDE]
+_NOTHING = contextlib.nullcontext()
+
+
+def current_trace_state() -> Any:
+    """What is traced now, to be compared."""
+    return get_opaque_trace_state()
+
+
+def add_outside(state: Any) -> None:
+    """Count a state of JAX as one without a trace."""
+    _OUTSIDE.append(state)
+
+
+def evaluated_plainly() -> contextlib.AbstractContextManager:
+    """A context in which operations are JAX's own again, where `not_tracing`."""
+    return _NOTHING if get_opaque_trace_state() == OUTSIDE else jax.core.eval_context()
 
 
 def not_tracing() -> bool:
     """True if no trace is under way: neither a jit, nor a grad, nor a vmap of the user's."""
-    return get_opaque_trace_state() == _OUTSIDE
+    return get_opaque_trace_state() in _OUTSIDE
 
 
 def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:

@@ -49,6 +49,12 @@ TAPE_ARENA_KEPT = 200_000
 PROBE_NUMBERS = 100_000
 #: Bytes of a program beyond which it is not stored: reading it would take as long as tracing it (`cold_start.py`).
 STORED_BYTES = 64 * 2**20
+#: Numbers of an operand, and instructions, up to which a single operation runs on a tape: more are worth compiling
+#: (`first_answers.py`).
+EAGER_NUMBERS, EAGER_INSTRUCTIONS = 100_000, 400
+#: Calls of a public function after which its single operations are compiled: each call costs some milliseconds more
+#: on tapes, all programs together some seconds (`first_answers.py`).
+EAGER_CALLS = 300
 #: Tapes that a function keeps, for as many shapes and static arguments; the oldest go (`first_answers.py`).
 TAPES_KEPT = 256
 
