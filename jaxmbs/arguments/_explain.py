@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from ..errors import AssemblyError, ModelError, UnknownNameError
-from ..runtime import eager_on_tapes, tuning
+from ..runtime import eager_on_tapes, question
 from ._faults import argument_faults
 
 _HERE = Path(__file__).resolve().parent.parent
@@ -74,9 +74,7 @@ def _explained(function: Callable, name: str) -> Callable:
     @functools.wraps(function)
     def explained(*args, **options):
         try:
-            if next(calls) > tuning.EAGER_CALLS:
-                return function(*args, **options)
-            with eager_on_tapes():
+            with question(name), eager_on_tapes(calls):
                 return function(*args, **options)
         except _RAW as error:
             faults = _is_raw(error) and argument_faults(function, args, options, error)

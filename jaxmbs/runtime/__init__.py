@@ -24,6 +24,7 @@ from ._library_calls import with_library_calls
 from ._notes import note, take_notes
 from ._packing import Packing
 from ._precision import follow_precision, is_double
+from ._question import question
 from ._registry import TrickState, trick_states
 from ._releases import release_advice, warn_of_wrong_release
 from ._remat import remat, save_factor
@@ -83,6 +84,7 @@ __all__ = [
     "not_tracing",
     "note",
     "one_kernel",
+    "question",
     "release_advice",
     "remat",
     "report_compiles",

@@ -6,6 +6,8 @@ import threading
 
 import jax
 
+from ._question import current_question
+
 _LOWERED, _COMPILED = "/jax/core/compile/jaxpr_to_mlir_module_duration", "/jax/core/compile/backend_compile_duration"
 _after: float | None = 5.0
 _waiting: dict[int, threading.Timer] = {}  # by thread: XLA compiles what its own thread has traced
@@ -30,7 +32,7 @@ def start_listening() -> None:
 
 
 def _heard(event: str, duration_secs: float, **about: str | int) -> None:
-    thread, fun_name = threading.get_ident(), about.get("fun_name", "a program")
+    thread, fun_name = threading.get_ident(), current_question() or about.get("fun_name", "a program")
     if event == _LOWERED and _after is not None:
         timer = threading.Timer(_after, _tell, (thread, f"compiling {fun_name} ... (once; mbs.cache() keeps it)"))
         timer.daemon = True

@@ -6,7 +6,7 @@ twenty milliseconds each.  `eager_on_tapes` lets them run at once, as if they we
 
 import contextlib
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
@@ -25,8 +25,13 @@ _TAPES: dict[Any, Tape | None] = {}
 _MORE = frozenset("while scan custom_linear_solve linear_solve".split())  # loops: what they cost is not known
 
 
-def eager_on_tapes() -> contextlib.AbstractContextManager:
-    """A context in which single operations run on tapes, where no trace is under way and programs may do so."""
+def eager_on_tapes(calls: Iterator[int]) -> contextlib.AbstractContextManager:
+    """A context in which single operations run on tapes, where no trace is under way and programs may do so.
+
+    Args: calls: counts those of a function, which after many of them is left to the compiler.
+    """
+    if next(calls) > tuning.EAGER_CALLS:
+        return contextlib.nullcontext()
     if FIXED == "full" or current_trace_state() != OUTSIDE or not tapes_work():
         return contextlib.nullcontext()
     return set_current_trace(_trace())

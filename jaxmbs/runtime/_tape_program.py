@@ -132,7 +132,7 @@ class TapeFunction:
         return StoredProgram(tape, *found) if is_small else None
 
 
-def keep(programs: dict, key: Any, program: TapeProgram | None) -> None:
+def keep(programs: dict, key: Any, program: Any) -> None:
     """Add a program to those at hand; the oldest go."""
     while len(programs) >= tuning.TAPES_KEPT:
         programs.pop(next(iter(programs)), None)

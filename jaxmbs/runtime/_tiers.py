@@ -1,6 +1,7 @@
 """Tiers of a program: its tape at once, and what XLA compiles of it once that is worth it."""
 
 import contextlib
+import contextvars
 import os
 import threading
 import time
@@ -59,4 +60,5 @@ class Tier:
                 by_compiler()
                 self.is_compiled = True
 
-        threading.Thread(target=work, name="jaxmbs compiler").start()
+        # in the context of the question, whose name is told
+        threading.Thread(target=contextvars.copy_context().run, args=(work,), name="jaxmbs compiler").start()

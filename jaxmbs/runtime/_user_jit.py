@@ -7,6 +7,7 @@ from typing import Any
 import jax
 
 from ._jit import jit as library_jit
+from ._question import name_of, question
 from ._tracing import as_array
 
 
@@ -26,12 +27,13 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Any:
     """
     if function is None:
         return functools.partial(jit, compile=compile)
-    program = library_jit(function, compile=compile)
+    program, name = library_jit(function, compile=compile), name_of(function)
 
     @functools.wraps(function)
     def compiled(*args: Any, **kwargs: Any) -> Any:
         args, kwargs = jax.tree.map(_as_traced, (args, kwargs))
-        return program(*args, **kwargs)
+        with question(name):
+            return program(*args, **kwargs)
 
     return compiled
 
