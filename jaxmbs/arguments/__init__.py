@@ -1,6 +1,6 @@
 """Wrong arguments in words, for all public functions at once."""
 
-from ._explain import explain_arguments
+from ._explain import explain_arguments, surround_calls
 from ._faults import argument_faults
 
-__all__ = ["argument_faults", "explain_arguments"]
+__all__ = ["argument_faults", "explain_arguments", "surround_calls"]

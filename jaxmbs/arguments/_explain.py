@@ -1,5 +1,6 @@
 """Public functions that name their wrong arguments where they fail on them; a call that succeeds pays nothing."""
 
+import contextlib
 import functools
 import inspect
 import itertools
@@ -8,7 +9,7 @@ import re
 import sys
 import sysconfig
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ import jax
 import numpy as np
 
 from ..errors import AssemblyError, ModelError, UnknownNameError
-from ..runtime import eager_on_tapes, question
 from ._faults import argument_faults
 
 _HERE = Path(__file__).resolve().parent.parent
@@ -27,6 +27,15 @@ _RAW = (
     *(ArithmeticError, AssertionError, AttributeError, LookupError, NameError, RecursionError, TypeError, ValueError),
     np.linalg.LinAlgError,
 )
+
+#: The context of each call of a public function, the last one: of its name, and of the count of its calls.
+_AROUND: list[Callable[[str, Iterator[int]], contextlib.AbstractContextManager]] = []
+_AROUND.append(lambda name, calls: contextlib.nullcontext())
+
+
+def surround_calls(context: Callable[[str, Iterator[int]], contextlib.AbstractContextManager]) -> None:
+    """Let every public function run in `context(name, calls)`, where calls counts those of that function."""
+    _AROUND.append(context)
 
 
 def explain_arguments(module: dict[str, Any], names: Sequence[str] = ()) -> None:
@@ -74,7 +83,7 @@ def _explained(function: Callable, name: str) -> Callable:
     @functools.wraps(function)
     def explained(*args, **options):
         try:
-            with question(name), eager_on_tapes(calls):
+            with _AROUND[-1](name, calls):
                 return function(*args, **options)
         except _RAW as error:
             faults = _is_raw(error) and argument_faults(function, args, options, error)

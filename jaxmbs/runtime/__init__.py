@@ -5,6 +5,7 @@ Other rooms import from this face alone, and nothing of JAX's inner parts: `jax.
 """
 
 from . import _lapack as lapack
+from . import _public_calls  # noqa: F401  (around the calls of public functions)
 from . import _tuning as tuning
 from ._barrier import fusion_barrier
 from ._batch_program import bytes_for_chunk, bytes_of_arrays, compile_batch, is_motion, working_bytes
