@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from .arguments import explain_arguments
+from .arguments import explain_arguments, surround_calls
 from .lazy import import_when_asked
-from .runtime import warn_of_wrong_release
+from .runtime import public_call, warn_of_wrong_release
 
 if TYPE_CHECKING:
     from . import (
@@ -185,5 +185,5 @@ __all__ = [
 ]
 
 warn_of_wrong_release()
-
+surround_calls(public_call)
 import_when_asked(__name__, explain_arguments)

@@ -5,7 +5,6 @@ Other rooms import from this face alone, and nothing of JAX's inner parts: `jax.
 """
 
 from . import _lapack as lapack
-from . import _public_calls  # noqa: F401  (around the calls of public functions)
 from . import _tuning as tuning
 from ._barrier import fusion_barrier
 from ._batch_program import bytes_for_chunk, bytes_of_arrays, compile_batch, is_motion, working_bytes
@@ -14,7 +13,6 @@ from ._cache import cache
 from ._compile_log import report_compiles
 from ._compiler_options import check_kind, flag_advice, set_quick_flags
 from ._content import KnownFunction, as_argument, content_of
-from ._eager import eager_on_tapes
 from ._export import Program, export, load_program
 from ._fingerprint import fingerprint
 from ._gather import chunked_vmap, constant_product, gather_static, map_chunked, segment_sum_static
@@ -25,7 +23,7 @@ from ._library_calls import with_library_calls
 from ._notes import note, take_notes
 from ._packing import Packing
 from ._precision import follow_precision, is_double
-from ._question import question
+from ._public_calls import public_call
 from ._registry import TrickState, trick_states
 from ._releases import release_advice, warn_of_wrong_release
 from ._remat import remat, save_factor
@@ -61,7 +59,6 @@ __all__ = [
     "compile_kind",
     "constant_product",
     "content_of",
-    "eager_on_tapes",
     "explain_error",
     "export",
     "fingerprint",
@@ -85,7 +82,7 @@ __all__ = [
     "not_tracing",
     "note",
     "one_kernel",
-    "question",
+    "public_call",
     "release_advice",
     "remat",
     "report_compiles",

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.runtime import eager_on_tapes, not_tracing, tuning
-from jaxmbs.runtime._eager import _TAPES
+from jaxmbs.runtime import not_tracing, tuning
+from jaxmbs.runtime._eager import _TAPES, eager_on_tapes
 
 COMPILED = "/jax/core/compile/backend_compile_duration"
 _programs: collections.Counter[str] = collections.Counter()

@@ -3,8 +3,7 @@
 import jax.numpy as jnp
 
 import jaxmbs as mbs
-from jaxmbs.runtime import question
-from jaxmbs.runtime._question import current_question, name_of
+from jaxmbs.runtime._question import current_question, name_of, question
 
 
 def test_the_outermost_question_is_named():
