@@ -1,4 +1,4 @@
-"""What functions and classes do, as parts that decide it: code, defaults, closures, and the globals that code reads.
+"""Contents of functions and classes: code, defaults, closures, and the globals that code reads.
 
 A library's functions count by their names, since its version is known.  What reads more than its arguments and what
 stands here (files, clocks, random numbers, the environment) has no content that decides what it does.
@@ -97,7 +97,7 @@ def _attributes(function):
 
 
 def _module_entries(module, names, strict):
-    """What code with these names may read of a module."""
+    """Entries of a module that code with these names may read."""
     yield module.__name__
     if is_constant_module(module.__name__):
         if strict:

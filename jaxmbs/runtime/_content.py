@@ -152,7 +152,7 @@ def _attributes(value):
 
 
 def _state(value):
-    """What an object would be made of again, as `copy` and `pickle` ask it."""
+    """State of an object, as `copy` and `pickle` take it."""
     try:
         found = "" if type(value) is object else value.__reduce_ex__(2)  # a plain object is known by its identity
     except Exception:  # noqa: BLE001 - what an object of the user's raises
@@ -186,7 +186,7 @@ def _items(value):
 
 
 def _more_of(mapping):
-    """What a kind of dictionary holds beside its items."""
+    """State of a kind of dictionary beside its items."""
     return [getattr(mapping, "default_factory", None), *_items(getattr(mapping, "__dict__", {}))]
 
 

@@ -78,7 +78,7 @@ class _TapeTrace(jax.core.Trace):
 
 
 def _key(primitive, args, params):
-    """What decides the operation; None for what goes to XLA."""
+    """Operation, shapes and parameters as a key; None for one that goes to XLA."""
     try:
         shapes = tuple((x.shape, x.dtype, x.weak_type) for x in args)
         key = (primitive, shapes, tuple(sorted(params.items())), setting("jax_default_matmul_precision"))

@@ -17,7 +17,7 @@ from ._tiers import FIXED
 from ._tracer_errors import tracer_errors_in_words
 from ._tracing import evaluated_plainly, not_tracing
 from ._tricks import OFF, is_on
-from .tape import OvertimeError, limited
+from .tape import OvertimeError, time_limit
 
 #: Whether what is traced now should be a small program rather than a fast one; part of the key of JAX's caches.
 SMALL_PROGRAM = jax.make_user_context(False)
@@ -81,7 +81,7 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
     def run(args, kwargs):
         if compile != "full" and FIXED != "full" and tapes_work():
             found = UNSUPPORTED
-            may_give_up = limited(compile == "auto" and FIXED == "auto")
+            may_give_up = time_limit(compile == "auto" and FIXED == "auto")
             with contextlib.suppress(OvertimeError), compile_kind("tape"), may_give_up:
                 found = on_tape.call(args, kwargs)
             if found is not UNSUPPORTED:

@@ -1,4 +1,4 @@
-"""What the compiler's room does around each call of a public function."""
+"""The context of each call of a public function."""
 
 import contextlib
 from collections.abc import Iterator

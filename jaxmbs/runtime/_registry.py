@@ -46,7 +46,7 @@ def _remark(name):
         return ""
     if machine_kind() == "c":
         return "by the machine in C"
-    reason = _NO_MACHINE if ASKED == "auto" else "JAXMBS_TAPE asks for it"
+    reason = _NO_MACHINE if ASKED == "auto" else "JAXMBS_TAPE chooses it"
     return f"by the machine in NumPy, a hundred times slower: {reason}"
 
 
@@ -60,7 +60,7 @@ def _obstacle(name):
     ):
         return f"for the CPU alone, not for {backend}"
     if name == "tape" and machine_kind() is None:
-        return f"JAXMBS_TAPE asks for the machine in C: {_NO_MACHINE}"
+        return f"JAXMBS_TAPE chooses the machine in C: {_NO_MACHINE}"
     option = OPTIONS.get(name, "")
     if option and option not in known_options(backend):
         return f"the XLA of jax {jax.__version__} does not know {option}"

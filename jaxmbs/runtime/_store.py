@@ -32,11 +32,11 @@ class Store:
 
     @property
     def folder(self) -> Path | None:
-        """Where it keeps its files; None if it keeps none."""
+        """The folder of its files; None if it keeps none."""
         return self._folder
 
     def read(self, key: str) -> bytes | None:
-        """What was stored under a key; None if there is nothing, or nothing that is whole."""
+        """Content under a key; None if there is none that is whole."""
         if self._folder is None:
             return None
         try:

@@ -51,7 +51,7 @@ def question_key(function: Any, dynamic: Any, static: Any) -> str | None:
 
 
 def _settings() -> Iterator[Any]:
-    """What may change while a process runs."""
+    """Settings that may change while a process runs."""
     yield sorted(OFF.value)
     yield {name: value for name, value in vars(tuning).items() if name.isupper()}
     yield os.environ.get("XLA_FLAGS", "")

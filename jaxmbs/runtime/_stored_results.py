@@ -1,4 +1,4 @@
-"""How a program's arrays become what the function returns, as data that another process reads."""
+"""Structures of results as data, by which another process makes of a program's arrays what the function returns."""
 
 import dataclasses
 from collections.abc import Iterator

@@ -79,7 +79,7 @@ class TracedFunction:
         return without_unused(traced), shape
 
     def __content__(self) -> list:
-        """What it does, for the key of programs that have it in them."""
+        """Function, shapes and kind, for the key of programs that have it in them."""
         if self.closes_over_traced:
             raise UnknownContentError("a function of traced numbers")
         return [self._function, [(x.shape, str(x.dtype)) for x in self._example], self._compile == "full"]

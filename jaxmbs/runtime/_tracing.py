@@ -20,7 +20,7 @@ _NOTHING = contextlib.nullcontext()
 
 
 def current_trace_state() -> Any:
-    """What is traced now, to be compared."""
+    """The state of the trace under way, to be compared."""
     return get_opaque_trace_state()
 
 

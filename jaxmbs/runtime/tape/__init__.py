@@ -3,7 +3,7 @@
 from ._bytes import read_tape, write_tape
 from ._flatten import UnsupportedError
 from ._machine import ASKED, is_available, machine_kind
-from ._overtime import OvertimeError, limited
+from ._overtime import OvertimeError, time_limit
 from ._rows import TapeError
 from ._tape import Tape
 
@@ -22,7 +22,7 @@ __all__ = [
     "TapeError",
     "UnsupportedError",
     "is_available",
-    "limited",
+    "time_limit",
     "machine_kind",
     "missing_primitives",
     "read_tape",

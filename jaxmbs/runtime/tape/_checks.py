@@ -1,4 +1,4 @@
-"""What must hold of instructions so that none reads or writes outside of the arena and the tables.
+"""Checks of instructions, by which none reads or writes outside of the arena and the tables.
 
 Indices that are found while a tape runs are clamped by the machine.
 """

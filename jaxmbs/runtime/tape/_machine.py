@@ -14,14 +14,14 @@ from ._parts import Parts
 _HOST = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p)
 
 
-def _asked(setting: str) -> str:
+def _machine_setting(setting: str) -> str:
     if setting not in ("auto", "c", "numpy"):
         raise ValueError(f"JAXMBS_TAPE={setting!r} must be auto, c or numpy")
     return setting
 
 
 #: The machine that the environment asks for.
-ASKED = _asked(os.environ.get("JAXMBS_TAPE", "auto"))
+ASKED = _machine_setting(os.environ.get("JAXMBS_TAPE", "auto"))
 
 
 @functools.cache

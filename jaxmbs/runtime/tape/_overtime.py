@@ -9,7 +9,7 @@ LIMITED: contextvars.ContextVar[bool] = contextvars.ContextVar("LIMITED", defaul
 
 
 @contextlib.contextmanager
-def limited(is_limited: bool) -> Iterator[None]:
+def time_limit(is_limited: bool) -> Iterator[None]:
     """Give runs of the NumPy machine up, by OvertimeError, once they have cost more than compiling."""
     token = LIMITED.set(is_limited)
     try:

@@ -1,4 +1,4 @@
-"""What a tape consists of: plain arrays and places."""
+"""Parts of a tape: plain arrays and places."""
 
 import math
 from typing import Any, NamedTuple

@@ -52,7 +52,7 @@ class Tape:
     def __call__(self, *arrays: Any) -> list[np.ndarray]:
         """Results of the program, arrays of NumPy with the types of the program's results.
 
-        Raises: OvertimeError where runs are `limited`, when it has cost more than compiling.
+        Raises: OvertimeError where runs have a `time_limit`, when it has cost more than compiling.
         """
         arena, run = taken = self._take_arena()
         for places, array in zip(self._inputs, map(np.asarray, arrays), strict=True):
@@ -67,7 +67,7 @@ class Tape:
         return found
 
     def _run(self, run):
-        """What was too slow once is not begun again where it may be given up."""
+        """Run the tape; one that was too slow once is not begun again where it may be given up."""
         if self._is_slow and LIMITED.get():
             raise OvertimeError
         try:

@@ -11,7 +11,7 @@ import pytest
 from jax import lax
 
 from jaxmbs.runtime import _tuning as tuning
-from jaxmbs.runtime.tape import OvertimeError, Tape, limited, machine_kind
+from jaxmbs.runtime.tape import OvertimeError, Tape, machine_kind, time_limit
 from jaxmbs.runtime.tape import _machine as machines
 from jaxmbs.runtime.tape._numpy_elementwise import _FUNCTIONS, _UFUNCS, _WHOLE
 from jaxmbs.runtime.tape._numpy_machine import _CONTROL
@@ -54,9 +54,9 @@ def test_what_takes_longer_than_compiling_is_given_up(in_numpy, monkeypatch):
     tape = Tape(jax.make_jaxpr(lambda x: lax.fori_loop(0, 500, lambda k, x: x * 0.5 + 1.0, x))(np.ones(3)))
     np.testing.assert_allclose(tape(np.ones(3))[0], 2.0)
     for _ in range(2):
-        with limited(True), pytest.raises(OvertimeError):
+        with time_limit(True), pytest.raises(OvertimeError):
             tape(np.ones(3))
-    with limited(False):
+    with time_limit(False):
         np.testing.assert_allclose(tape(np.ones(3))[0], 2.0)
 
 
