@@ -75,4 +75,4 @@ def test_the_tests_of_tapes_pass_on_it(setting):
 
 def test_other_machines_are_refused():
     with pytest.raises(ValueError, match="JAXMBS_TAPE='fortran' must be auto, c or numpy"):
-        machines._asked("fortran")
+        machines._machine_setting("fortran")
