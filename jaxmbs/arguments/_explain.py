@@ -60,10 +60,6 @@ def explain_arguments(module: dict[str, Any], names: Sequence[str] = ()) -> None
             _explain_construction(item)
 
 
-def _own_functions(module):
-    return [key for key, item in module.items() if inspect.isfunction(item) and item.__module__ == module["__name__"]]
-
-
 def _explain_construction(kind):
     """Let a class name the arguments that it cannot be made of."""
     method = "__new__" if issubclass(kind, tuple) else "__init__"

@@ -35,6 +35,7 @@ _IMPURE = {
 _LOADS_GLOBAL = frozenset(
     "LOAD_GLOBAL LOAD_NAME LOAD_FROM_DICT_OR_GLOBALS LOAD_CLASSDEREF LOAD_FROM_DICT_OR_DEREF".split()
 )
+_LOADS_ENTRY = ("LOAD_ATTR", "LOAD_METHOD")
 #: Entries of a class that say nothing on what it does, or say it again.
 _MADE = frozenset(
     "__module__ __dict__ __weakref__ __doc__ __abstractmethods__ _abc_impl __abstractvars__ __abstractclassvars__ "
@@ -86,8 +87,10 @@ def _read(function, strict):
     for name in sorted({*_globals(code), *closure}):
         if name in closure or name in function.__globals__:
             value = closure[name] if name in closure else function.__globals__[name]
+            if strict and isinstance(value, types.ModuleType):
+                _refuse_hidden_entries(code, name, names)
             yield name
-            yield from _module_entries(value, names, strict) if isinstance(value, types.ModuleType) else [value]
+            yield from _module_entries(value, code, names, strict) if isinstance(value, types.ModuleType) else [value]
         elif strict and hasattr(builtins, name):
             _refuse_impure("", [name], f"{name}(), called in {function.__qualname__},")
 
@@ -96,7 +99,7 @@ def _attributes(function):
     return [part for name, part in sorted(vars(function).items()) if name != "__wrapped__" for part in (name, part)]
 
 
-def _module_entries(module, names, strict):
+def _module_entries(module, code, names, strict):
     """Entries of a module that code with these names may read."""
     yield module.__name__
     if is_constant_module(module.__name__):
@@ -107,8 +110,21 @@ def _module_entries(module, names, strict):
         raise UnknownContentError(f"module {module.__name__}, whose entries may change")
     for name in names:
         value = vars(module).get(name)
+        if strict and isinstance(value, types.ModuleType):
+            _refuse_hidden_entries(code, name, names)
         yield name
-        yield from _module_entries(value, names, strict) if isinstance(value, types.ModuleType) else [value]
+        yield from _module_entries(value, code, names, strict) if isinstance(value, types.ModuleType) else [value]
+
+
+def _refuse_hidden_entries(code, name, names):
+    """Raises: UnknownContentError for code that may read other entries of a module than it names, since it hands the
+    module on or looks entries up by text."""
+    instructions = list(dis.get_instructions(code))
+    after = [second for first, second in zip(instructions, instructions[1:], strict=False) if first.argval == name]
+    if {"getattr", "__dict__"} & set(names) or any(second.opname not in _LOADS_ENTRY for second in after):
+        raise UnknownContentError(f"module {name} in {code.co_qualname}, of which entries are read out of sight")
+    for inner in _inside(code):
+        _refuse_hidden_entries(inner, name, names)
 
 
 def code_parts(code: types.CodeType, _: bool) -> list:

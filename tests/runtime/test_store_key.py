@@ -205,3 +205,22 @@ def test_what_is_not_known_has_no_key():
     assert key_of(lambda x: np.loadtxt("k") * x, X) is None
     assert key_of(closing(2.0), object()) is None
     assert key_of(jax.make_jaxpr(jnp.sin)(X), X) is None
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "def f(x): return of(rods, x)",
+        "def f(x): return getattr(rods, 'K') * x",
+        "def f(x): return rods.__dict__['K'] * x",
+        "def f(x): return of(shop.rods, x)",
+        "def f(x): return (lambda m: m.K)(rods) * x",
+    ],
+)
+def test_entries_of_a_module_that_are_read_out_of_sight_have_no_key(code):
+    modules = {name: types.ModuleType(name) for name in ("rods", "shop")}
+    for module in modules.values():
+        module.__file__ = "rods.py"
+    modules["rods"].K, modules["shop"].rods = 2.0, modules["rods"]
+    assert key_of(function(code, of=function("def f(m, x): return m.K * x"), **modules), X) is None
+    assert key_of(function("def f(x): return shop.rods.K * rods.K * x", **modules), X) is not None
