@@ -52,6 +52,15 @@ class Validity(eqx.Module):
         parts = [m.value.reshape(*shape, -1) for part in self.margins.values() for m in part.values()]
         return jnp.concatenate([jnp.ones((*shape, 1)), *parts], axis=-1)
 
+    def ends(self) -> list[tuple[str, str]]:
+        """Sentence about a part beyond each end, and the unit of its margin, in the order of all margins."""
+        return [
+            end
+            for name, part in sorted(self.margins.items())
+            for _, margin in sorted(part.items())
+            for end in _ends(name, margin)
+        ]
+
     def faults(self) -> list[str]:
         """Parts that are beyond the end of their model, a sentence each with the time where that is first so and the
         largest excess."""
@@ -65,11 +74,16 @@ class Validity(eqx.Module):
 
 def _sentences(name, margin, t):
     values = np.asarray(margin.value).reshape(t.size, -1)
-    for k, place in enumerate(margin.places or ("",)):
+    for k, (what, unit) in enumerate(_ends(name, margin)):
         if not np.any(beyond := values[:, k] < 0):
             continue
         first, most = t.reshape(-1)[np.argmax(beyond)], -np.min(values[beyond, k])
-        yield f"{name!r} {margin.end}{place and f' ({place})'}, by {most:.3g} {margin.unit}, first at {first:.6g} s"
+        yield f"{what}, by {most:.3g} {unit}, first at {first:.6g} s"
+
+
+def _ends(name, margin):
+    """Sentence about a part that is beyond an end, and the unit of the excess, at each place of a margin."""
+    return [(f"{name!r} {margin.end}{place and f' ({place})'}", margin.unit) for place in margin.places or ("",)]
 
 
 def validity(system: System, state: State | HasStates) -> Validity:

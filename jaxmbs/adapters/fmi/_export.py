@@ -139,11 +139,13 @@ def _write(path, kind, flat, start, variables, programs):
         "jax": jax.__version__,
         "kernel_options": kernel_options(),
         "results": {str(int(status)): str(status) for status in Status},
+        "ends": flat.ends_of_models,
+        "outside": int(Status.VALIDITY),
     }
     text = json.dumps(about, indent=1)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, identifier + kind + text + repr(variables))) + "}"
     sizes = {"NUM_X": states, "NUM_U": len(flat.inputs), "NUM_P": len(flat.parameters.names), "NUM_Y": outputs}
-    sizes |= {"NUM_HIDDEN": hidden, "IS_ME": int(kind == "ME")}
+    sizes |= {"NUM_HIDDEN": hidden, "IS_ME": int(kind == "ME"), "HAS_ENDS": int(bool(flat.ends_of_models))}
     header, platform = sizes_header(sizes, token), platform_name()
     files = {
         "modelDescription.xml": model_description(identifier, token, kind, variables, start[0], _tool()),

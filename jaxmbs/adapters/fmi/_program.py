@@ -15,6 +15,7 @@ from jax import Array
 
 from ...analysis._linearise import independent_positions
 from ...analysis._named_outputs import NamedOutputs, output_names
+from ...dynamics._validity import has_ends, validity_at
 from ...errors import ModelError
 from ...kinematics import _closures as closures
 from ...kinematics import _constraints as constraints
@@ -207,6 +208,22 @@ class FlatMechanism:
         found, at = self._unknowns(parts), parts[2]
         opening = jnp.where(jnp.all(jnp.isfinite(found)) & jnp.all(jnp.isfinite(z)), gap(parts[0], at), jnp.nan)
         return jnp.concatenate([found, at.psi[self.hidden], opening[None]])
+
+    @functools.cached_property
+    def ends_of_models(self) -> list[tuple[str, str]]:
+        """Sentence of each margin about a part beyond it, and its unit, in the order of `margins`."""
+        if not has_ends(self.base):
+            return []
+        z = jax.ShapeDtypeStruct((self.num_known + len(self.hidden),), self.base.gravity.dtype)
+        return jax.eval_shape(self._validity, z).ends()
+
+    def margins(self, z: Array) -> Array:
+        """Margins (m,) to the ends of the models of all parts at z (nz,)."""
+        return jnp.concatenate([jnp.ravel(x) for x in jax.tree.leaves(self._validity(z).margins)])
+
+    def _validity(self, z):
+        system, _, at, velocities, _ = self._assembled(z)
+        return validity_at(system, with_velocities(system, at, velocities))
 
     def step(self, z: Array, length: Array) -> Array:
         """z after a step of the length (1,), its inputs held, and the status of the motion."""

@@ -50,6 +50,8 @@ class FmuInstance:
         self.at = self.program("instant")
         if is_co_simulation:
             self.program("step")
+        elif about["ends"]:
+            self.program("margins")
 
     def program(self, name):
         """A compiled program of one array, shared by all instances of the process."""
@@ -115,11 +117,27 @@ class FmuInstance:
             found = self.run(self.program("step"), np.append(self.z, self.seed[0]))
             if found[-1] != 0:
                 words = self.about["results"].get(str(int(found[-1])), "the motion failed")
+                if found[-1] == self.about["outside"]:
+                    words = self.faults(found[:-1]) or self.faults(self.z) or words
                 return self.say(f"the step of {self.seed[0]:g} s from t = {self.z[0]:g} failed: {words}", DISCARD)
             self.z[:] = found[:-1]
             return OK
         except Exception:  # noqa: BLE001
             return self.report_error()
+
+    def judge(self):
+        """Refuse z where a part of the model is beyond the end of its range."""
+        try:
+            faults = self.faults(self.z)
+            return self.say(f"outside of the model's validity: {faults}", DISCARD) if faults else OK
+        except Exception:  # noqa: BLE001
+            return self.report_error()
+
+    def faults(self, z):
+        """Parts that are beyond the ends of their models at z, by how much and when; "" where there are none."""
+        values = self.run(self.program("margins"), z)
+        told = zip(self.about["ends"], values, strict=True)
+        return "; ".join(f"{what}, by {-x:.3g} {unit}, at {z[0]:.6g} s" for (what, unit), x in told if x < 0)
 
     def refuse(self, found):
         """The message of results that are not finite, or of loops that do not close."""

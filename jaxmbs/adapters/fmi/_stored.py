@@ -29,6 +29,8 @@ def serialised_programs(flat: FlatMechanism, start: np.ndarray, kind: str) -> di
         found[name] = _serialised(one_kernel(whole, marks=False), size)
         if kernel_options() is not None:
             found[f"{name}_kernel"] = _serialised(one_kernel(whole, marks=True), size)
+    if flat.ends_of_models:
+        found["margins"] = _serialised(flat.margins, z)
     if kind == "CS":
         found["step"] = _serialised(_of_one_array(flat.step, [z, 1]), z + 1)
     return found

@@ -4,7 +4,7 @@ The numbers of an instance lie in one block: z = (time, states, inputs, paramete
 (rates of the states, outputs, hidden coordinates, gap), and a pair of vectors for derivatives.  Value references are
 places: k < NUM_Z is z[k], NUM_Z + k is results[k].  Python sees the block through a memory view, so that a call has no
 arguments.  In a Python process its interpreter serves; elsewhere the library that exported the file is loaded.
-sizes.h: NUM_X, NUM_U, NUM_P, NUM_Y, NUM_HIDDEN, IS_ME, TOKEN, PYTHON_LIBRARY, PYTHON_PROGRAM, PYTHON_VERSION. */
+sizes.h: NUM_X, NUM_U, NUM_P, NUM_Y, NUM_HIDDEN, IS_ME, HAS_ENDS, TOKEN, PYTHON_LIBRARY, PYTHON_PROGRAM, PYTHON_VERSION. */
 
 #define _GNU_SOURCE
 #include "sizes.h"
@@ -157,6 +157,13 @@ static Status accept(Model *m) {
     Status status = evaluate(m);
     if (status == OK) memcpy(z_of(m) + NUM_KNOWN, results_of(m) + NUM_UNKNOWN, NUM_HIDDEN * sizeof(double));
     return status;
+}
+
+/* What the host keeps as a point of the motion: discarded where a part of the model is beyond the end of its range.
+   Rates are given there, as the stages of a step may try such points. */
+static Status take(Model *m) {
+    Status status = accept(m);
+    return status == OK && HAS_ENDS && !m->is_co_simulation ? ask(m, "judge") : status;
 }
 
 static void put(Model *m, size_t place, double value) {
@@ -396,12 +403,12 @@ FMI Status fmi3EvaluateDiscreteStates(Instance m) { return OK; }
 FMI Status fmi3UpdateDiscreteStates(Instance m, bool *needs_update, bool *terminate, bool *nominals_changed,
                                     bool *values_changed, bool *has_next, double *next) {
     *needs_update = *terminate = *nominals_changed = *values_changed = *has_next = false;
-    return accept(m);
+    return take(m);
 }
 
 FMI Status fmi3CompletedIntegratorStep(Instance m, bool no_set_state, bool *enter_event_mode, bool *terminate) {
     *enter_event_mode = *terminate = false;
-    return accept(m);
+    return take(m);
 }
 
 FMI Status fmi3SetTime(Instance m, double time) {
