@@ -64,6 +64,11 @@ class AbstractLaw(eqx.Module):
         """True if `validity` has margins."""
         return type(self).validity is not AbstractLaw.validity
 
+    @property
+    def has_corners(self) -> bool:
+        """True if the slope of its effort jumps along motions, at places that shall not be stepped over."""
+        return False
+
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""
         return value_faults(self)

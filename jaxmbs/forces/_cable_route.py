@@ -76,6 +76,11 @@ class CableRoute(eqx.Module):
         """The static parts of the path."""
         return Layout(self.kinds, self.closed)
 
+    @property
+    def has_corners(self) -> bool:
+        """True if it can leave a wheel."""
+        return len(self.layout.free_wheels) > 0
+
     def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
         """The path through frames of these poses."""
         return cable_path(self.layout, self._circles(rotations, positions))
@@ -87,6 +92,13 @@ class CableRoute(eqx.Module):
         circles = self._circles(rotations, positions)
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
+
+    def shares_of_wheels(
+        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
+    ) -> Float[Array, " k"]:
+        """Share of the way over each wheel that it can leave, in the derivative of the length: 1 on it, 0 off it."""
+        past = self.path(rotations, positions).bypass
+        return jnp.ones(0, positions.dtype) if past is None else past.wheel
 
     def path_margins(
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]

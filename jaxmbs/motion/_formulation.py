@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..dynamics._corners import sides_of_corners
 from ..dynamics._newton_euler import accelerations, all_efforts
 from ..dynamics._saddle import saddle_without_matrix
 from ..kinematics import _closures as closures
@@ -136,6 +137,10 @@ class Formulation(eqx.Module):
         """Stages of implicit methods, from s = h a_ii [s] and a `StageStart`: one matrix a step, the internal states
         of laws eliminated."""
         return functools.partial(ImplicitStages.of, self)
+
+    def sides(self, t: ScalarLike, y: tuple) -> Array:
+        """Numbers (n,) that are constant beside the corners of the rate."""
+        return sides_of_corners(self.system, configuration(self.system, self.P, y[0], t, inertias=False))
 
     def velocities(self, t: ScalarLike, psi: Array, p: Array) -> Array:
         """Velocities (nv,) of the scaled second half."""

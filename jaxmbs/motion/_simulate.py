@@ -13,6 +13,7 @@ import optimistix
 from jax import lax
 
 from ..checks import as_flag, is_concrete
+from ..dynamics._corners import has_corners
 from ..errors import ModelError, SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
@@ -209,6 +210,7 @@ def _integrate(system, state, ts, t1, formulation, events, options, samples_star
         and options.loop == "jaxmbs",
         projection_is_error=formulation.follows_rows,
         norm=optimistix.rms_norm if formulation.follows_rows else None,
+        has_corners=has_corners(system),
         periods=sample_periods(system),
         samples_start=samples_start,
     )

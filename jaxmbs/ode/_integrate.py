@@ -16,6 +16,7 @@ from ..math._nan import value_where
 from ..runtime import FORWARD_MODE, jit, reverse_only
 from ..status import Status
 from ._adjoint import integrate_with_adjoint
+from ._corners import CornerController
 from ._diffeqsolve import integrate_by_diffeqsolve
 from ._events import Events
 from ._loop import integrate, stop_gradients
@@ -73,6 +74,11 @@ def _project(t, y, args):
     return args.equations.project(t, y)
 
 
+def _sides(t, y, args):
+    """Numbers (n,) that are constant beside the corners of the rate."""
+    return args.equations.sides(t, y)
+
+
 def _values(t, y, args):
     """Values (n,) of the events."""
     return args.events.values(args.equations.state_at(t, y))
@@ -124,6 +130,7 @@ def integrate_equations(
     saves_projection: bool = False,
     projection_is_error: bool = False,
     norm: Callable | None = None,
+    has_corners: bool = False,
     periods: Array | None = None,
     samples_start: Array | None = None,
 ) -> tuple[OdeProblem, LoopState, PyTree]:
@@ -133,6 +140,7 @@ def integrate_equations(
         times: the start (), those to save (T,), the end (); y0 and the rows that are saved have derivatives by them.
         valid: () where it does not hold, no step is taken.
         norm: of the scaled error of a step, default the root mean square over positions and second half.
+        has_corners: True for equations with `sides(t, y)` of the corners of their rate.
         periods: (m,) of samples, which `equations.sample(t, y, due)` takes; None for none.
         samples_start: time of their first, of a later part of a motion; default the start.
 
@@ -146,7 +154,7 @@ def integrate_equations(
     if clock is not None and not options.lands_on_times:
         save = clock.just_before(save)
     end, save = jnp.where(valid, start + span, start), jnp.where(valid, save, start)
-    controller = stop_gradients(_controller(options, span, norm))
+    controller = stop_gradients(_controller(options, span, norm, has_corners))
     first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
     problem = OdeProblem(
         stop_gradients(with_tolerances(options.solver, controller)),
@@ -206,7 +214,7 @@ def _first_sample(t0, y0, args, late, start):
     return attach_time_derivative(y, late, start, args.equations)
 
 
-def _controller(options, span, norm):
+def _controller(options, span, norm, has_corners):
     """The step-size controller: a given one, fixed steps, or a PID controller with the tolerances."""
     if options.controller is not None:
         return options.controller
@@ -215,7 +223,8 @@ def _controller(options, span, norm):
     # quadratures such as work follow the motion and do not control its steps
     norm = norm or (lambda y: optimistix.rms_norm(y[:2]))
     rtol, atol = stop_gradients((options.rtol, options.atol))
-    return diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=_LEAST_STEP * jnp.abs(span))
+    controller = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=_LEAST_STEP * jnp.abs(span))
+    return CornerController.around(controller, _sides) if has_corners else controller
 
 
 @eqx.filter_custom_jvp
