@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..blocks import StateSpace
-from ..checks import distinct_names
+from ..checks import distinct_names, require_numbers
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
@@ -378,14 +378,14 @@ def frequency_response(
     into: Iterable[CoordinateLike] | None = None,
     out: Iterable[CoordinateLike] | None = None,
 ) -> Array | TransferFunctions:
-    """Transfer matrices (..., outputs, inputs) of a linearised mechanism, from its inputs to its outputs, at angular
-    frequencies omega (...,) [rad/s].
+    """Transfer matrices (..., outputs, inputs) of a linearised mechanism at angular frequencies omega (...,) [rad/s].
 
     Args: into, out: names of joints, in place of the inputs and outputs of `linearise`; the answer of the
     Linearisation's `system`, labelled `TransferFunctions`, in m or rad for unit efforts.
 
     Raises: UnknownNameError; ModelError for one of `into`, `out` without the other.
     """
+    require_numbers(omega=omega)
     if into is not None and out is not None and isinstance(space, Linearisation):
         return response_by_names(space.system, omega, into, out)
     if into is not None or out is not None:

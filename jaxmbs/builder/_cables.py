@@ -5,6 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from ..checks import require_numbers
 from ..forces import Attachment, Cable, Eyelet, InextensibleCable, Sheave, Winch, WrapCylinder, WrapSphere
 from ..math._rotation import axis_vector
 from ..runtime import as_array
@@ -73,6 +74,7 @@ def _route(elements, closed):
         turns = getattr(item, "turns", 0)
         if isinstance(turns, bool) or not isinstance(turns, int | np.integer):
             raise TypeError(f"element {k}: turns is a whole number, got {turns!r}")
+        require_numbers(**{f"element {k}: turns": turns})
         if isinstance(item, Attachment) and (closed or k not in (0, len(elements) - 1)):
             raise ValueError(f"element {k}: an Attachment is an end; a cable passes through an Eyelet")
         if isinstance(item, Winch) and (closed or k != 0):

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..checks import no_such
+from ..checks import no_such, require_numbers
 from ..errors import UnknownNameError
 from ..typing import AnyArray, ArrayLike
 from ._worst import Worst
@@ -46,6 +46,7 @@ class Limit:
             object.__setattr__(self, "value", lambda design: entries(design)[0])
         if self.lower is None and self.upper is None:
             raise ValueError(f"limit {self.name!r} needs a lower or an upper bound")
+        require_numbers(**{name: x for name in ("lower", "upper") if (x := getattr(self, name)) is not None})
         for name in ("sharpness", "scale"):
             number = getattr(self, name)
             if number is not None and not (np.isfinite(number) and number > 0.0):

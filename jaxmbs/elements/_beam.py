@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete
+from ..checks import is_concrete, repeated
 from ..math._spd import spd_solve
 from ..typing import Convertible
 from ._base import DIRECTIONS, AbstractElement, as_optional_real, as_real
@@ -88,10 +88,16 @@ class Beam(AbstractElement):
     nonnegative_fields += ("line_mass",)
 
     def __check_init__(self):
+        if not isinstance(self.releases, tuple | list):
+            raise TypeError(f"releases are names in a tuple, ('rz1',), not {self.releases!r}")
+        if self.offsets is not None and self.offsets.shape[-2:] != (2, 3):
+            raise ValueError(f"offsets have the shape (2, 3), not {self.offsets.shape}")
         possible = {f"{d}{end}" for end in (1, 2) for d in DIRECTIONS}
         wrong = [name for name in self.releases if name not in possible]
         if wrong:
             raise ValueError(f"releases {wrong} are not among {sorted(possible)}")
+        if twice := repeated(self.releases):
+            raise ValueError(f"releases {list(twice)} are given twice")
         for d in ("x", "y", "z", "rx"):
             if {f"{d}1", f"{d}2"} <= set(self.releases):
                 raise ValueError(f"a beam released in {d} at both ends is a mechanism: release one end")

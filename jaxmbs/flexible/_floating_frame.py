@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete, negative
+from ..checks import distinct_names, is_concrete, negative
 from ..errors import ModelError
 from ..fem import Structure, assemble
 from ..linear._system import LinearSystem
@@ -96,7 +96,7 @@ def floating_frame(
         raise ModelError(
             ["stiffening needs the finite elements: give the Structure as `stiffening`, or in place of the system"]
         )
-    s = system.to_dense()
+    s, interfaces = system.to_dense(), distinct_names("interfaces", interfaces)
     outer = interface_rows(s, interfaces)
     assert s.positions is not None  # `interface_rows` refuses a system without
     rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])

@@ -48,6 +48,16 @@ class CableState(NamedTuple):
         return cls(path.length, rate, tension, tensions, path.wrap, points, path.is_tangent)
 
 
+_KINDS = ("point", "sheave", "cylinder", "sphere")
+
+
+def _kinds(kinds):
+    """Kinds of elements.  Raises: TypeError for others."""
+    if not isinstance(kinds, tuple | list) or any(kind not in _KINDS for kind in kinds):
+        raise TypeError(f"kinds has one of {', '.join(_KINDS)} for each element, not {kinds!r}")
+    return tuple(kinds)
+
+
 class CableRoute(eqx.Module):
     """The elements that a cable passes, in order.
 
@@ -60,7 +70,7 @@ class CableRoute(eqx.Module):
         closed: True for a belt, whose last element is followed by the first.
     """
 
-    kinds: tuple[str, ...] = eqx.field(static=True)
+    kinds: tuple[str, ...] = eqx.field(static=True, converter=_kinds)
     radii: Convertible[Float[Array, " c"]] = eqx.field(converter=number)
     axes: Convertible[Float[Array, "c 3"]] = eqx.field(converter=number)
     turns: Convertible[Float[Array, " c"]] = eqx.field(converter=number)

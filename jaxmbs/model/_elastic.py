@@ -51,6 +51,13 @@ class GeometricStiffening(eqx.Module):
         return moved + jnp.einsum("k,a,kaij->ij", wrench, flow[:3], self.turned) @ q
 
 
+def _names(interfaces):
+    """Names of interfaces.  Raises: TypeError for what is no list of them."""
+    if not isinstance(interfaces, tuple | list):
+        raise TypeError(f"interfaces are names in a tuple, not {interfaces!r}")
+    return tuple(interfaces)
+
+
 class ElasticBody(eqx.Module):
     """The mechanics of an elastic body.
 
@@ -72,7 +79,7 @@ class ElasticBody(eqx.Module):
     stiffness: Convertible[Float[Array, "m m"]] = eqx.field(converter=as_real, kw_only=True)
     damping: Convertible[Float[Array, "m m"]] = eqx.field(converter=as_real, kw_only=True)
     places: Convertible[Float[Array, "others 3"]] = eqx.field(converter=as_real, kw_only=True)
-    interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True)
+    interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True, converter=_names)
     stiffening: GeometricStiffening | None = eqx.field(kw_only=True, default=None)
 
     @property

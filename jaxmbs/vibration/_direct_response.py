@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array, Complex
 
 from ..blocksparse import BlockMatrix, Plan, analyse, factor, solve
+from ..checks import require_numbers
 from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
 from ..runtime import as_dtype, jit
@@ -87,6 +88,7 @@ def dense_response(
 
     Returns: (frequencies, outputs, columns) complex.  Source: S1 (40)-(41).
     """
+    require_numbers(omega=omega)
     dtype = np.result_type(K.dtype, np.complex64)
     loss = jnp.asarray(loss, M.dtype)
     elastic = K.astype(dtype) * lax.complex(jnp.ones_like(loss), loss)

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex
 
-from ..checks import is_concrete, require_reals
+from ..checks import is_concrete, require_numbers, require_reals
 from ..elements._base import as_real
 from ..linear._condensation import interface_basis, partition
 from ..linear._symmetric import check_mass, require_symmetric
@@ -58,6 +58,7 @@ def receptance(
     matrices give NaN.
     Source: S1 (40), (41).
     """
+    require_numbers(omega=omega)
     stiffness, mass = require_symmetric(stiffness=K, mass=M)
     check_mass(M)
     K, M, C, values, X = _modal_matrices(stiffness, mass, C, num)
@@ -149,6 +150,7 @@ def viscous_receptance(
 
     Returns: (frequencies, outputs, inputs) complex.  Source: S1 (39), (40).
     """
+    require_numbers(omega=omega)
     check_mass(M)
     loads, outputs = _unit_rows(into, K, True), _unit_rows(out, K)
     matrices = K, M, C

@@ -8,6 +8,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex
 
+from ..checks import require_numbers
 from ..typing import AnyArray, ArrayLike
 from . import _refined_solve as refined_solve
 from ._modes import Modes
@@ -86,6 +87,7 @@ def _check_rows(numbers, size):
 
 
 def _check_points(s, dtype):
+    require_numbers(s=s)
     s = jnp.asarray(s, dtype)
     if s.ndim != 1:
         raise ValueError(f"s has shape {s.shape}, not (points,)")

@@ -96,13 +96,15 @@ def _of_arguments(example, bound):
 
 def _negative(example, bound):
     for name in example.positive:
-        wrong = -0.5 - np.abs(np.asarray(bound.arguments[name]))
+        given = {**example.options, **bound.arguments}
+        wrong = -0.5 - np.abs(np.asarray(given[name]))
         yield Attempt(name, "minus", _with(example.function, bound, name, wrong if wrong.ndim else float(wrong)))
 
 
 def _with(function, bound, name, value):
+    options = {} if name in bound.arguments else {name: value}
     given = inspect.BoundArguments(bound.signature, {**bound.arguments, name: value})
-    return lambda: function(*given.args, **given.kwargs)
+    return lambda: function(*given.args, **given.kwargs | options)
 
 
 def _swapped(example):
@@ -180,7 +182,8 @@ def misuses(value):
             yield "twice", type(value)([value[0], *value])
             if len(value) > 1:
                 yield "letters", "".join(map(str, value))
-        yield from ((misuse, type(value)([wrong, *value[1:]])) for misuse, wrong in misuses(value[0]) if len(value))
+        first = misuses(value[0]) if len(value) else ()
+        yield from ((misuse, type(value)([wrong, *value[1:]])) for misuse, wrong in first)
     elif callable(value) and not _is_noun(value):
         yield "no function", 3.5
     else:

@@ -123,7 +123,9 @@ CASES = {
     ),
     "motion.vector_field": case(lambda z: call(z.bars), "system nan inside: judged where it is integrated"),
     "adapters.as_block": case(
-        lambda z: call(z.bars, (), ("D",), z.state), "system nan inside: judged where it is integrated"
+        lambda z: call(z.bars, (), ("D",), z.state),
+        "system nan inside: judged where it is integrated",
+        "state none: the start by default",
     ),
     "motion.load_peaks": case(lambda z: call(z.bars, z.motion)),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),

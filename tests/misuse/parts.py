@@ -306,7 +306,9 @@ CASES = {
         lambda z: call(2.0, 3.0, 4.0, 1.5, 0.5, 0.25), positive="area pressure height exponent ambient"
     ),
     "blocks.PI": block(lambda z: call(2.0, 1.0, 0.5, 3.0, 0.2), positive="tracking"),
-    "blocks.PID": block(lambda z: call(2.0, 1.0, 0.5, 3.0, 0.2, 0.1, 0.05), positive="tracking filter"),
+    "blocks.PID": block(
+        lambda z: call(2.0, 1.0, kd=0.5, target=3.0, limit=0.2, tracking=0.1, filter=0.05), positive="tracking filter"
+    ),
     "blocks.FirstOrder": block(lambda z: call(0.5, 2.0), positive="time_constant"),
     "blocks.TransferFunction": block(
         lambda z: call(np.array([1.0, 2.0]), np.array([1.0, 2.0, 3.0])),
