@@ -140,12 +140,12 @@ def evaluate_batch(
         if on_tape is None:
             executor = _compiled_executor(batched, designs, chunk, devices, cost)
         else:
-            executor = ChunkExecutor(on_tape, 1, 1, _num_threads(), designs, batched)
+            executor = ChunkExecutor(on_tape, 1, 1, _num_threads(), designs, small)
         if feasible is not None:
             good = np.asarray(batch(feasible, designs, progress=False, devices=devices, compile=compile).values, bool)
         bar.set_description("batch")
         bar.reset()
-        found = _run_chunks(executor, batched, good, bar)
+        found = _run_chunks(executor, good, bar)
     if on_tape is not None and total is None and compile == "auto":
         on_tape.compile_beside(lambda: _compiled_executor(batched, designs, chunk, devices, cost))
     return found
@@ -164,10 +164,10 @@ def _compiled_executor(batched, designs, chunk, devices, cost) -> ChunkExecutor:
     return ChunkExecutor(program, chunk * turns, max(len(devices), turns), threads, designs, batched)
 
 
-def _run_chunks(executor: ChunkExecutor, batched: BatchedFunction, good: np.ndarray, bar: tqdm) -> Batch:
+def _run_chunks(executor: ChunkExecutor, good: np.ndarray, bar: tqdm) -> Batch:
     begin = time.perf_counter()
     error = executor.run(good, bar)
-    values, status, cost = batched.unflatten(executor.results)
+    values, status, cost = executor.unflatten(executor.results)
     status = np.asarray(compare_branches(values, status))
     found = Batch(values, status, cost, executor.computed, time.perf_counter() - begin)
     if error is not None:

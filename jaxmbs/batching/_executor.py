@@ -24,6 +24,7 @@ class ChunkExecutor:
     Attributes:
         results: leaves (B, ...) of (values, status, cost); nan for designs that have not run, with a status of
             theirs.
+        unflatten: function of them to (values, status, cost).
         computed: cost of all designs () so far, including the idle steps of those that wait for others.
     """
 
@@ -38,6 +39,7 @@ class ChunkExecutor:
     ) -> None:
         self.program, self.chunk, self.shares, self.threads = program, chunk, shares, threads
         self.designs, self.computed = designs, 0.0
+        self.unflatten = batched.unflatten
         self.results = [_result_array(num_designs(designs), x) for x in jax.tree.leaves(batched.shape)]
         *_, self.status, self.costs = self.results
         self.status[:] = Status.NOT_RUN

@@ -103,7 +103,8 @@ def propagate_uncertainty(
     flat = lambda x: _as_real_array(function(unravel(x)))  # noqa: E731
     if samples is None:
         derive = jax.jacfwd if gradient == "forward" else jax.jacrev
-        value, slopes = jit(lambda x: (flat(x), derive(flat)(x)), compile=compile)(jnp.asarray(x, float))
+        with_value = derive(lambda x: (flat(x),) * 2, has_aux=True)  # one trace for both
+        slopes, value = jit(with_value, compile=compile)(jnp.asarray(x, float))
         deviation = np.sqrt(np.sum((np.asarray(slopes) * sigma) ** 2, axis=-1))
         return Uncertainty(np.asarray(value), deviation, np.asarray(value) + norm.ppf(percent / 100.0) * deviation, 0)
     _check_samples(samples)
@@ -199,7 +200,8 @@ def _value_and_gradient(function, gradient) -> Callable:
 
     if gradient == "reverse":
         return jax.value_and_grad(number)
-    return lambda design: (number(design), jax.jacfwd(number)(design))
+    slopes_and_value = jax.jacfwd(lambda design: (number(design),) * 2, has_aux=True)  # one trace for both
+    return lambda design: slopes_and_value(design)[::-1]
 
 
 def _as_number(value):

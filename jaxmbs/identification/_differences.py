@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import PyTree
 
 from ..batching import batch
-from ..runtime import jit
+from ..runtime import TracedFunction, jit
 from ._measurements import Layout, Measurements
 
 
@@ -47,10 +47,11 @@ class Predictions(NamedTuple):
         return self._run(x, self.gradient).reshape(-1, len(x))
 
     def _run(self, x, gradient):
-        several = self.experiments is not None
-        program = _program(self.predict, self.unknowns, self.data, gradient, several)
-        if not several:
-            return np.asarray(_compiled(program, self.compile)(jnp.asarray(x, float)), float)
+        x = jnp.asarray(x, float)
+        if self.experiments is None:
+            program = _program(self.predict, self.unknowns, self.data, gradient, self.compile, len(x))
+            return np.asarray(program(x), float)
+        program = _program_of_experiment(self.predict, self.unknowns, self.data, gradient)
         count = len(jax.tree.leaves(self.experiments)[0])
         designs = (np.tile(np.asarray(x, float), (count, 1)), self.experiments)
         return np.asarray(batch(program, designs, progress=False, compile=self.compile).values, float)
@@ -76,20 +77,26 @@ class Differences(NamedTuple):
         return np.concatenate([rows, known])
 
 
+_DERIVATIVES = {None: lambda f: f, "forward": jax.jacfwd, "reverse": jax.jacrev}
+
+
 # The same functions give the same programs again: another record of the same kind compiles nothing anew.
 @functools.lru_cache(maxsize=64)
-def _program(predict, unknowns, data, gradient, several):
-    derive = {None: lambda f: f, "forward": jax.jacfwd, "reverse": jax.jacrev}[gradient]
-    if not several:
-        return derive(lambda x: data.flatten(predict(unknowns.unflatten(x))))
-
-    def of_experiment(design):
-        x, experiment = design
-        return derive(lambda x: data.flatten(predict(unknowns.unflatten(x), experiment)))(x)
-
-    return of_experiment
+def _program(predict, unknowns, data, gradient, compile, number):
+    traced = _traced(predict, unknowns, data, compile, number)
+    return jit(_DERIVATIVES[gradient](lambda x: traced(x)[0]), compile=compile)
 
 
 @functools.lru_cache(maxsize=64)
-def _compiled(program, compile):
-    return jit(program, compile=compile)
+def _traced(predict, unknowns, data, compile, number):
+    """The predictions, traced once for their values and derivatives."""
+    return TracedFunction(lambda x: data.flatten(predict(unknowns.unflatten(x))), jnp.zeros(number), compile=compile)
+
+
+@functools.lru_cache(maxsize=64)
+def _program_of_experiment(predict, unknowns, data, gradient):
+    def of_experiment(design):
+        x, experiment = design
+        return _DERIVATIVES[gradient](lambda x: data.flatten(predict(unknowns.unflatten(x), experiment)))(x)
+
+    return of_experiment

@@ -16,7 +16,7 @@ from ..batching._result import count_steps
 from ..batching._table import design_shape, select_designs
 from ..checks import as_flag
 from ..errors import BatchError
-from ..runtime import fingerprint, garbage_collection_paused, tuning
+from ..runtime import check_kind, fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
 from ._plans import Designs, read_plan
 from ._results import answer_dimensions, build_dataset
@@ -62,6 +62,7 @@ def sweep(
     computes something else), or is being written; for an interrupt, a full disk or a worker that raises, with what
     was written kept.  As `mbs.batch` for designs that are no numbers.
     """
+    check_kind(compile)
     if chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     plan, coords, units = read_plan(designs), dict(coords or {}), dict(units or {})
