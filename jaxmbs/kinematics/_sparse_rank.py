@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
-from scipy.sparse.linalg import splu
 
 _SEED = 11  # of the vectors that the iteration starts from: any, but always the same
 _PASSES = 4  # of the iteration; each takes singular values of 10 tolerances to a thousandth
@@ -57,6 +56,8 @@ def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray
 
 def damped_solver(A: Any, damping: Any):
     """Function that solves with `A^T A + damping`, one number or (nv,), for right-hand sides (nv, ...)."""
+    from scipy.sparse.linalg import splu  # 0.1 s that small machines do not need
+
     normal = A.T @ A + scipy.sparse.diags_array(np.broadcast_to(damping, A.shape[1]).astype(A.dtype))
     options = {"SymmetricMode": True}
     return splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
