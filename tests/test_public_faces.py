@@ -60,7 +60,7 @@ FACES = {
         signals states_along velocity with_mobility_at
     """,
     "jaxmbs.joints": """
-        AbstractClosure AbstractJoint Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar PointOnLine
+        AbstractClosure AbstractJoint AbstractRows Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar PointOnLine
         PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal
         VelocityRows Weld parallel_rows
     """,

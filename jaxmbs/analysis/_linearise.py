@@ -36,7 +36,7 @@ from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._friction import without_friction
 from ..model._internal_states import InternalStates, replace_field, with_internal
-from ..model._rows import Drive
+from ..model._rows import drives
 from ..model._system import System
 from ..runtime import jit
 from ..typing import ArrayLike, CoordinateLike
@@ -203,7 +203,7 @@ def _velocity_labels(labels, kinds):
 
 
 def _drive_names(system):
-    return {row.name for row in system.rows if isinstance(row, Drive)}
+    return {row.name for row in drives(system.rows)}
 
 
 def unbalanced_efforts(system: System, at, w, a, move=None):

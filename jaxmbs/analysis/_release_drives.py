@@ -7,7 +7,7 @@ import numpy as np
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._constraint_rows import constraint_jacobian
-from ..model._rows import Drive
+from ..model._rows import groups_without
 from ..model._system import System
 
 
@@ -37,7 +37,7 @@ def release_drives(system: System, names, state) -> System:
         slip_rows=tuple(int(number[k]) for k in top.slip_rows),
         analysis=analysis,
     )
-    rows = tuple(row for row in system.rows if not (isinstance(row, Drive) and row.name in names))
+    rows = groups_without(system.rows, names, keep)
     released = dataclasses.replace(system, topology=topology, rows=rows)
     A = constraint_jacobian(released, state)
     if is_concrete(A) and np.linalg.matrix_rank(np.asarray(A), tol=1e-7) > analysis.rank:

@@ -29,7 +29,8 @@ VIEWS = ("detailed", "inertia", "hamiltonian")
 
 def drive_rows(system: System) -> list[int]:
     """Constraint rows that may prescribe a rate: drives, functions of time, the user's rows of velocity."""
-    names = {row.name for row in system.rows if row.may_depend_on_time} | set(system.paths)
+    names = {name for group in system.rows if group.law.may_depend_on_time for name in group.names}
+    names |= set(system.paths)
     return [i for i, name in enumerate(system.topology.row_joint) if name in names]
 
 

@@ -1,35 +1,32 @@
 """Assembly of the `System` pytree from declarations and a spanning tree."""
 
-import jax
+import itertools
+
 import jax.numpy as jnp
 import numpy as np
 
 from ..checks import is_concrete
-from ..errors import ModelError
-from ..forces import InextensibleCable
 from ..forces._fields import as_function
 from ..forces._ports import JointPort, PathPort, WinchPort, port_of
 from ..forces._signals import as_signal
 from ..forces._state_laws import internal_layout
-from ..joints import AbstractClosure, Coupler, FramePath, VelocityRows
+from ..joints import AbstractClosure, FramePath
+from ..joints._rows import DriveRow
 from ..model._friction import bristle_groups
 from ..model._internal_states import internal_records
 from ..model._pose import Pose
-from ..model._rows import CableRow, CoupledJoints, Drive, UserPositionRows, UserVelocityRows
 from ..model._system import ClosureGroup, ForceGroup, System
 from ..model._topology import JointRecord, Topology
 from ..model._tree import Tree
 from ..model.inertia import as_matrix
-from ..runtime import KnownFunction, as_array
 from ._arrays import compose, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
 from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
 from ._friction import joint_friction_of
+from ._groups import group_by_structure
+from ._row_groups import RowItem, row_groups
 from ._signals import make_blocks, make_measures
 from ._spanning_tree import SpanningTree
-from ._user_rows import shape_faults
-
-_SIZES = ("num_coordinates", "num_velocities")
 
 
 class _FrameList:
@@ -110,7 +107,7 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         rows=rows,
         measures=measures,
         blocks=blocks,
-        elastic=elastic_groups(_group_by_structure(elastic_items(model.elastic, index, record))),
+        elastic=elastic_groups(group_by_structure(elastic_items(model.elastic, index, record))),
         friction=rubbing,
     )
 
@@ -166,18 +163,6 @@ def _joint_records(joints, joint_frames, nodes, cuts, index):
     return tuple(records)
 
 
-def _group_by_structure(items):
-    """Items (name, law, first, second, extra) of equal structure, their arrays stacked."""
-    groups: dict = {}
-    for item in items:
-        leaves, treedef = jax.tree.flatten(item[1])
-        key = (item[4], treedef, tuple(jnp.shape(leaf) for leaf in leaves))
-        groups.setdefault(key, []).append(item)
-    for (port, *_), members in groups.items():
-        names, laws, first, second, _ = zip(*members, strict=True)
-        yield port, names, jax.tree.map(lambda *x: stack(x), *laws), first, second, members
-
-
 def _force_groups(forces, frames, record, bodies, named):
     items, paths = [], {}
     for force in forces.values():
@@ -210,67 +195,39 @@ def _force_groups(forces, frames, record, bodies, named):
             internal_layout(members[0][1]),
             tuple(paths[name] for name in names) if isinstance(port, PathPort) else (),
         )
-        for port, names, law, first, second, members in _group_by_structure(items)
+        for port, names, law, first, second, members in group_by_structure(items)
     )
 
 
 def _constraint_groups(constraints, joints, cuts, record, frames, bodies, named):
-    """Closure groups, coordinate rows, the joint or constraint of each row, and the numbers of nonholonomic rows."""
+    """Closure groups, row groups, the joint or constraint of each row, and the numbers of nonholonomic rows."""
     items = [(name, joints[name].kind, *record[name].frames, "closure") for name in cuts]
-    rows = [
-        Drive(name, (record[name].first_velocity,), (record[name].first_coordinate,), as_signal(j.drive))
+    declared = [
+        RowItem(name, DriveRow(as_signal(j.drive)), (), (record[name],))
         for name, j in joints.items()
         if j.drive is not None
     ]
+
+    def frames_of(item, labels):
+        for label, reference in zip(labels, item.between or (), strict=False):
+            body, pose = resolve_frame(reference, bodies, named)
+            yield frames.add(f"{item.name}.{label}", body, rotation_and_position(pose))
+
     for item in constraints.values():
         if isinstance(item.law, AbstractClosure):
-            ends = []
-            for side, reference in zip("ab", item.between, strict=True):
-                body, pose = resolve_frame(reference, bodies, named)
-                ends.append(frames.add(f"{item.name}.{side}", body, rotation_and_position(pose)))
-            items.append((item.name, _with_signals(item.law), *ends, "closure"))
-        elif isinstance(item.law, InextensibleCable):
-            places = []
-            for k, reference in enumerate(item.between):
-                body, pose = resolve_frame(reference, bodies, named)
-                places.append(frames.add(f"{item.name}.{k}", body, rotation_and_position(pose)))
-            rows.append(CableRow(item.name, (), (), item.law, tuple(places)))
-        elif isinstance(item.law, Coupler):
-            mine = [record[n] for n in item.law.joints]
-            columns = tuple(r.first_velocity for r in mine)
-            rows.append(
-                CoupledJoints(
-                    item.name, columns, tuple(r.first_coordinate for r in mine), _with_known_function(item.law)
-                )
-            )
+            items.append((item.name, _with_signals(item.law), *frames_of(item, "ab"), "closure"))
         else:
-            kind = UserVelocityRows if isinstance(item.law, VelocityRows) else UserPositionRows
-            rows.append(kind(item.name, (), (), type(item.law)(as_function(item.law.function))))
-    rows.sort(key=lambda row: row.is_nonholonomic)
+            own, mine = tuple(frames_of(item, itertools.count())), tuple(record[n] for n in item.law.joints)
+            declared.append(RowItem(item.name, item.law.row(as_function), own, mine))
     groups, names, slips = [], [], []
-    for _, group_names, kind, first, second, members in _group_by_structure(items):
+    for _, group_names, kind, first, second, members in group_by_structure(items):
         basis = stack([member[1].basis() for member in members])
         groups.append(ClosureGroup(group_names, first, second, kind, basis))
         for name in group_names:
             names += [name] * kind.num_rows
             slips += range(len(names) - kind.num_slips, len(names))
-    neutral = tuple(as_array(np.zeros(sum(getattr(r, what) for r in record.values()))) for what in _SIZES)
-    faults = [fault for row in rows for fault in shape_faults(row, *neutral)]
-    if faults:
-        raise ModelError(faults)
-    for row in rows:
-        size = _num_rows(row, *neutral)
-        names += [row.name] * size
-        slips += range(len(names) - size, len(names)) if row.is_nonholonomic else ()
-    return tuple(groups), tuple(rows), tuple(names), tuple(slips)
-
-
-def _with_known_function(coupler):
-    """The coupler with a function that compares equal to others of the same content."""
-    if coupler.function is None:
-        return coupler
-    coefficients = dict(zip(coupler.joints, coupler.coefficients, strict=True))
-    return Coupler(coefficients, coupler.offset, KnownFunction(coupler.function))
+    rows, more, more_slips = row_groups(declared, len(names), record.values())
+    return tuple(groups), rows, (*names, *more), (*slips, *more_slips)
 
 
 def _with_signals(law):
@@ -279,10 +236,3 @@ def _with_signals(law):
         return law
     signals = (None if path is None else as_signal(path) for path in (law.position, law.rotation))
     return FramePath(*signals, law.hold)
-
-
-def _num_rows(row, psi, u):
-    if isinstance(row, CableRow):
-        return 1
-    found = jax.eval_shape(lambda t: (row.residual(psi, t), row.slip(psi, u, t)), jnp.zeros(()))
-    return sum(part.size for part in found)

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from ..checks import is_concrete
 from ..errors import ModelError
-from ..joints import Coupler, Weld
+from ..joints import AbstractRows, Weld
 from ..kinematics._linear_solver import with_linear_solver
 from ..kinematics._mobility import with_mobility
 from ..model._internal_states import replace_field
@@ -91,7 +91,7 @@ def _joints_in_tree(model):
     names |= {j.name for j in model.joints.values() if j.drive is not None}
     names |= {m.joint for m in model.measures.values() if m.joint is not None}
     for item in model.constraints.values():
-        if isinstance(item.law, Coupler):
+        if isinstance(item.law, AbstractRows):
             names |= set(item.law.joints)
     return names
 

@@ -8,9 +8,9 @@ from ..blocks import AbstractBlock
 from ..checks import no_such
 from ..errors import ModelError
 from ..forces._base import AbstractLaw
-from ..joints import Coupler
 from ..joints._base import AbstractJoint
-from ..joints._closures import AbstractClosure, PositionRows, VelocityRows
+from ..joints._closures import AbstractClosure
+from ..joints._rows import AbstractRows
 from ..model._elastic import ElasticBody
 from ..model._pose import Pose
 from ..model._system import System
@@ -241,7 +241,7 @@ class SystemBuilder(MachineElements):
     def constraint(
         self,
         name: str,
-        law: WordedError[AbstractClosure | Coupler | VelocityRows | PositionRows],
+        law: WordedError[AbstractClosure | AbstractRows],
         between: tuple | list | None = None,
     ) -> None:
         """Constraint rows beside joints: `Distance`, `PointOnPlane`, `PointOnLine`, or a `FramePath` in time between

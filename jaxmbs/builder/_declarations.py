@@ -11,11 +11,10 @@ from typing import Annotated, Any
 from jax import Array
 
 from ..blocks import AbstractBlock
-from ..forces import InextensibleCable
 from ..forces._base import AbstractLaw
 from ..forces._joint_friction_models import AbstractJointFriction, SmoothCoulomb
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
-from ..joints import AbstractClosure, Coupler, PositionRows, VelocityRows
+from ..joints import AbstractClosure, AbstractRows
 from ..joints._base import AbstractJoint
 from ..model._pose import Pose
 from ..typing import ArrayLike, FrameLike
@@ -99,7 +98,7 @@ class Constraint:
     """Rows between two frames, of a cable over several, between joint coordinates, or given by the user."""
 
     name: str
-    law: Annotated[Any, AbstractJoint | Coupler | PositionRows | VelocityRows | InextensibleCable]
+    law: Annotated[Any, AbstractJoint | AbstractRows]
     between: Annotated[Any, tuple | list | None]
 
 

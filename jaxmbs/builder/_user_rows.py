@@ -8,8 +8,9 @@ import numpy as np
 from jax import Array
 
 from ..checks import is_concrete
+from ..joints._rows import AbstractRows
 from ..kinematics._poses import coordinate_rate
-from ..model._rows import CoordinateRows, CoupledJoints, UserPositionRows, UserVelocityRows
+from ..model._rows import row_elements
 from ..model._system import System
 from ..runtime import explain_error, jit
 from ..typing import AnyArray
@@ -28,28 +29,22 @@ class _RowSamples(NamedTuple):
     along: AnyArray
 
 
-def shape_faults(row: CoordinateRows, psi: Array, u: Array) -> list[str]:
-    """Faults of the arguments and the returned shape of a row's function, found without numbers."""
-    if isinstance(row, UserVelocityRows):
-        returned, takes = row.law.function, "coordinates (nq,), velocities (nv,), t"
-        given: tuple = (psi, u)
-    elif isinstance(row, UserPositionRows):
-        returned, takes, given = row.law.function, "coordinates (nq,), t", (psi,)
-    elif isinstance(row, CoupledJoints) and row.law.function is not None:
-        q = psi[np.asarray(row.coordinates)]
-        returned, takes = lambda q, t: row.law.function(*q), "the coordinates of its joints"
-        given = (q,)
-    else:
+def shape_faults(name: str, law: AbstractRows, psi: Array, u: Array, joints: int) -> list[str]:
+    """Faults of the arguments and the returned shape of a row's function, found without numbers.
+
+    Args: joints: number of those whose coordinates it takes, of a law that does not take all.
+    """
+    if not law.takes:
         return []
-    where = f"constraint {row.name!r}: its function of {takes}"
+    where, q = f"constraint {name!r}: its function of {law.takes}", psi if law.reads_all else psi[:joints]
     try:
-        found = jax.eval_shape(returned, *given, jnp.zeros(()))
+        found = jax.eval_shape(law.called, q, u, jnp.zeros(()))
     except Exception as error:  # noqa: BLE001 - it is the user's function: anything may come
         return [f"{where} cannot be evaluated: {explain_error(error)}"]
     if not hasattr(found, "dtype") or not jnp.issubdtype(found.dtype, jnp.floating):
         kind = getattr(found, "dtype", type(found).__name__)
         return [f"{where} must return an array of real numbers, zero where the row is kept; it returns {kind}"]
-    most = 0 if isinstance(row, CoupledJoints) else 1
+    most = 0 if law.gives_one else 1
     if found.ndim > most or found.size == 0:
         return [f"{where} must return {'one number' if not most else 'a number or (m,) of them'}, not {found.shape}"]
     return []
@@ -61,8 +56,7 @@ def row_faults(system: System) -> list[str]:
     The library takes velocity rows as `A u = -f_t`, with A from their slope at rest: what is not affine would be
     dropped.  Rows with traced numbers cannot be checked.
     """
-    rows = [row for row in system.rows if isinstance(row, UserPositionRows | UserVelocityRows | CoupledJoints)]
-    rows = [row for row in rows if is_concrete(row)]
+    rows = [row for row in row_elements(system.rows) if row.group.acts_in_joints and is_concrete(row.law)]
     if not rows or not system.topology.num_velocities:
         return []
     random, top, found = np.random.default_rng(_SEED), system.topology, []
@@ -70,18 +64,23 @@ def row_faults(system: System) -> list[str]:
     psi, u = (random.normal(size=(_NUM_STATES, n)).astype(dtype) for n in (top.num_coordinates, top.num_velocities))
     t = np.linspace(0.0, 1.0, _NUM_STATES).astype(dtype)
     for row in rows:
-        tried = _RowSamples(*map(np.asarray, _sample_row(row, top, psi, u, t)))
-        found += _velocity_faults(row, tried) if row.is_nonholonomic else _position_faults(row, tried)
+        tried = _RowSamples(*map(np.asarray, _sample_row(row.law, row.coordinates, top, psi, u, t)))
+        found += _velocity_faults(row, tried) if row.law.is_nonholonomic else _position_faults(row, tried)
     return found
 
 
 @jit(compile="tape")
-def _sample_row(row, top, psi, u, t):
+def _sample_row(law, coordinates, top, psi, u, t):
+    def value(psi, t):
+        q = psi[np.array(coordinates)] if coordinates else psi
+        return law.value(jnp.zeros((0, 3, 3)), jnp.zeros((0, 3)), q, t)
+
     def at(psi, u, t):
-        rate = coordinate_rate(top, psi, u)
-        along = jax.jvp(lambda psi: row.residual(psi, t), (psi,), (rate,))[1]
-        rest, slope = jax.jvp(lambda u: row.slip(psi, u, t), (jnp.zeros_like(u),), (u,))
-        return _RowSamples(row.slip(psi, u, t), rest, slope, along)
+        if law.is_nonholonomic:
+            rest, slope = jax.jvp(lambda u: law.slip(psi, u, t), (jnp.zeros_like(u),), (u,))
+            return _RowSamples(law.slip(psi, u, t), rest, slope, jnp.zeros_like(slope))
+        along = jax.jvp(lambda psi: value(psi, t), (psi,), (coordinate_rate(top, psi, u),))[1]
+        return _RowSamples(*3 * (jnp.zeros(0),), along)
 
     return jax.vmap(at)(psi, u, t)
 

@@ -15,11 +15,10 @@ from ..forces import (
     AbstractScalarStateLaw,
     AbstractSystemLaw,
     AbstractSystemStateLaw,
-    InextensibleCable,
 )
 from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, WinchPort, port_of
 from ..forces._signals import Driven, as_signal
-from ..joints import AbstractClosure, AbstractJoint, Coupler, PositionRows, VelocityRows
+from ..joints import AbstractClosure, AbstractJoint, AbstractRows
 from ..runtime import as_array, explain_error
 from ._circuits import circuit_faults, with_circuits
 from ._declarations import GROUND, Model, as_pose, has_one_coordinate, resolve_frame
@@ -317,21 +316,19 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
         if item.between is None or len(item.between) != 2:
             return [f"{where}: {type(law).__name__} takes between=(frame, frame)"]
         found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
-    elif isinstance(law, Coupler):
+    elif isinstance(law, AbstractRows):
+        if law.num_frames and (item.between is None or len(item.between) != law.num_frames):
+            return [f"{where}: {type(law).__name__} takes between= {law.num_frames} frames"]
         found = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]
         found += [
             f"{where}: joint {name!r} does not have exactly one coordinate"
             for name in law.joints
             if name in joints and not has_one_coordinate(joints[name])
         ]
-    elif isinstance(law, InextensibleCable):
-        if item.between is None or len(item.between) != law.num_frames:
-            return [f"{where}: InextensibleCable takes between= {law.num_frames} frames"]
-        found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
-        if not found:
-            found = _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in item.between])
-    elif isinstance(law, (PositionRows, VelocityRows)):
-        found = []
+        places = item.between if law.num_frames else ()
+        found += [f for reference in places for f in _reference_faults(where, reference, bodies, frames)]
+        if places and not found:
+            found = _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in places])
     else:
         return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or PositionRows(...)"]
     return found + [f"{where}: {fault}" for fault in law.faults()]

@@ -6,14 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..forces import Cable
-from ..kinematics._cable_rows import cable_places, cable_rows, frames_of
+from ..forces import Cable, PathKinematics
+from ..forces._cable_route import CableRoute
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
 from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
+from ..model._rows import row_elements
 from ..model._system import System
 from ..runtime import gather_static, jit
 from ._efforts import element_efforts
@@ -94,7 +95,7 @@ def _along(system, states):
 
 
 def _of_one(system, state):
-    rows = cable_rows(system)
+    rows = [row for row in row_elements(system.rows) if isinstance(row.group.law, CableRoute)]
     at = with_velocities(system, at_state(system, state, inertias=bool(rows)), state.velocities)
     found = {}
     for group in system.forces:
@@ -113,19 +114,18 @@ def _of_one(system, state):
             loads = (effort[i, :, 3:], effort[i, :, :3])
             one = jax.tree.map(lambda x, i=i: x[i], seen)
             found[name] = _result(at, one, loads, group.law)
-    return found | (_of_rows(system, at) if rows else {})
+    return found | (_of_rows(system, at, rows) if rows else {})
 
 
-def _of_rows(system, at):
+def _of_rows(system, at, rows):
     """Results of inextensible cables, whose tensions are multipliers of the motion."""
     multipliers, found = accelerations(system, at)[1], {}
     twist = frame_twists(system, at.V)
-    for row, place in zip(cable_rows(system), cable_places(system), strict=True):
-        R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
-        frames, tension = frames_of(R, x, V), multipliers[place]
-        force, moment = row.law.unit_loads(R, x)
-        loads = (tension * force, tension * moment)
-        found[row.name] = _result(at, row.law.state(frames, tension), loads, row.law)
+    for row in rows:
+        frames = PathKinematics.of_twists(*(gather_static(part, row.frames) for part in (at.R, at.x, twist)))
+        law, tension = row.law, multipliers[row.places[0]]
+        force, moment = law.unit_loads(frames.rotations, frames.positions)
+        found[row.name] = _result(at, law.state(frames, tension), (tension * force, tension * moment), law)
     return found
 
 

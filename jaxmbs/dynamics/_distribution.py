@@ -13,7 +13,7 @@ from ..kinematics._saddle_operator import row_kinds
 from ..math._linalg import RowScale, few_columns, saddle_solve
 from ..math._spatial import from_public_order, to_public_order
 from ..math._spd import spd_solve
-from ..model._rows import Drive
+from ..model._rows import drives
 from ..model._system import System
 from ..runtime import gather_static, tuning
 from ..statics import BodyNetwork, Bonds, bond_reactions
@@ -54,7 +54,7 @@ def _free_twists(system, at):
     """Free twists (carriers, 6, 6): columns of the tree's joints that no drive prescribes, and for closures
     projectors onto the twists that they leave free."""
     top, S, names = system.topology, at.S, [name for name, *_ in reaction_map.carriers(system)]
-    driven = {column for row in system.rows if isinstance(row, Drive) for column in row.columns}
+    driven = {column for row in drives(system.rows) for column in row.columns}
     held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
         columns = [c for c in range(joint.velocities.start, joint.velocities.stop) if c not in driven]
@@ -148,9 +148,7 @@ def _distribute_by_bonds(system, at, wrench, multipliers, compliance, moved):
     for group, D in zip(system.closures, closures.directions(system, at), strict=True):
         index = np.array([names.index(name) for name in group.names])
         moves.append(jax.vmap(lambda D, w: spd_solve(D @ D.T, D @ w))(D, gather_static(change, index)).reshape(-1))
-    for row in system.rows:
-        if isinstance(row, Drive):
-            moves.append(_effort_change(system, at.S, change, names, row.columns[0])[None])
+    moves += [_effort_change(system, at.S, change, names, row.columns[0])[None] for row in drives(system.rows)]
     return multipliers.at[moved].add(jnp.concatenate(moves))
 
 

@@ -18,7 +18,7 @@ from jax import Array
 
 from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed, tanh_over
 from ..kinematics import _closures as closures
-from ..kinematics._cable_rows import cable_rows, cable_wrenches
+from ..kinematics import _rows as constraint_rows
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._slips import bristle_rates, bristle_slips, slips_of
 from ..kinematics._wrench_targets import node_targets
@@ -178,8 +178,8 @@ def solve_friction(
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, targets).wrench
 
     parts = [wrenches_lacking(lack, a, F, len(multipliers))]
-    if cable_rows(system):
-        parts[0] = parts[0] - jax.vmap(lambda y: cable_wrenches(system, at, targets, y))(multipliers)
+    if constraint_rows.has_frames(system):
+        parts[0] = parts[0] - jax.vmap(lambda y: constraint_rows.wrenches_on(targets, system, at, y))(multipliers)
     if f.is_shared and system.closures:
         multipliers = shared_multipliers(system, at, rub.wrench, parts[0], a, multipliers, compliance)
     if system.closures:

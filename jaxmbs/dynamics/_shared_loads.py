@@ -6,7 +6,7 @@ import numpy as np
 
 from ..kinematics import _closures as closures
 from ..kinematics import _reaction_map as reaction_map
-from ..kinematics._cable_rows import cable_rows, cable_wrenches
+from ..kinematics import _rows as rows
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._wrench_targets import body_targets
@@ -51,8 +51,8 @@ def _lack_of_bodies(system, at, a, multipliers):
         return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, owners).wrench
 
     found = wrenches_lacking(lack, a, efforts(system, at, owners)[0], len(multipliers))
-    if cable_rows(system):
-        found = found - jax.vmap(lambda y: cable_wrenches(system, at, owners, y))(multipliers)
+    if rows.has_frames(system):
+        found = found - jax.vmap(lambda y: rows.wrenches_on(owners, system, at, y))(multipliers)
     return found
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from jax import Array, lax
 from jaxtyping import Bool, Float
 
+from ..forces import PathKinematics
 from ..forces._validity import Margin
-from ..kinematics._cable_rows import cable_places, cable_rows, frames_of
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
@@ -20,7 +20,7 @@ from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
-from ..runtime import gather_static, jit
+from ..runtime import jit
 from ._bodies import bodies_of
 from ._newton_euler import accelerations
 
@@ -122,7 +122,7 @@ def has_ends(system: System) -> bool:
     """True if some part of the system has margins (static)."""
     laws = any(group.law.has_ends for group in system.forces)
     blocks = any(element.block.has_ends for element in system.blocks)
-    return laws or blocks or bool(system.elastic) or bool(cable_rows(system))
+    return laws or blocks or bool(system.elastic) or any(group.law.has_ends for group in system.rows)
 
 
 def is_outside(system: System, at: VelocityKinematics, ends: list) -> Array:
@@ -154,13 +154,19 @@ def _of_blocks(system, at):
 
 
 def _of_rows(system, at, multipliers=None):
-    """Margins of inextensible cables, whose tensions are multipliers of the motion."""
-    if not cable_rows(system):
+    """Margins of rows such as inextensible cables, whose tensions are multipliers of the motion."""
+    groups = [group for group in system.rows if group.law.has_ends]
+    if not groups:
         return []
     multipliers = accelerations(system, at)[1] if multipliers is None else multipliers
-    twist, found = frame_twists(system, at.V), []
-    for row, place in zip(cable_rows(system), cable_places(system), strict=True):
-        R, x, V = (gather_static(part, row.frames) for part in (at.R, at.x, twist))
-        margins = row.law.validity(frames_of(R, x, V), multipliers[place])
-        found.append(((row.name,), jax.tree.map(lambda x: x[None], margins)))
+    twist = frame_twists(system, at.V)
+
+    def of(law, R, x, V, loads):
+        return law.validity(PathKinematics.of_twists(R, x, V), loads)
+
+    found = []
+    for group in groups:
+        of_frames = (part[np.array(group.frames)] for part in (at.R, at.x, twist))
+        margins = jax.vmap(of)(group.law, *of_frames, multipliers[np.array(group.places)])
+        found.append((group.names, margins))
     return found

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..math._linalg import direction, safe_norm, skew
+from ..math._spatial import cross
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._element_bonds import Bonds
 from ._fields import value_faults
@@ -179,6 +180,14 @@ class PathKinematics(NamedTuple):
     positions: Float[Array, "n 3"]
     angular_velocities: Float[Array, "n 3"]
     velocities: Float[Array, "n 3"]
+
+    @classmethod
+    def of_twists(
+        cls, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], twists: Float[Array, "n 6"]
+    ) -> "PathKinematics":
+        """Of frames whose bodies move with twists (angular velocity, velocity of the point at the origin)."""
+        omega = twists[:, :3]
+        return cls(rotations, positions, omega, twists[:, 3:] + cross(omega, positions))
 
     def power(self, forces: Float[Array, "n 3"], moments: Float[Array, "n 3"]) -> Scalar:
         """Power [W] of forces and moments on the frames, each about its frame's origin."""

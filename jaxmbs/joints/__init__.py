@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ._rolling import KnifeEdge as KnifeEdge
     from ._rolling import RollingDisk as RollingDisk
     from ._rolling import RollingSphere as RollingSphere
+    from ._rows import AbstractRows as AbstractRows
     from ._screw import Screw as Screw
     from ._spherical import Spherical as Spherical
     from ._universal import Universal as Universal
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AbstractClosure",
     "AbstractJoint",
+    "AbstractRows",
     "Coupler",
     "Cylindrical",
     "Distance",

@@ -1,7 +1,7 @@
 """Constraints beside joints: rows between two frames, and rows between joint coordinates."""
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, is_concrete
-from ..runtime import as_array
+from ..runtime import KnownFunction, as_array
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import AbstractJoint
+from ._rows import AbstractRows, CouplerRow, LinearCouplerRow
 
 
 class AbstractClosure(AbstractJoint):
@@ -62,7 +63,7 @@ class PointOnLine(AbstractClosure):
         return d[:2]
 
 
-class Coupler(eqx.Module):
+class Coupler(AbstractRows):
     """A gear, rack or cam between joint coordinates q_i: `sum c_i q_i = offset`, or `function(*q) = 0`.
 
     One row, in the unit of c q.  Coordinates count as the joints count them, positive as they are: external gears of
@@ -88,10 +89,11 @@ class Coupler(eqx.Module):
         self.offset = as_array(offset)
         self.function = function
 
-    def rows(self, q: Array) -> Array:
-        """Residual (1,) at the coupled coordinates q (joints,)."""
-        value = jnp.dot(self.coefficients, q) if self.function is None else self.function(*q)
-        return jnp.reshape(value - self.offset, (1,))
+    def row(self, known: Callable) -> AbstractRows:
+        """Its row without the names of joints, so that couplers of as many joints are rows of one structure."""
+        if self.function is None:
+            return LinearCouplerRow(self.coefficients, self.offset)
+        return CouplerRow(KnownFunction(self.function), self.offset)
 
     def faults(self) -> list[str]:
         zero = self.function is None and is_concrete(self.coefficients) and not np.any(self.coefficients)
@@ -107,7 +109,7 @@ class Coupler(eqx.Module):
         )
 
 
-class VelocityRows(eqx.Module):
+class VelocityRows(AbstractRows):
     """Rows of velocity given by the user (nonholonomic): `function(coordinates (nq,), velocities (nv,), t) -> (m,)`.
 
     Zero when satisfied, affine in the velocities.  Coordinates and velocities are in the order of those of a `State`,
@@ -115,24 +117,45 @@ class VelocityRows(eqx.Module):
     sign.
     """
 
+    is_nonholonomic: ClassVar[bool] = True
+    reads_all: ClassVar[bool] = True
+    takes: ClassVar[str] = "coordinates (nq,), velocities (nv,), t"
+
     function: Callable
 
-    def rows(self, psi: Array, u: Array, t: ScalarLike) -> Array:
+    def slip(self, q: Array, u: Array, t: ScalarLike) -> Array:
         """The rows (m,)."""
-        return jnp.atleast_1d(self.function(psi, u, t))
+        return jnp.atleast_1d(self.called(q, u, t))
 
-    def faults(self) -> list[str]:
-        return []
+    def called(self, q: Array, u: Array, t: ScalarLike) -> Any:
+        """`function(q, u, t)`."""
+        return self.function(q, u, t)
+
+    def row(self, known: Callable) -> AbstractRows:
+        """The same with a function that is compared by its content."""
+        return VelocityRows(known(self.function))
 
 
-class PositionRows(eqx.Module):
+class PositionRows(AbstractRows):
     """Holonomic rows given by the user: `function(coordinates (nq,), t) -> (m,)`, zero when satisfied.
 
     Coordinates are in the order of those of a `State`; a row has the unit that the function gives it, and its sign.
     A function with design parameters should be an `equinox.Module`, whose numbers are then leaves of the system.
     """
 
+    reads_all: ClassVar[bool] = True
+    takes: ClassVar[str] = "coordinates (nq,), t"
+
     function: Callable
 
-    def faults(self) -> list[str]:
-        return []
+    def value(self, rotations: Array, positions: Array, q: Array, t: ScalarLike) -> Array:
+        """The rows (m,)."""
+        return jnp.atleast_1d(self.called(q, q, t))
+
+    def called(self, q: Array, u: Array, t: ScalarLike) -> Any:
+        """`function(q, t)`."""
+        return self.function(q, t)
+
+    def row(self, known: Callable) -> AbstractRows:
+        """The same with a function that is compared by its content."""
+        return PositionRows(known(self.function))

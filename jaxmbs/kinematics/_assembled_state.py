@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..errors import AssemblyError
+from ..model._rows import drives
 from ..model._system import System
 from ..runtime import jit
 from ._assembly import assemble_in_trace
@@ -23,6 +24,7 @@ from ._linear_rows import rows_of_numbers
 from ._named_values import StateRequest, coordinate_mask, free_column_mask
 from ._poses import node_parameters
 from ._rank import constraint_rank
+from ._rows import follow_drives
 
 _ROUNDED_RESIDUAL = 1e-2  # residuals [m or rad] that rounded coordinates leave open
 _NO_SLOPE_HINT = (
@@ -81,8 +83,7 @@ def find_on_host(asked: StateRequest) -> AssembledState:
 def find_in_trace(asked: StateRequest) -> AssembledState:
     """The state by a search within a trace."""
     system, (psi, u, t) = asked.system, map(jnp.asarray, asked.numbers[:3])
-    for row in asked.drives:
-        psi = psi.at[np.asarray(row.coordinates)].set(lax.stop_gradient(jnp.reshape(row.law(t), (1,))))
+    psi = follow_drives(system, psi, t, asked.drives)
     if asked.cut_guesses:
         holding = with_cut_values(system, {**asked.cut_guesses, **asked.cuts})
         free, free_rates = map(jnp.asarray, asked.free)
@@ -141,9 +142,11 @@ def _start_coordinates(asked, t):
     psi = np.array(asked.coordinates)
     if asked.drives:
         top = asked.system.topology
-        names, f = np.array(top.row_joint, str)[top.position_rows], evaluate_rows(asked.system, psi, t).f
-        for row in asked.drives:
-            psi[list(row.coordinates)] -= f[names == row.name]
+        f = np.zeros(top.num_rows)
+        f[top.position_rows] = evaluate_rows(asked.system, psi, t).f
+        for row in drives(asked.system.rows):
+            if row.name in asked.drives:
+                psi[list(row.coordinates)] -= f[list(row.places)]
     return psi
 
 

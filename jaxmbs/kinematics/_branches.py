@@ -17,7 +17,7 @@ from jax import lax
 from scipy.sparse.csgraph import connected_components
 
 from ..math._determinant import determinant_signs
-from ..model._rows import Drive
+from ..model._rows import drives, row_elements
 from ..model._system import System
 from . import _closures as closures
 from ._constraints import rows_are_lengths
@@ -118,7 +118,7 @@ def loop_blocks(system: System, held: Sequence[int] = ()) -> list[LoopBlock]:
     """
     top, touched = system.topology, row_dependence(system)
     wanted = touched.any(0) & ~np.isin(np.arange(top.num_velocities), _independent_columns(top, held))
-    driven = {row.name for row in system.rows if isinstance(row, Drive)}
+    driven = {row.name for row in drives(system.rows)}
     names, random = np.array(top.row_joint, str)[top.position_rows], np.random.default_rng(_SEED)
     turns = np.isin(np.arange(len(touched)), top.analysis.pose_dependent_rows if top.analysis else ())
     blocks = []
@@ -183,11 +183,10 @@ def row_dependence(system: System) -> np.ndarray:
     parts = [np.zeros((0, top.num_velocities), bool)]
     for group in system.closures:
         parts.append(np.repeat(closures.path_difference(system, group) != 0, group.kind.num_rows, axis=0))
-    names = np.array(top.row_joint[sum(map(len, parts)) :], str)
-    for row in system.rows:
+    for row in row_elements(system.rows):
         reads = np.full(top.num_velocities, not row.columns)
         reads[list(row.columns)] = True
-        parts.append(np.repeat(reads[None], np.count_nonzero(names == row.name), axis=0))
+        parts.append(np.repeat(reads[None], len(row.places), axis=0))
     return np.concatenate(parts)[top.position_rows]
 
 

@@ -19,6 +19,7 @@ from ..math._linalg import skew
 from ..model._system import ClosureGroup, System
 from ..runtime import gather_static
 from ._configuration import ClosureDirections, Configuration
+from ._rows import slopes_at
 from ._wrench_targets import WrenchTargets
 
 At = TypeVar("At", bound=Configuration)
@@ -92,7 +93,7 @@ def directions(system: System, at: Configuration):
 def residual_and_directions(system: System, at: At) -> tuple[list[Array], At]:
     """`residual`, and the configuration with the directions that were evaluated with it, without their rates."""
     found = [_rows_and_directions(group, at.R, at.x, at.t) for group in system.closures]
-    values = ClosureDirections(tuple(D for _, D in found), None)
+    values = ClosureDirections(tuple(D for _, D in found), slopes_at(system, at.R, at.x, at.psi, at.t, values=True))
     return [rows.reshape(-1) for rows, _ in found], dataclasses.replace(at, directions=values)
 
 
@@ -119,24 +120,25 @@ def accumulate_wrenches(owners: WrenchTargets, system: System, wrenches):
 
 
 def with_directions(system: System, at: At) -> At:
-    """The configuration with the directions of the rows of this system and the map to their rates."""
+    """The configuration with the directions of all rows of this system and the map to their rates."""
 
-    def of_frames(R, x, t):
-        return tuple(closure_directions(group, R, x, t) for group in system.closures)
+    def of_frames(R, x, psi, t):
+        return tuple(closure_directions(group, R, x, t) for group in system.closures), slopes_at(system, R, x, psi, t)
 
-    values, along = jax.linearize(of_frames, at.R, at.x, at.t)
+    found, along = jax.linearize(of_frames, at.R, at.x, at.psi, at.t)
     rates = Partial(_rates_in_time, along, at.t)  # a pytree, so that configurations pass through `vmap` and `jit`
-    return dataclasses.replace(at, directions=ClosureDirections(values, rates))
+    return dataclasses.replace(at, directions=ClosureDirections(*found, rates))
 
 
-def _rates_in_time(along, t, R_dot, x_dot):
-    return along(R_dot, x_dot, jnp.ones_like(t))
+def _rates_in_time(along, t, R_dot, x_dot, psi_dot):
+    return along(R_dot, x_dot, psi_dot, jnp.ones_like(t))
 
 
-def direction_rates(at: Configuration, R_dot, x_dot):
-    """Rates (elements, rows, 6) of the directions of every group in time, of a configuration `with_directions`."""
+def direction_rates(at: Configuration, R_dot, x_dot, psi_dot):
+    """Rates in time of the directions (elements, rows, 6) of every group of closures, and of the slopes of the other
+    rows, of a configuration `with_directions`."""
     assert at.directions is not None and at.directions.rates is not None
-    return at.directions.rates(R_dot, x_dot)
+    return at.directions.rates(R_dot, x_dot, psi_dot)
 
 
 def time_rates(system: System, at: Configuration, frame_rates=None):

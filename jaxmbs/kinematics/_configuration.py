@@ -28,17 +28,19 @@ from ._tree import ancestors
 
 
 class ClosureDirections(NamedTuple):
-    """Directions of the closures' rows at a configuration, group by group.
+    """Directions of the rows at a configuration, group by group.
 
     Attributes:
         values: (elements, rows, 6) of every group, the derivative of each row with respect to a world twist of frame
             B relative to frame A; the transpose turns multipliers into wrenches on the body of frame B.
-        rates: function of the rates (R_dot, x_dot) of the frames that gives the rates of `values` in time;
-            None where they are not needed.
+        rows: slopes of the other rows, see `_rows.RowSlopes`; None where they are evaluated when asked.
+        rates: function of the rates (R_dot, x_dot) of the frames and psi_dot of the coordinates that gives the rates
+            of `values` and `rows` in time; None where they are not needed.
     """
 
     values: tuple[Array, ...]
-    rates: Callable | None
+    rows: tuple | None = None
+    rates: Callable | None = None
 
 
 class Configuration(eqx.Module):
@@ -48,7 +50,7 @@ class Configuration(eqx.Module):
         t: time; psi: coordinates (nq,); P: `node_parameters` (nodes, 23).
         W: node poses (nodes, 12); S: joint twists (nodes, 6); J: node inertias (nodes, 10), None if not needed.
         R, x: rotations (frames, 3, 3) and positions (frames, 3) of the frames; origin: (3,) in the world.
-        directions: of the rows of the closures, None until `closures.with_directions` has evaluated them.
+        directions: of the rows, None until `closures.with_directions` has evaluated them.
     """
 
     t: Array

@@ -11,11 +11,11 @@ import numpy as np
 from jax import lax
 
 from ..math._linalg import RowScale, skew
-from ..model._rows import CableRow, Drive
+from ..model._rows import row_elements
 from ..model._system import System
 from ..runtime import gather_static
 from . import _closures as closures
-from . import _coordinate_rows as coordinate_rows
+from . import _rows as rows
 from ._configuration import Configuration, VelocityKinematics
 from ._poses import coordinate_rate, frame_twists
 from ._wrench_targets import node_targets
@@ -35,22 +35,13 @@ def residual_and_jacobian(system: System, at: Configuration):
 def rows_together(system, at, parts):
     """Rows of the loops, then those of coordinates, as one vector."""
     if system.rows:
-        parts = [*parts, coordinate_rows.residual(system, at.psi, at.t)]
+        parts = [*parts, rows.residual(system, at)]
     return jnp.concatenate(parts) if parts else jnp.zeros(0, at.psi.dtype)
 
 
 def jacobian(system: System, at: Configuration):
     """Rows A (rows, nv) of the velocity constraints, `A u = -f_t`; A = f_psi T.  Source: S2 (3), (5)."""
-    return jnp.concatenate([*closures.jacobian(system, at), other_rows(system, at)])
-
-
-def other_rows(system: System, at: Configuration):
-    """The rows of A (k, nv) of drives, couplers and user functions."""
-    n = system.topology.num_velocities
-    if not system.rows:
-        return jnp.zeros((0, n), at.psi.dtype)
-    along = jax.vmap(lambda u: coordinate_rows.rates(system, at.psi, at.t, u), out_axes=1)
-    return along(np.eye(n, dtype=at.psi.dtype))
+    return jnp.concatenate([*closures.jacobian(system, at), rows.matrix(system, at)])
 
 
 def row_scale(system: System) -> RowScale:
@@ -65,10 +56,9 @@ def rows_are_lengths(system: System) -> np.ndarray:
     """Boolean mask (rows,) of the rows that are lengths [m]; others are angles, or in the unit of the user's row."""
     top = system.topology
     units = [unit for group in system.closures for _ in group.names for unit in group.kind.row_units]
-    for row in system.rows:
-        sliding = isinstance(row, CableRow)
-        sliding |= isinstance(row, Drive) and top.node_kind[row.columns[0]] == "prismatic"
-        units += ["m" if sliding else "rad"] * sum(name == row.name for name in top.row_joint)
+    for row in row_elements(system.rows):
+        sliding = row.group.law.is_length(tuple(top.node_kind[column] for column in row.columns))
+        units += ["m" if sliding else "rad"] * len(row.places)
     return np.array([unit == "m" for unit in units], bool)
 
 
@@ -76,7 +66,7 @@ def time_rate(system: System, at: Configuration):
     """f_t (rows,): the rates of the rows at rest, nonzero for drives, paths and moving supports."""
     if not system.rows and not system.paths:
         return jnp.zeros(system.topology.num_rows, at.psi.dtype)
-    rates = coordinate_rows.time_rates(system, at.psi, at.t)
+    rates = rows.time_rates(system, at.R, at.x, at.psi, at.t)
     still = jnp.zeros(system.topology.num_rows - rates.shape[0], rates.dtype)
     return jnp.concatenate([closures.time_rates(system, at) if system.paths else still, rates])
 
@@ -94,11 +84,10 @@ def acceleration_bias(system: System, at: VelocityKinematics, V_dot):
     Args: V_dot (nodes, 6): rates of the nodes' twists at zero accelerations.
     """
     twist, R_dot, x_dot = _frame_rates(system, at)
-    twist_dot = frame_twists(system, V_dot)
+    twist_dot, psi_dot = frame_twists(system, V_dot), coordinate_rate(system.topology, at.psi, at.u)
     at = at if at.directions is not None else closures.with_directions(system, at)
-    parts = []
-    each = zip(closures.directions(system, at), closures.direction_rates(at, R_dot, x_dot), strict=True)
-    for group, (D, D_dot) in zip(system.closures, each, strict=True):
+    parts, (of_closures, of_rows) = [], closures.direction_rates(at, R_dot, x_dot, psi_dot)
+    for group, D, D_dot in zip(system.closures, closures.directions(system, at), of_closures, strict=True):
         relative, relative_dot = (
             gather_static(v, group.second) - gather_static(v, group.first) for v in (twist, twist_dot)
         )
@@ -107,17 +96,15 @@ def acceleration_bias(system: System, at: VelocityKinematics, V_dot):
     if system.paths:
         parts = [jnp.concatenate(parts) + closures.time_rates(system, at, (R_dot, x_dot))]
     if system.rows:
-
-        def row_speed(psi, t):
-            return coordinate_rows.rates(system, psi, t, at.u) + coordinate_rows.time_rates(system, psi, t)
-
-        parts.append(jax.jvp(row_speed, (at.psi, at.t), _coordinate_and_time_rates(system, at))[1])
+        rate = rows.rates(system, of_rows, twist, at.u)
+        if rows.has_frames(system):
+            rate = rate + rows.rates(system, rows.slopes(system, at), twist_dot, jnp.zeros_like(at.u))
+        if rows.depend_on_time(system):
+            moving = (R_dot, x_dot, psi_dot, jnp.ones_like(at.t))
+            of_time = lambda *pose: rows.time_rates(system, *pose)  # noqa: E731
+            rate = rate + jax.jvp(of_time, (at.R, at.x, at.psi, at.t), moving)[1]
+        parts.append(rate)
     return -jnp.concatenate([jnp.zeros(0, at.psi.dtype), *parts])
-
-
-def _coordinate_and_time_rates(system, at):
-    """Rates of (psi, t)."""
-    return coordinate_rate(system.topology, at.psi, at.u), jnp.ones_like(at.t)
 
 
 def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma):
@@ -125,22 +112,20 @@ def constraint_momentum_rate(system: System, at: VelocityKinematics, sigma):
 
     Args: at: `closures.with_directions`.
 
-    Returns: node wrenches D^T sigma (nodes, 6), their rates along the motion, and the coordinate rows' part (nv,):
+    Returns: node wrenches D^T sigma (nodes, 6), their rates along the motion, and the part (nv,) inside of joints:
     `A_dot^T sigma = S_dot . subtrees(wrenches) + S . subtrees(rates) + part`.
     """
     wrenches = rates = jnp.zeros((system.topology.nodes.size, 6), at.psi.dtype)
+    _, R_dot, x_dot = _frame_rates(system, at)
+    psi_dot, owners = coordinate_rate(system.topology, at.psi, at.u), node_targets(system)
+    of_closures, of_rows = closures.direction_rates(at, R_dot, x_dot, psi_dot)
     if system.closures:
-        _, R_dot, x_dot = _frame_rates(system, at)
 
         def on_nodes(directions):
-            return closures.accumulate_wrenches(
-                node_targets(system), system, closures.wrenches(system, directions, sigma)
-            )
+            return closures.accumulate_wrenches(owners, system, closures.wrenches(system, directions, sigma))
 
-        wrenches = on_nodes(closures.directions(system, at))
-        rates = on_nodes(closures.direction_rates(at, R_dot, x_dot))
-    part = jnp.zeros_like(at.u)
-    if system.rows:
-        efforts = lambda psi, t: coordinate_rows.efforts(system, psi, t, sigma)  # noqa: E731
-        part = jax.jvp(efforts, (at.psi, at.t), _coordinate_and_time_rates(system, at))[1]
-    return wrenches, rates, part
+        wrenches, rates = on_nodes(closures.directions(system, at)), on_nodes(of_closures)
+    if rows.has_frames(system):
+        wrenches = wrenches + owners.collect(*rows.wrenches(system, rows.slopes(system, at), sigma))
+        rates = rates + owners.collect(*rows.wrenches(system, of_rows, sigma))
+    return wrenches, rates, rows.column_efforts(system, of_rows, sigma)

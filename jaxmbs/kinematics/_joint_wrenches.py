@@ -11,7 +11,7 @@ from ..math._linalg import skew
 from ..model._system import System
 from ..runtime import gather_static
 from . import _closures as closures
-from ._cable_rows import cable_rows, cable_wrenches
+from . import _rows as rows
 from ._configuration import Configuration
 from ._tree import subtrees
 from ._wrench_targets import body_targets
@@ -32,8 +32,8 @@ def joint_wrenches(system: System, at: Configuration, lack, multipliers) -> Join
     """
     top = system.topology
     cut, each = _closure_wrenches(system, at, multipliers)
-    if cable_rows(system):
-        cut = cut + cable_wrenches(system, at, body_targets(system), multipliers)
+    if rows.has_frames(system):
+        cut = cut + rows.wrenches_on(body_targets(system), system, at, multipliers)
     carried = subtrees(top.bodies, lack - cut)
     sign = np.array([1.0 if top.joints[j].child == k else -1.0 for k, j in enumerate(top.body_joint)])
     body_of = {j: k for k, j in enumerate(top.body_joint)}

@@ -14,6 +14,7 @@ from ..math._linalg import RowScale, saddle_solve
 from ..math._spd import spd_inverse
 from ..model._system import System
 from . import _constraints as constraints
+from . import _rows as rows
 from ._configuration import Configuration
 from ._frontal_saddle import frontal_damped_solver, frontal_saddle
 from ._linear_solver import linear_solver
@@ -121,7 +122,7 @@ class FrontalRows(eqx.Module):
         """(rows, columns, values): those of closures in the columns of their loops, then all of the other rows."""
         system, n = self.system, len(self.free)
         entries, first = loop_entries(system, self.at), sum(len(g.names) * g.kind.num_rows for g in system.closures)
-        others = constraints.other_rows(system, self.at)
+        others = rows.matrix(system, self.at)
         row = np.concatenate([entries.row, np.repeat(np.arange(first, self._num_rows), n)])
         column = np.concatenate([entries.column, np.tile(np.arange(n), self._num_rows - first)])
         return row, column, jnp.concatenate([entries.value, others.reshape(-1)])

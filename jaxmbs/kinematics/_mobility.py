@@ -233,7 +233,7 @@ def _undetermined_components(carriers, B, Y, length):
 
 def _self_stressed_rows(system, Y):
     """Names of couplers, drives and rows of the user that are in self-stresses Y (rows, redundant)."""
-    own, shares = {row.name for row in system.rows}, np.abs(Y).max(axis=1, initial=0.0) > 1e-6
+    own, shares = {name for group in system.rows for name in group.names}, np.abs(Y).max(axis=1, initial=0.0) > 1e-6
     return dict.fromkeys(
         name for name, part in zip(system.topology.row_joint, shares, strict=True) if part and name in own
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..checks import any_concrete, is_concrete, no_such
 from ..errors import ModelError
-from ..model._rows import Drive
+from ..model._rows import drives
 from ..model._system import System
 from ._cut_joints import can_prescribe
 from ._poses import neutral_coordinates
@@ -22,7 +22,7 @@ class StateRequest(NamedTuple):
         coordinates, velocities, t: (nq,), (nv,), (); the given entries; all others are starting values of the search.
         held: velocity columns whose coordinates are given; `held_rates` those whose velocities are.
         cuts: values () of cut joints by name; `cut_guesses` what their search begins with.
-        drives: rows whose joints start at the values of their drives.
+        drives: names of joints that start at the values of their drives.
         has_guess: True if the user or the model gave guesses for joints in the tree.
         internal: internal states of force elements by name.
     """
@@ -35,7 +35,7 @@ class StateRequest(NamedTuple):
     held_rates: tuple[int, ...]
     cuts: dict
     cut_guesses: dict
-    drives: tuple[Drive, ...]
+    drives: tuple[str, ...]
     has_guess: bool
     internal: dict
 
@@ -68,9 +68,9 @@ def parse_request(system: System, values, velocities, guess, t, internal=None) -
     internal = _internal_values(top, internal or {}, faults)
     if faults:
         raise ModelError(faults)
-    drives = tuple(row for row in system.rows if isinstance(row, Drive) and row.name not in {*own, *values})
+    followed = tuple(row.name for row in drives(system.rows) if row.name not in {*own, *values})
     held, rates = (velocity_columns(top, given) for given in (values, velocities or {}))
-    return StateRequest(system, psi, u, t, held, rates, cuts, cut_guesses, drives, bool(guess), internal)
+    return StateRequest(system, psi, u, t, held, rates, cuts, cut_guesses, followed, bool(guess), internal)
 
 
 def _as_arrays(what, given, faults):

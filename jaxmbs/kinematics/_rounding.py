@@ -13,7 +13,7 @@ from jax import lax
 from ..model._system import System
 from ..runtime import gather_static
 from . import _closures as closures
-from . import _constraints as constraints
+from . import _rows as rows
 from ._configuration import ClosureDirections, Configuration
 from ._saddle_operator import loop_entries
 
@@ -33,7 +33,7 @@ def jacobian_without_rounding(system: System, at: Configuration):
     """Rows A (rows, nv), zero where they are rounding."""
     A, sizes = closures.jacobian(system, at), closures.jacobian(system, _term_sizes(system, at))
     A = [_without_rounding(*both) for both in zip(A, sizes, strict=True)]
-    return jnp.concatenate([*A, constraints.other_rows(system, at)])
+    return jnp.concatenate([*A, rows.matrix(system, at)])
 
 
 def loop_entries_without_rounding(system: System, at: Configuration):
@@ -66,4 +66,4 @@ def _term_sizes(system, at):
     from_world = jnp.sum(turning, axis=1, keepdims=True) * jnp.max(jnp.abs(at.origin))
     D = tuple(jnp.abs(D) for D in closures.directions(system, at))
     S = jnp.concatenate([turning, sliding + from_world], axis=1)
-    return dataclasses.replace(at, S=S, directions=ClosureDirections(D, None))
+    return dataclasses.replace(at, S=S, directions=ClosureDirections(D))

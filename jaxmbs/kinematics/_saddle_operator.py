@@ -10,12 +10,12 @@ import numpy as np
 from jax import Array, lax
 
 from ..math._linalg import NOISE
-from ..model._rows import Drive
+from ..model._rows import drives
 from ..model._system import System
 from ..runtime import gather_static
 from . import _closures as closures
 from . import _constraints as constraints
-from . import _coordinate_rows as coordinate_rows
+from . import _rows
 from ._configuration import ClosureDirections, Configuration, node_motion
 from ._poses import frame_twists
 
@@ -48,7 +48,7 @@ class ConstraintOperator(NamedTuple):
             relative = gather_static(twist, group.second) - gather_static(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", D, relative).reshape(-1))
         if system.rows:
-            parts.append(coordinate_rows.rates(system, self.at.psi, self.at.t, a))
+            parts.append(_rows.rates(system, _rows.slopes(system, self.at), twist, a))
         return self.unit * jnp.concatenate(parts)
 
     def twists(self, a):
@@ -62,7 +62,8 @@ class ConstraintOperator(NamedTuple):
             both = gather_static(twist, group.second) + gather_static(twist, group.first)
             parts.append(jnp.einsum("erk,ek->er", jnp.abs(D), both).reshape(-1))
         if system.rows:
-            parts.append(jnp.abs(coordinate_rows.rates(system, self.at.psi, self.at.t, a)))
+            slopes = _rows.magnitudes(_rows.slopes(system, self.at))
+            parts.append(_rows.rates(system, slopes, twist, jnp.abs(a)))
         return self.unit * jnp.concatenate(parts)
 
     def efforts(self, y):
@@ -72,7 +73,7 @@ class ConstraintOperator(NamedTuple):
 
 def constraint_operator(system: System, at: Configuration) -> ConstraintOperator:
     """The operator of the rows at a configuration."""
-    values = ClosureDirections(closures.directions(system, at), None)
+    values = ClosureDirections(closures.directions(system, at), _rows.slopes(system, at))
     unit = jnp.asarray(constraints.row_scale(system).unit, at.psi.dtype)
     return ConstraintOperator(system, dataclasses.replace(at, directions=values), unit)
 
@@ -94,15 +95,9 @@ class RowKinds(NamedTuple):
 
 def row_kinds(system: System) -> RowKinds:
     """Classify the constraint rows: closures, drives, others."""
-    top = system.topology
-    first = at = sum(len(group.names) * group.kind.num_rows for group in system.closures)
-    driven = {}
-    for row in system.rows:
-        if isinstance(row, Drive):
-            driven[at] = row.columns[0]
-        if not row.is_nonholonomic:
-            at += sum(name == row.name for name in top.row_joint)
-    others = np.setdiff1d(np.arange(first, top.num_rows), list(driven))
+    first = sum(len(group.names) * group.kind.num_rows for group in system.closures)
+    driven = dict(pair for row in drives(system.rows) for pair in zip(row.places, row.columns, strict=True))
+    others = np.setdiff1d(np.arange(first, system.topology.num_rows), list(driven))
     return RowKinds(first, np.array(list(driven), int), np.array(list(driven.values()), int), others.astype(int))
 
 

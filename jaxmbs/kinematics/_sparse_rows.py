@@ -12,6 +12,7 @@ from ..runtime import gather_static, jit
 from . import _closures as closures
 from . import _constraints as constraints
 from . import _reaction_map as reaction_map
+from . import _rows as rows
 from ._configuration import configuration
 from ._elastic import mass_operator
 from ._joint_wrenches import joint_wrenches, wrenches_at_frames
@@ -72,7 +73,7 @@ def _rows(system, psi, t):
     parts, at = closures.residual_and_directions(system, at)
     f = residual_without_rounding(system, at, constraints.rows_together(system, at, parts))
     values = loop_entries_without_rounding(system, at)
-    return f, values, constraints.other_rows(system, at), constraints.time_rate(system, at), at.x
+    return f, values, rows.matrix(system, at), constraints.time_rate(system, at), at.x
 
 
 @jit(compile="tape")

@@ -1,7 +1,7 @@
 """Text that describes a system, for `system.describe()` and notebooks."""
 
 from ..tables import aligned, as_html
-from ._rows import coupled_names
+from ._rows import coupled_names, row_elements
 
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
@@ -44,7 +44,7 @@ def _heading_lines(topology):
 
 def _coupler_lines(topology, rows):
     """Lines on couplers, one for each that connects several joints."""
-    tied = {row.name: coupled_names(topology, row) for row in rows if row.columns}
+    tied = {row.name: coupled_names(topology, row.columns) for row in row_elements(rows) if row.columns}
     return [
         f"{name} couples coordinates: reactions of {', '.join(joints)} do not include its contact forces"
         for name, joints in tied.items()

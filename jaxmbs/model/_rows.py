@@ -1,93 +1,101 @@
-"""Constraint rows on coordinates and velocities: driven joints, couplers, the user's functions.
+"""Constraint rows on poses of frames and on coordinates: drives, couplers, cables, functions of the user.
 
-Rows between frames are `ClosureGroup`s.  A new kind of row defines its residual, or its slip if it is nonholonomic,
-and `may_depend_on_time`; rates and efforts follow by differentiation.
+Rows between two frames, of cut joints and constraints, are `ClosureGroup`s.
 """
 
-from typing import Any, ClassVar
+from collections.abc import Container
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 
-class CoordinateRows(eqx.Module):
-    """Rows of one item; `columns` are the velocities it depends on, `coordinates` theirs; empty stands for all.
+class RowGroup(eqx.Module):
+    """Elements of one law of rows, `joints.AbstractRows`, their parameters stacked.
 
-    `is_nonholonomic`: True if the rows restrict velocities alone.
+    Attributes:
+        names: of the elements; places: (n, r) of each one's rows among all rows.
+        frames: (n, k) that it acts on; columns, coordinates: (n, m) velocities and coordinates of joints that it
+            reads.  A law that reads all of them has none here, and stands alone in its group.
     """
 
-    name: str = eqx.field(static=True)
-    columns: tuple[int, ...] = eqx.field(static=True)
-    coordinates: tuple[int, ...] = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
     law: Any
-
-    is_nonholonomic: ClassVar[bool] = False
-    may_depend_on_time: ClassVar[bool] = True
-
-    def depends_on_time(self, psi, u, t) -> bool:
-        """True if the traced code of the rows reads the time."""
-        traced = jax.make_jaxpr(lambda t: (self.residual(psi, t), self.slip(psi, u, t)))(t).jaxpr
-        return any(traced.invars[0] is x for equation in traced.eqns for x in equation.invars)
-
-    def residual(self, psi, t):
-        """Residual (k,), zero where the coordinates psi (nq,) satisfy the rows."""
-        return jnp.zeros(0, psi.dtype)
-
-    def slip(self, psi, u, t):
-        """Slip (k,), zero where the velocities u (nv,) satisfy nonholonomic rows."""
-        return jnp.zeros(0, psi.dtype)
-
-
-class Drive(CoordinateRows):
-    """Row of a drive: a joint's coordinate is a function of time."""
-
-    def residual(self, psi, t):
-        return psi[np.asarray(self.coordinates)] - jnp.reshape(self.law(t), (1,))
-
-
-class CoupledJoints(CoordinateRows):
-    """Row of a `Coupler` between the coordinates of joints."""
-
-    may_depend_on_time: ClassVar[bool] = False
-
-    def residual(self, psi, t):
-        return self.law.rows(psi[np.asarray(self.coordinates)])
-
-
-class UserPositionRows(CoordinateRows):
-    """Rows of the user's function of all coordinates and time."""
-
-    def residual(self, psi, t):
-        return jnp.atleast_1d(self.law.function(psi, t))
-
-
-class UserVelocityRows(CoordinateRows):
-    """Rows of the user's function of coordinates, velocities and time, affine in the velocities."""
-
-    is_nonholonomic: ClassVar[bool] = True
-
-    def slip(self, psi, u, t):
-        return self.law.rows(psi, u, t)
-
-
-class CableRow(CoordinateRows):
-    """Row of an inextensible cable over frames: the length that is left of it (`kinematics._cable_rows`).
-
-    Its multiplier is the tension, which pulls at the bodies of the frames.
-    """
-
-    frames: tuple[int, ...] = eqx.field(static=True)
+    places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    frames: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    columns: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    coordinates: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
     @property
-    def may_depend_on_time(self) -> bool:  # type: ignore[override]
-        """True where the length is a function of time."""
-        return self.law.is_wound
+    def acts_in_joints(self) -> bool:
+        """True if the loads are efforts inside of joints, as those of teeth: neither on frames nor of a drive."""
+        return (self.law.reads_all or bool(self.columns[0])) and not self.law.prescribes
 
-    def depends_on_time(self, psi, u, t) -> bool:
-        """True where the length is a function of time."""
-        return self.law.is_wound
+    def without(self, gone: Container[str], number: np.ndarray) -> "RowGroup | None":
+        """The group without some elements; None where nothing is left.  Args: number: new place of each row."""
+        kept = np.array([k for k, name in enumerate(self.names) if name not in gone], int)
+        if not len(kept):
+            return None
+        some = lambda each: tuple(each[k] for k in kept)  # noqa: E731
+        places = tuple(tuple(int(number[k]) for k in own) for own in some(self.places))
+        law = self.law if len(kept) == len(self.names) else jax.tree.map(lambda x: x[kept], self.law)
+        return RowGroup(some(self.names), law, places, some(self.frames), some(self.columns), some(self.coordinates))
+
+
+class RowElement(NamedTuple):
+    """One element of a group of rows."""
+
+    group: RowGroup
+    index: int
+
+    @property
+    def name(self) -> str:
+        """Of the drive's joint, or of the constraint."""
+        return self.group.names[self.index]
+
+    @property
+    def law(self) -> Any:
+        """With the element's own numbers."""
+        return jax.tree.map(lambda x: x[self.index], self.group.law)
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Among all rows."""
+        return self.group.places[self.index]
+
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """That it acts on."""
+        return self.group.frames[self.index]
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """Velocities of joints that it reads."""
+        return self.group.columns[self.index]
+
+    @property
+    def coordinates(self) -> tuple[int, ...]:
+        """Coordinates of joints that it reads."""
+        return self.group.coordinates[self.index]
+
+
+def row_elements(groups: tuple[RowGroup, ...]) -> list[RowElement]:
+    """All elements in the order of their rows."""
+    each = [RowElement(group, k) for group in groups for k in range(len(group.names))]
+    return sorted(each, key=lambda element: element.places)
+
+
+def drives(groups: tuple[RowGroup, ...]) -> list[RowElement]:
+    """The elements that prescribe a coordinate."""
+    return [element for element in row_elements(groups) if element.group.law.prescribes]
+
+
+def groups_without(groups: tuple[RowGroup, ...], gone: Container[str], kept: np.ndarray) -> tuple[RowGroup, ...]:
+    """The groups without the elements of some names.  Args: kept: mask (rows,) of all rows, of those that stay."""
+    number = np.cumsum(kept) - 1
+    left = (group.without(gone, number) for group in groups)
+    return tuple(group for group in left if group is not None)
 
 
 def coupled_joint_mask(topology, by_column):
@@ -99,14 +107,12 @@ def coupled_joint_mask(topology, by_column):
     joint_of = np.arange(joints)[:, None] == np.array(topology.node_joint, int)[None]
     tied = (joint_of.astype(float) @ by_column.astype(float)) > 0
     of_body = np.eye(joints)[list(topology.body_joint)]  # the tree's joint of each body
-    below = (
-        of_body.T @ topology.bodies.path.T @ of_body
-    )  # (joints, joints): how many bodies of the one hang on the other
+    below = of_body.T @ topology.bodies.path.T @ of_body  # how many bodies of the one joint hang on the other
     count, number = below @ tied.astype(float), tied.astype(float).sum()
     return (number > 1) & (count > 0) & ((count < number) | tied)
 
 
-def coupled_names(topology, row: CoordinateRows) -> tuple[str, ...]:
-    """Names of the joints of `coupled_joint_mask`, of a row that has `columns`."""
-    tied = coupled_joint_mask(topology, np.isin(np.arange(topology.num_velocities), row.columns))
+def coupled_names(topology, columns: tuple[int, ...]) -> tuple[str, ...]:
+    """Names of the joints of `coupled_joint_mask`, for a row of these velocities."""
+    tied = coupled_joint_mask(topology, np.isin(np.arange(topology.num_velocities), columns))
     return tuple(joint.name for joint, each in zip(topology.joints, tied, strict=True) if each)

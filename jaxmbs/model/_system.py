@@ -15,7 +15,7 @@ from ._elastic import ElasticGroup
 from ._entry_points import check_state
 from ._open_friction import open_friction_lines
 from ._pose import Pose
-from ._rows import CoordinateRows
+from ._rows import RowGroup
 from ._signals import BlockElement, Measure
 from ._topology import Topology
 
@@ -67,7 +67,7 @@ class System(eqx.Module):
     frames: Pose
     forces: tuple[ForceGroup, ...] = ()
     closures: tuple[ClosureGroup, ...] = ()
-    rows: tuple[CoordinateRows, ...] = ()
+    rows: tuple[RowGroup, ...] = ()
     elastic: tuple[ElasticGroup, ...] = ()
     measures: tuple[Measure, ...] = ()
     blocks: tuple[BlockElement, ...] = ()

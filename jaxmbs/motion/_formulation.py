@@ -24,6 +24,7 @@ from ..kinematics._internal_states import internal_rates, internal_scale
 from ..kinematics._linear_rows import metric, metric_matrix
 from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
+from ..kinematics._rows import depend_on_time
 from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._sampling import sampled_values
 from ..kinematics._state import State
@@ -275,7 +276,7 @@ def _has_converged(gaps):
 
 def is_rheonomic(system: System) -> bool:
     """True if some constraint row may depend on time."""
-    return bool(system.paths) or any(row.may_depend_on_time for row in system.rows)
+    return bool(system.paths) or depend_on_time(system)
 
 
 def num_powers(system: System) -> int:

@@ -9,11 +9,11 @@ import numpy as np
 from jax import Array, lax
 
 from ..kinematics import _constraints as constraints
-from ..kinematics._cable_rows import cable_rows
 from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
 from ..kinematics._joint_wrenches import joint_wrenches
 from ..kinematics._reaction_map import carriers
+from ..kinematics._rows import has_frames
 from ..model._system import System
 from ..runtime import gather_static
 from ._self_stress import UNIQUE_TOLERANCE, project_out_range, relative_share
@@ -36,7 +36,7 @@ def joint_determinacy(system: System, at: VelocityKinematics, stresses, placed: 
     """
     number, dtype = len(carriers(system)), at.u.dtype
     acting, size = couplers_and_user_rows(system), jnp.zeros((0, number, 6), dtype)
-    if system.closures or cable_rows(system):
+    if system.closures or has_frames(system):
         none = jnp.zeros((system.topology.bodies.size, 6), dtype)
         y = constraints.row_scale(system).unit[None] * stresses
         size = jax.vmap(lambda y: joint_wrenches(system, at, none, y).wrench)(y)

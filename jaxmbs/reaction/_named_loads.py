@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..dynamics._efforts import LawEffort
-from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics._configuration import VelocityKinematics
-from ..model._rows import Drive
+from ..kinematics._saddle_operator import constraint_operator
+from ..model._rows import drives, row_elements
 from ..model._system import System
 from ._result import DriveLoad, LawForce, RowLoad
 from ._self_stress import UNIQUE_TOLERANCE, row_shares
@@ -31,13 +31,14 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
 
     Args: stresses (n, rows + actuators): see `self_stresses`.
     """
-    top, drives = system.topology, [row.name for row in system.rows if isinstance(row, Drive)]
-    if not drives and not actuators:
+    driven = drives(system.rows)
+    if not driven and not actuators:
         return {}
-    unique = _is_unique(stresses)
-    places = {name: np.flatnonzero([name == other for other in top.row_joint]) for name in drives}
-    named = {name: DriveLoad(multipliers[place], unique[place]) for name, place in places.items()}
-    first = top.num_rows
+    unique, named = _is_unique(stresses), {}
+    for row in driven:
+        place = np.array(row.places)
+        named[row.name] = DriveLoad(multipliers[place], unique[place])
+    first = system.topology.num_rows
     for name, columns in actuators.items():
         effort = given[columns]
         named[name] = DriveLoad(effort, unique[first : first + len(effort)])
@@ -47,16 +48,16 @@ def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slic
 
 def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> dict[str, RowLoad]:
     """Loads of couplers, cables and user rows by name, from all multipliers (rows,); stresses: `self_stresses`."""
-    rows = [row for row in system.rows if not isinstance(row, Drive)]
+    rows = [row for row in row_elements(system.rows) if not row.group.law.prescribes]
     if not rows:
         return {}
-    own = np.array([[name == row.name for name in system.topology.row_joint] for row in rows])
-    alone = jnp.where(own, multipliers[None], 0.0)
-    efforts = jax.vmap(lambda part: coordinate_rows.efforts(system, at.psi, at.t, part))(alone)
+    own = np.array([np.isin(np.arange(system.topology.num_rows), row.places) for row in rows])
+    operator = constraint_operator(system, at)._replace(unit=jnp.ones_like(multipliers))
+    efforts = jax.vmap(operator.efforts)(jnp.where(own, multipliers[None], 0.0))
     named, unique = {}, _is_unique(stresses)
-    for row, mine, effort in zip(rows, own, efforts, strict=True):
+    for row, effort in zip(rows, efforts, strict=True):
         joints = [j for j in system.topology.joints if j.num_velocities and _reads_joint(row, j)]
-        parts, place = {joint.name: effort[joint.velocities] for joint in joints}, np.flatnonzero(mine)
+        parts, place = {joint.name: effort[joint.velocities] for joint in joints}, np.array(row.places)
         named[row.name] = RowLoad(multipliers[place], parts, unique[place])
     return named
 

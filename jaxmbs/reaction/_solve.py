@@ -22,9 +22,8 @@ from ..dynamics._newton_euler import accelerations, motion_with_friction
 from ..dynamics._validity import has_ends, validity_at
 from ..errors import UnknownNameError
 from ..kinematics import _closures as closures
-from ..kinematics import _coordinate_rows as coordinate_rows
 from ..kinematics import _reaction_map as reaction_map
-from ..kinematics._cable_rows import without_cables
+from ..kinematics import _rows as rows
 from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
 from ..kinematics._joint_wrenches import joint_wrenches, wrenches_at_frames
 from ..kinematics._linear_solver import solver_for
@@ -61,8 +60,8 @@ def _reactions(system: System, P, state: State, a, options: "_Options") -> React
     if _needs_distribution(system, options.compliance):
         multipliers = least_compliance_reactions(system, at, wrench, multipliers, options.compliance, options.method)
         wrench, effort = _joint_wrenches(system, at, lack.wrench, multipliers, friction)
-    inside = without_cables(system, multipliers)  # cables pull at bodies, other rows act inside of joints
-    gap = (lack + Loads(column=effort - Q - given)).column - coordinate_rows.efforts(system, at.psi, at.t, inside)
+    inside = rows.column_efforts(system, rows.slopes(system, at), multipliers)
+    gap = (lack + Loads(column=effort - Q - given)).column - inside
     residual = jnp.max(jnp.abs(gap), initial=0.0)
     size = jnp.max(jnp.abs(multipliers), initial=0.0) + jnp.max(jnp.abs(wrench), initial=0.0)
     least = ROUNDING_TOLERANCE[residual.dtype.itemsize]

@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 
-from ..model._rows import Drive
+from ..model._rows import drives, groups_without
 from ..model._system import System
 
 
 def without_drives(system: System) -> System:
     """The system without the rows of its drives and frame paths; its independent set stays that of the driven one."""
-    gone = {row.name for row in system.rows if isinstance(row, Drive)} | set(system.paths)
+    gone = {row.name for row in drives(system.rows)} | set(system.paths)
     if not gone:
         return system
     top, found = system.topology, system.topology.analysis
@@ -24,6 +24,6 @@ def without_drives(system: System) -> System:
         slip_rows=tuple(int(number[k]) for k in top.slip_rows),
         analysis=found,
     )
-    rows = tuple(row for row in system.rows if not isinstance(row, Drive))
+    rows = groups_without(system.rows, gone, keep)
     closures = tuple(group for group in system.closures if not group.kind.may_depend_on_time)
     return dataclasses.replace(system, topology=topology, rows=rows, closures=closures)

@@ -6,10 +6,9 @@ import jax
 import numpy as np
 
 from ..dynamics._contact_load import contact_groups
-from ..forces import Cable
+from ..forces._cable_route import CableRoute
 from ..forces._ports import JointPort, LinePort, PosePort
 from ..joints import Distance
-from ..kinematics._cable_rows import cable_rows
 
 SLIDES = ("Prismatic", "Cylindrical")
 
@@ -65,9 +64,9 @@ def spans(system) -> list[Span]:
 
 def cables(system) -> list[tuple]:
     """All cables: name, law, and frames of the elements."""
-    found = [(row.name, row.law, row.frames) for row in cable_rows(system)]
-    for group in system.forces:
-        if isinstance(group.law, Cable):
+    found = []
+    for group in (*system.rows, *system.forces):
+        if isinstance(group.law, CableRoute):
             each = zip(group.names, group.frames, strict=True)
             found += [(name, jax.tree.map(lambda x, k=k: x[k], group.law), f) for k, (name, f) in enumerate(each)]
     return found

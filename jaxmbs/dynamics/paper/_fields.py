@@ -5,7 +5,6 @@ For analysis and for reading the bond graph; simulations use the tensor-free for
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ...errors import ModelError
@@ -14,11 +13,11 @@ from ...kinematics._kic import body_kic, dependent_columns, independent_columns,
 from ...kinematics._kic_second import along_independent
 from ...kinematics._mobility import independent_state_function, with_mobility_at
 from ...kinematics._poses import body_frame, coordinate_rate
+from ...kinematics._rows import reads_time
 from ...kinematics._state import State
 from ...math._spd import spd_solve
 from ...model._entry_points import check_state
 from ...model._system import System
-from ...runtime import as_array
 from .._elastic import require_rigid
 from ._ports import projected_total_effort
 
@@ -63,18 +62,12 @@ def require_holonomic_coordinates(system: System, what: str, driven: bool) -> No
         found.append(f"{what}: the velocities of {names} are no rates of coordinates (quaternions)")
     if top.slip_rows:
         found.append(f"{what}: rows of velocity alone restrict the motion, it has more coordinates than velocities")
-    moved = [row.name for row in system.rows if _moves(top, row)] if driven else []
+    moved = [name for group in system.rows if driven and reads_time(system, group) for name in group.names]
     if driven and (moved or system.paths):
         names = ", ".join([*moved, *system.paths])
         found.append(f"{what}: the motion has drives ({names}), or rows that read the time, whose terms it lacks")
     if found:
         raise ModelError([f"{fault}; ask gyristor_field, state_equations or forward_dynamics" for fault in found])
-
-
-def _moves(topology, row):
-    """True if a row of coordinates depends on time."""
-    sizes = topology.num_coordinates, topology.num_velocities, ()
-    return row.may_depend_on_time and row.depends_on_time(*(as_array(np.zeros(size)) for size in sizes))
 
 
 def _field(system, at, first, second):
