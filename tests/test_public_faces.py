@@ -60,8 +60,8 @@ FACES = {
         signals states_along velocity with_mobility_at
     """,
     "jaxmbs.joints": """
-        AbstractClosure AbstractJoint AbstractRows Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar PointOnLine
-        PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal
+        AbstractClosure AbstractJoint AbstractRows Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar
+        PointOnLine PointOnPlane PositionRows Prismatic Revolute RollingDisk RollingSphere Screw Spherical Universal
         VelocityRows Weld parallel_rows
     """,
     "jaxmbs.blocks": """

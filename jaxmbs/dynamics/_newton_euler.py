@@ -54,7 +54,7 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
     if system.is_rigid_tree:
         need = saddle_sides(system, at, loads)[0]
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
-    at = at if at.directions is not None else closures.with_directions(system, at)
+    at = closures.with_rates(system, at)
     need, gamma = saddle_sides(system, at, loads)
     method = linear_solver(system) if method is None else method
     if method != "dense":
@@ -70,7 +70,7 @@ def motion_with_friction(
     system: System, at: VelocityKinematics, method=None, loads=None, compliance=None
 ) -> FrictionSolution:
     """Accelerations as those of `accelerations`, of a system whose joints rub, with the loads of the joints."""
-    at = at if at.directions is not None else closures.with_directions(system, at)
+    at = closures.with_rates(system, at)
     loads = efforts(system, at)[:2] if loads is None else loads
     need, gamma = saddle_sides(system, at, loads)
     if system.is_rigid_tree:

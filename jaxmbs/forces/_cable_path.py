@@ -86,7 +86,8 @@ class Layout(NamedTuple):
         source[places] = np.arange(len(places))
         if twice:
             source[self.free_wheels] = np.arange(len(places))
-        return jax.tree.map(lambda x: gather_static(jnp.append(x, default), source), values)
+        more = lambda x: jnp.concatenate([x, jnp.full((1, *x.shape[1:]), default, x.dtype)])  # noqa: E731
+        return jax.tree.map(lambda x: gather_static(more(x), source), values)
 
     def ends(self, values):
         """Values (m,) of the elements where each span begins, and of those where it ends; of a pytree with leaves
@@ -97,13 +98,13 @@ class Layout(NamedTuple):
 
     def after(self, spans):
         """Values (n,) of the span that begins at each element, zero where there is none; of a pytree, leaves (m,)."""
-        return spans if self.is_closed else jax.tree.map(lambda v: jnp.pad(v, (0, 1)), spans)
+        return spans if self.is_closed else jax.tree.map(lambda v: _padded(v, 0, 1), spans)
 
     def before(self, spans):
         """Values (n,) of the span that ends at each element, zero where there is none; of a pytree, leaves (m,)."""
         if self.is_closed:
             return jax.tree.map(lambda v: jnp.roll(v, 1, axis=0), spans)
-        return jax.tree.map(lambda v: jnp.pad(v, (1, 0)), spans)
+        return jax.tree.map(lambda v: _padded(v, 1, 0), spans)
 
     def inner(self, values):
         """Values of the elements between two spans; of a pytree, leaves (n,)."""
@@ -118,6 +119,11 @@ class Layout(NamedTuple):
     def from_inner(self, values):
         """Values (n,) of all elements from those of the inner ones, zero at ends."""
         return values if self.is_closed else jnp.pad(values, (1, 1))
+
+
+def _padded(values, before, after):
+    """Values with zeros before and after them."""
+    return jnp.pad(values, ((before, after), *[(0, 0)] * (values.ndim - 1)))
 
 
 class Circles(NamedTuple):
@@ -244,7 +250,8 @@ def _axes_on_spheres(layout, circles):
 
 
 def _where(condition, a, b):
-    return Components(*(jnp.where(condition, x, y) for x, y in zip(a, b, strict=True)))
+    wide = lambda x: condition.reshape(condition.shape + (1,) * (x.ndim - condition.ndim))  # noqa: E731
+    return jax.tree.map(lambda x, y: jnp.where(wide(x), x, y), a, b)
 
 
 def _wraps(layout, circles, arriving, leaving):

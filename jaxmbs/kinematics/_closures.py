@@ -130,6 +130,12 @@ def with_directions(system: System, at: At) -> At:
     return dataclasses.replace(at, directions=ClosureDirections(*found, rates))
 
 
+def with_rates(system: System, at: At) -> At:
+    """The configuration with directions and the map to their rates: those that it holds, or else evaluated here."""
+    is_known = at.directions is not None and at.directions.rates is not None
+    return at if is_known else with_directions(system, at)
+
+
 def _rates_in_time(along, t, R_dot, x_dot, psi_dot):
     return along(R_dot, x_dot, psi_dot, jnp.ones_like(t))
 

@@ -85,7 +85,7 @@ def acceleration_bias(system: System, at: VelocityKinematics, V_dot):
     """
     twist, R_dot, x_dot = _frame_rates(system, at)
     twist_dot, psi_dot = frame_twists(system, V_dot), coordinate_rate(system.topology, at.psi, at.u)
-    at = at if at.directions is not None else closures.with_directions(system, at)
+    at = closures.with_rates(system, at)
     parts, (of_closures, of_rows) = [], closures.direction_rates(at, R_dot, x_dot, psi_dot)
     for group, D, D_dot in zip(system.closures, closures.directions(system, at), of_closures, strict=True):
         relative, relative_dot = (

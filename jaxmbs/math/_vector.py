@@ -1,10 +1,16 @@
-"""Vectors in space by their components, each an array of any shape: geometry of many points in elementwise operations
-alone, which compile to one kernel, unlike sums and products over a last axis of three."""
+"""Vectors in space: geometry of many points.
 
-from typing import NamedTuple
+By their components, each an array of any shape, it is elementwise operations alone, which compile to one kernel,
+unlike sums and products over a last axis of three.  As rows it takes a third of the equations, for small programs.
+"""
+
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 from jax import Array, lax
+
+from ..runtime import SMALL_PROGRAM
+from ._linalg import CROSS
 
 
 class Components(NamedTuple):
@@ -15,9 +21,9 @@ class Components(NamedTuple):
     z: Array
 
     @classmethod
-    def of(cls, rows: Array) -> "Components":
-        """From rows (..., 3)."""
-        return cls(*(rows[..., k] for k in range(3)))
+    def of(cls, rows: Array) -> "Vectors":
+        """From rows (..., 3); rows they stay in small programs."""
+        return Rows(rows) if SMALL_PROGRAM.value else cls(*(rows[..., k] for k in range(3)))
 
     @property
     def rows(self) -> Array:
@@ -37,23 +43,49 @@ class Components(NamedTuple):
         return Components(*(-a for a in self))
 
 
-def dot(a: Components, b: Components) -> Array:
+class Rows(NamedTuple):
+    """The same as rows (..., 3) of one array."""
+
+    rows: Array
+
+    def __add__(self, other):  # type: ignore[override]
+        return Rows(self.rows + other.rows)
+
+    def __sub__(self, other):
+        return Rows(self.rows - other.rows)
+
+    def __mul__(self, factor):  # type: ignore[override]
+        return Rows(self.rows * jnp.asarray(factor)[..., None])
+
+    def __neg__(self):
+        return Rows(-self.rows)
+
+
+Vectors: TypeAlias = Components | Rows
+
+
+def dot(a: Vectors, b: Vectors) -> Array:
     """Products of vectors."""
+    if isinstance(a, Rows):
+        return jnp.sum(a.rows * b.rows, axis=-1)
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
-def cross(a: Components, b: Components) -> Components:
+def cross(a: Vectors, b: Vectors) -> Vectors:
     """Vector products."""
+    if isinstance(a, Rows):
+        turned = jnp.tensordot(b.rows, jnp.asarray(CROSS, b.rows.dtype), ((-1,), (1,)))  # (..., 3, 3), of columns a
+        return Rows(jnp.sum(turned * a.rows[..., None, :], axis=-1))
     return Components(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
-def norm(a: Components) -> Array:
+def norm(a: Vectors) -> Array:
     """Lengths, with zero derivative at zero."""
     square = dot(a, a)
     return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
 
 
-def unit(a: Components) -> Components:
+def unit(a: Vectors) -> Vectors:
     """Unit vectors, zero at zero."""
     square = dot(a, a)
     return a * jnp.where(square > 0, lax.rsqrt(jnp.where(square > 0, square, 1.0)), 0.0)

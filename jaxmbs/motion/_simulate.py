@@ -16,6 +16,7 @@ from ..checks import as_flag, is_concrete
 from ..dynamics._corners import has_corners
 from ..errors import ModelError, SimulationError
 from ..flexible._stiffening import warn_of_stiffening
+from ..kinematics import _closures as closures
 from ..kinematics._configuration import at_state
 from ..kinematics._mobility import with_mobility_at
 from ..kinematics._sampling import refuse_sampled, sample_periods
@@ -182,6 +183,8 @@ def _check_prescribed(system, state):
 @jit
 def _integrate(system, state, ts, t1, formulation, events, options, samples_start=None):
     at = at_state(system, state)
+    if system.rows:  # slopes and residuals of the same rows
+        at = closures.residual_and_directions(system, at)[1]
     equations, p0 = formulation.begin(system, at, state.velocities, state.internal)
     no_work = jnp.zeros(num_powers(system), p0.dtype)
     open_at_start = lax.stop_gradient(jnp.maximum(state.residual, gap(system, at)))
