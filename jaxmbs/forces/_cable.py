@@ -9,7 +9,7 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
-from ..math._vector import Components, cross, dot, norm
+from ..math._vector import Components, Vectors, cross, dot, norm
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
@@ -216,8 +216,8 @@ class CablePull(NamedTuple):
 
     path: CablePath
     rate: Array
-    on_places: Components
-    on_turns: Components
+    on_places: Vectors
+    on_turns: Vectors
     elastic: Array
     tension: Array
     tensions: Array | None

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..math._vector import Components, norm, unit
+from ..math._vector import Vectors, norm, unit
 from ..runtime import gather_static
 
 #: Length of the way over a wheel beyond the straight one up to which the passage is rounded, over the straight one.
@@ -37,11 +37,11 @@ class Bypass(NamedTuple):
     wheel: Array
     direct: Array
     length: Array
-    directions: Components
+    directions: Vectors
     saved: Array
 
 
-def bypass(layout, places: Components, spans: Array, arc: Array, wrap: Array) -> Bypass:
+def bypass(layout, places: Vectors, spans: Array, arc: Array, wrap: Array) -> Bypass:
     """The straight ways past the free wheels of a `Layout`.
 
     Args: places: (n,) of all elements; spans (m,), arc (n,), wrap (n,) of the way over all wheels.

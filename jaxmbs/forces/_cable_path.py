@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..math._vector import Components, cross, dot, norm, unit
+from ..math._vector import Vectors, cross, dot, norm, unit
 from ..runtime import gather_static
 from ._cable_bypass import Bypass, bypass
 from ._common_tangent import common_tangents
@@ -136,9 +136,9 @@ class Circles(NamedTuple):
         turns: (n,) whole turns beside the wrap.
     """
 
-    place: Components
+    place: Vectors
     radius: Array
-    axis: Components
+    axis: Vectors
     turns: Array
 
 
@@ -158,14 +158,14 @@ class CablePath(NamedTuple):
     All but the length are those of the way over all wheels, also those that the cable has left.
     """
 
-    start: Components
-    end: Components
+    start: Vectors
+    end: Vectors
     spans: Array
-    directions: Components
+    directions: Vectors
     wrap: Array
     arc: Array
-    normals: tuple[Components, Components]
-    axes: Components
+    normals: tuple[Vectors, Vectors]
+    axes: Vectors
     bypass: Bypass | None
 
     @property
@@ -186,7 +186,7 @@ class CablePath(NamedTuple):
         over = jnp.sum(self.spans) + jnp.sum(self.arc)
         return over if self.bypass is None else over - self.bypass.saved
 
-    def touching_points(self, layout: Layout) -> tuple[Components, Components]:
+    def touching_points(self, layout: Layout) -> tuple[Vectors, Vectors]:
         """Beginnings and ends (m,) of the spans; past a wheel that the cable has left both are the point of the
         straight way that is next to them."""
         if self.bypass is None:
@@ -204,7 +204,7 @@ class CablePath(NamedTuple):
             mixed.append(jax.tree.map(lambda x, y, k=k: x.at[k].set(y), ends, new))
         return mixed[0], mixed[1]
 
-    def mixed(self, layout: Layout) -> tuple[Array, Array, Components]:
+    def mixed(self, layout: Layout) -> tuple[Array, Array, Vectors]:
         """Lengths of spans (m,) and arcs (n,), and directions (m,) of spans, of the way that the cable takes."""
         if self.bypass is None:
             return self.spans, self.arc, self.directions

@@ -9,7 +9,7 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, not_positive
-from ..math._vector import Components, dot
+from ..math._vector import Components, Vectors, dot
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar
 from ._base import PathKinematics
@@ -97,7 +97,7 @@ class CableRoute(eqx.Module):
 
     def length_and_slopes(
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
-    ) -> tuple[CablePath, Components, Components]:
+    ) -> tuple[CablePath, Vectors, Vectors]:
         """(path, derivatives (n,) of its length by the places and small turns of the frames)."""
         circles = self._circles(rotations, positions)
         path = cable_path(self.layout, circles)
@@ -118,7 +118,7 @@ class CableRoute(eqx.Module):
         path = cable_path(self.layout, circles)
         return path, path_margins(self.layout, circles, path)
 
-    def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Components, Components]:
+    def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Vectors, Vectors]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""
         path, on_x, on_turn = self.length_and_slopes(frames.rotations, frames.positions)
         velocity, spin = Components.of(frames.velocities), Components.of(frames.angular_velocities)

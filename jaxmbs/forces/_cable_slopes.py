@@ -9,10 +9,10 @@ that the span is at right angles to the radius, whose multiplier adds a force al
 
 import jax.numpy as jnp
 
-from ..math._vector import Components, cross, dot
+from ..math._vector import Vectors, cross, dot
 
 
-def length_slopes(layout, circles, path) -> tuple[Components, Components]:
+def length_slopes(layout, circles, path) -> tuple[Vectors, Vectors]:
     """Derivatives (n,) of the length by the places of the frames and by small turns of them, in world axes.
 
     Args:

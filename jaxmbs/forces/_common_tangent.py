@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..math._vector import Components, cross, dot
+from ..math._vector import Vectors, cross, dot
 
 #: Rounds of Newton of a span between two circles, from the tangent of parallel axes.
 _ROUNDS = 4
@@ -19,14 +19,14 @@ _ROUNDS = 4
 class _Pairs(NamedTuple):
     """Pairs (m,) of circles: from the first centre to the second, radii, axes; points have neither."""
 
-    span: Components
+    span: Vectors
     r: Array
     q: Array
-    a: Components
-    b: Components
+    a: Vectors
+    b: Vectors
 
 
-def common_tangents(first, second, has_two_circles: bool) -> tuple[Components, Components]:
+def common_tangents(first, second, has_two_circles: bool) -> tuple[Vectors, Vectors]:
     """Unit vectors (m,) from the axes of `Circles` to the points where a cable leaves the first and arrives at the
     second, zero at points.
 

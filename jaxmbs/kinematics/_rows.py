@@ -99,19 +99,19 @@ def matrix(system: System, at: Configuration):
     return _in_order(system.rows, parts, at.psi.dtype, (top.num_velocities,))
 
 
-def wrenches(system: System, slopes, multipliers) -> tuple[list, Array]:
+def wrenches(system: System, slopes, multipliers) -> tuple[np.ndarray, Array]:
     """Frames, and the wrenches (n, 6) on them about the origin, of all multipliers (rows,).
 
     Args: slopes: or their rates, which give the rates of the wrenches.
     """
-    frames: list = []
+    frames: list[int] = []
     found = [jnp.zeros((0, 6), multipliers.dtype)]
     for group, slope in zip(system.rows, slopes, strict=True):
         if group.frames[0]:
             frames += [frame for own in group.frames for frame in own]
             loads = jnp.einsum("nrkj,nr->nkj", slope.frames, _gathered(multipliers, group.places))
             found.append(loads.reshape(-1, 6))
-    return frames, jnp.concatenate(found)
+    return np.array(frames, int), jnp.concatenate(found)
 
 
 def wrenches_on(owners: WrenchTargets, system: System, at: Configuration, multipliers):

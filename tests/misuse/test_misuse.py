@@ -52,7 +52,8 @@ EXEMPT = {
         forces.InternalState forces.Margin model.InternalStates
         contact.AbstractPair contact.Touch
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
-        joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction motion.Formulation
+        joints.AbstractRows joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction
+        motion.Formulation
     """,
     "what is asked, judged with the question": """
         qualification.BaseForces qualification.BondForces qualification.Coordinates qualification.Recovery
