@@ -18,6 +18,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.design import _minimise, _uncertainty
+from jaxmbs.forces import Attachment, Sheave
 from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
@@ -169,6 +170,62 @@ def test_programs_of_an_equilibrium():
     with pytest.warns(UserWarning, match="unstable"):
         assert _programs(lambda: mbs.equilibrium(system, state, follow=False)) <= 1
     assert _programs(lambda: mbs.equilibrium(system, state)) <= 2  # once more with the loads from zero
+
+
+# ------------------------------------------------------------------------------- one and many things of a kind
+def hoists(count, **cable):
+    """Two masses on a rope over a wheel, so many times."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    for k in range(count):
+        for side, x in (("l", -0.1), ("r", 0.1)):
+            b.body(f"{side}{k}", 1.0 + 0.1 * k)
+            b.joint(f"{side}{k}", mbs.Prismatic("z"), "ground", f"{side}{k}", parent_frame=(x, float(k), -1.0))
+        wheel = Sheave(("ground", (0.0, float(k), 0.0)), 0.1, axis="y")
+        b.cable(f"c{k}", [Attachment(f"l{k}"), wheel, Attachment(f"r{k}")], free_length=2.0 + 0.1 * np.pi, **cable)
+    return b.build()
+
+
+def geared(count):
+    """Sixteen wheels, so many of them coupled to the next one."""
+    b = mbs.SystemBuilder()
+    for k in range(16):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Revolute("z"), "ground", f"b{k}")
+    for k in range(count):
+        b.constraint(f"g{k}", mbs.Coupler({f"j{k}": 1.0 + k, f"j{k + 1}": -2.0}))
+    return b.build()
+
+
+def turned(count):
+    """Sixteen wheels, so many of them driven."""
+    b = mbs.SystemBuilder()
+    for k in range(16):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        drive = mbs.Harmonic(0.1 * (k + 1)) if k < count else None
+        b.joint(f"j{k}", mbs.Revolute("z"), "ground", f"b{k}", drive=drive)
+    return b.build()
+
+
+#: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
+KINDS = {
+    "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (2240, 20), (9200, 60)),
+    "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1800, 20), (4520, 60)),
+    "coupler": (geared, 15, (850, 40), (3100, 40)),
+    "drive": (turned, 15, (760, 20), (3500, 40)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_many_things_of_a_kind_cost_what_one_does(kind):
+    build, many, *ceilings = KINDS[kind]
+    for name, (most, growth) in zip(("forward dynamics", "simulate"), ceilings, strict=True):
+        one, more = (
+            equations(*asked(system, mbs.State.at(system), QUESTIONS[name])) for system in map(build, (1, many))
+        )
+        assert one <= most and more - one <= growth, (name, one, more)
+        if jax.__version_info__ < (0, 11):  # later ones need fewer
+            assert one > 0.9 * most, f"{name}: {one} equations; lower its ceiling"
 
 
 @pytest.mark.long
