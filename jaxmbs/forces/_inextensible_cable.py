@@ -17,7 +17,7 @@ from ._signals import Constant, as_signal
 from ._validity import Margin
 
 
-class InextensibleCable(CableRoute, AbstractRows):
+class InextensibleCable(CableRoute, AbstractRows):  # type: ignore[override]
     """Cable that neither stretches nor becomes slack: `free length - length of the path = 0`, one row [m].
 
     Its multiplier is the tension [N], equal along the whole cable; where it is negative the cable would have to push.

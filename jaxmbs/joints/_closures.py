@@ -76,7 +76,7 @@ class Coupler(AbstractRows):
         function: scalar function of the coordinates, in the order of `coefficients`.
     """
 
-    joints: tuple[str, ...] = eqx.field(static=True)
+    joints: tuple[str, ...] = eqx.field(static=True)  # type: ignore[misc]
     coefficients: Float[Array, " joints"]
     offset: Float[Array, ""]
     function: Callable | None = eqx.field(static=True)

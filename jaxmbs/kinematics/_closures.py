@@ -125,9 +125,9 @@ def with_directions(system: System, at: At) -> At:
     def of_frames(R, x, psi, t):
         return tuple(closure_directions(group, R, x, t) for group in system.closures), slopes_at(system, R, x, psi, t)
 
-    found, along = jax.linearize(of_frames, at.R, at.x, at.psi, at.t)
+    (values, slopes), along = jax.linearize(of_frames, at.R, at.x, at.psi, at.t)
     rates = Partial(_rates_in_time, along, at.t)  # a pytree, so that configurations pass through `vmap` and `jit`
-    return dataclasses.replace(at, directions=ClosureDirections(*found, rates))
+    return dataclasses.replace(at, directions=ClosureDirections(values, slopes, rates))
 
 
 def with_rates(system: System, at: At) -> At:

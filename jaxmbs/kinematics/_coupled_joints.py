@@ -19,7 +19,7 @@ def coupled_joints(system: System, row: RowElement, at: Configuration):
 def _columns_read(system, row, at):
     """Boolean mask (nv,) of the velocities that change the user's row."""
     slope = slopes(system, at)[next(k for k, group in enumerate(system.rows) if group is row.group)]
-    return jnp.any(slope.columns[row.index] != 0, axis=0)
+    return jnp.any(slope.columns[row.number] != 0, axis=0)
 
 
 def couplers_and_user_rows(system: System) -> list[RowElement]:

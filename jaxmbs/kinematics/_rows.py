@@ -143,7 +143,8 @@ def follow_drives(system: System, psi, t, names):
     for group in system.rows:
         own = np.flatnonzero([group.law.prescribes and name in names for name in group.names])
         if len(own):
-            gap = _values(group, *_no_frames(psi), psi, t)[own]
+            R, x = _no_frames(psi)
+            gap = _values(group, R, x, psi, t)[own]
             psi = psi.at[np.asarray(group.coordinates)[own]].add(-jax.lax.stop_gradient(gap))
     return psi
 

@@ -66,14 +66,14 @@ Vectors: TypeAlias = Components | Rows
 
 def dot(a: Vectors, b: Vectors) -> Array:
     """Products of vectors."""
-    if isinstance(a, Rows):
+    if isinstance(a, Rows) or isinstance(b, Rows):
         return jnp.sum(a.rows * b.rows, axis=-1)
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 def cross(a: Vectors, b: Vectors) -> Vectors:
     """Vector products."""
-    if isinstance(a, Rows):
+    if isinstance(a, Rows) or isinstance(b, Rows):
         turned = jnp.tensordot(b.rows, jnp.asarray(CROSS, b.rows.dtype), ((-1,), (1,)))  # (..., 3, 3), of columns a
         return Rows(jnp.sum(turned * a.rows[..., None, :], axis=-1))
     return Components(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)

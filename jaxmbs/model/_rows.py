@@ -47,37 +47,37 @@ class RowElement(NamedTuple):
     """One element of a group of rows."""
 
     group: RowGroup
-    index: int
+    number: int
 
     @property
     def name(self) -> str:
         """Of the drive's joint, or of the constraint."""
-        return self.group.names[self.index]
+        return self.group.names[self.number]
 
     @property
     def law(self) -> Any:
         """With the element's own numbers."""
-        return jax.tree.map(lambda x: x[self.index], self.group.law)
+        return jax.tree.map(lambda x: x[self.number], self.group.law)
 
     @property
     def places(self) -> tuple[int, ...]:
         """Among all rows."""
-        return self.group.places[self.index]
+        return self.group.places[self.number]
 
     @property
     def frames(self) -> tuple[int, ...]:
         """That it acts on."""
-        return self.group.frames[self.index]
+        return self.group.frames[self.number]
 
     @property
     def columns(self) -> tuple[int, ...]:
         """Velocities of joints that it reads."""
-        return self.group.columns[self.index]
+        return self.group.columns[self.number]
 
     @property
     def coordinates(self) -> tuple[int, ...]:
         """Coordinates of joints that it reads."""
-        return self.group.coordinates[self.index]
+        return self.group.coordinates[self.number]
 
 
 def row_elements(groups: tuple[RowGroup, ...]) -> list[RowElement]:
