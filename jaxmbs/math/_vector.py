@@ -55,7 +55,7 @@ class Rows(NamedTuple):
         return Rows(self.rows - other.rows)
 
     def __mul__(self, factor):  # type: ignore[override]
-        return Rows(self.rows * jnp.asarray(factor)[..., None])
+        return Rows(self.rows * (factor[..., None] if jnp.ndim(factor) else factor))
 
     def __neg__(self):
         return Rows(-self.rows)
