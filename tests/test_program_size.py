@@ -208,8 +208,8 @@ def turned(count):
 
 #: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
 KINDS = {
-    "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (2240, 20), (9200, 60)),
-    "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1800, 20), (4520, 60)),
+    "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (2240, 20), (10150, 60)),
+    "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1800, 20), (5550, 60)),
     "coupler": (geared, 15, (850, 40), (3100, 40)),
     "drive": (turned, 15, (890, 20), (3900, 40)),
 }

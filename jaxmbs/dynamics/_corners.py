@@ -4,16 +4,16 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..kinematics._cable_rows import cable_rows
 from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._element_flows import element_flows
+from ..kinematics._rows import at_frames
 from ..model._system import System
-from ..runtime import gather_static
 
 
 def has_corners(system: System) -> bool:
     """True if some cable can leave a wheel (static)."""
-    return any(group.law.has_corners for group in system.forces) or any(r.law.has_corners for r in cable_rows(system))
+    laws = [group.law for group in system.forces] + [group.law for group in system.rows]
+    return any(law.has_corners for law in laws)
 
 
 def sides_of_corners(system: System, at: Configuration) -> Array:
@@ -21,8 +21,7 @@ def sides_of_corners(system: System, at: Configuration) -> Array:
     still, found = at_rest(system, at), []
     for group in system.forces:
         if group.law.has_corners:
-            poses = element_flows(system, group, at, still.V, still.u)[1]
-            found.append(jnp.ravel(jax.vmap(lambda law, R, x: law.shares_of_wheels(R, x))(group.law, *poses)))
-    for row in cable_rows(system):
-        found.append(row.law.shares_of_wheels(*(gather_static(part, row.frames) for part in (at.R, at.x))))
-    return jnp.concatenate(found)
+            found.append((group.law, element_flows(system, group, at, still.V, still.u)[1]))
+    found += [(group.law, at_frames(group, at.R, at.x)) for group in system.rows if group.law.has_corners]
+    shares = jax.vmap(lambda law, R, x: law.shares_of_wheels(R, x))
+    return jnp.concatenate([jnp.ravel(shares(law, *poses)) for law, poses in found])

@@ -16,6 +16,7 @@ from ..forces._validity import Margin
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
+from ..kinematics._rows import at_frames
 from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
@@ -166,7 +167,7 @@ def _of_rows(system, at, multipliers=None):
 
     found = []
     for group in groups:
-        of_frames = (part[np.array(group.frames)] for part in (at.R, at.x, twist))
-        margins = jax.vmap(of)(group.law, *of_frames, multipliers[np.array(group.places)])
+        frames = at_frames(group, at.R, at.x, twist)
+        margins = jax.vmap(of)(group.law, *frames, multipliers[np.array(group.places)])
         found.append((group.names, margins))
     return found

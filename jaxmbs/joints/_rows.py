@@ -25,7 +25,8 @@ class AbstractRows(eqx.Module):
     `num_frames`: k, the frames in `constraint(..., between=)`; `joints`: names of the m joints, of one coordinate
     each.  `prescribes`: each row holds one coordinate at a value in time; `is_nonholonomic`: the rows restrict
     velocities alone; `reads_all`: they are functions of all coordinates and velocities of the mechanism;
-    `has_ends`: the law has a `validity`; `takes`: arguments of a function of the user's that the law calls,
+    `has_ends`: the law has a `validity`; `has_corners`: its slopes are steep beside some poses, see
+    `dynamics.sides_of_corners`; `takes`: arguments of a function of the user's that the law calls,
     `gives_one`: which gives one number.
     """
 
@@ -35,6 +36,7 @@ class AbstractRows(eqx.Module):
     is_nonholonomic: ClassVar[bool] = False
     reads_all: ClassVar[bool] = False
     has_ends: ClassVar[bool] = False
+    has_corners: ClassVar[bool] = False
     takes: ClassVar[str] = ""
     gives_one: ClassVar[bool] = False
 

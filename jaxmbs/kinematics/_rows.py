@@ -37,6 +37,11 @@ def has_frames(system: System) -> bool:
     return any(group.frames[0] for group in system.rows)
 
 
+def at_frames(group: RowGroup, *arrays):
+    """Rows of arrays (frames, ...) at the frames of each element: (n, k, ...)."""
+    return tuple(_gathered(x, group.frames) for x in arrays)
+
+
 def residual(system: System, at: Configuration):
     """The rows of position, in order: lengths [m], angles, or what the user's function gives."""
     known = [slope.values for slope in at.directions.rows] if at.directions and at.directions.rows else []
