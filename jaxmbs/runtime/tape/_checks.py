@@ -240,8 +240,9 @@ def _scan(rows):
     stacks, (stack, row, length, is_splat) = rows.lines(number, rows["table"], 4)
     stacks.claim(length >= 0, "a row of negative length")
     stacks.within(stack, stacks["n"] * length)
-    stacks.within(row, length)
-    stacks.within(row, np.where(is_splat != 0, 1.0, 0.0))
+    line = np.concatenate([np.zeros(0), *(np.arange(n) for n in number.astype(np.int64))])
+    is_given = line < np.repeat(rows["x1"], number.astype(np.int64))  # rows of the inputs, which are written whole
+    stacks.within(row, np.where((is_splat != 0) & ~is_given, 1.0, length))
 
 
 @check("COND")

@@ -292,6 +292,7 @@ PROGRAMS = {
         ),
         (X,),
     ),
+    "scan that gives one number": (lambda x: lax.scan(lambda c, r: (c + r, jnp.full(900, 2.0)), x[0], x), (X,)),
     "scan of nothing": (lambda x: lax.scan(lambda c, r: (c + r, c), x[0], x[:0]), (X,)),
     "scan over a constant": (lambda x: lax.scan(lambda c, r: (c + r, c), x[0], jnp.ones((3, 5))), (X,)),
     "branches": (branches, (X, 2)),
