@@ -67,7 +67,7 @@ def traced_for_tapes(function, *args):
 
 
 def same_on_both(function, *args, rtol=1e-12):
-    """The tape's results and XLA's, to a share of the largest number: what is left of energies is small beside them."""
+    """Results of both, to a share of the largest number, beside which what is left of energies is small."""
     traced = traced_for_tapes(function, *args)
     found = Tape(traced)(*jax.tree.leaves(args))
     with without_tricks("tape"):
