@@ -113,7 +113,7 @@ def _kinds(annotation) -> Iterator[type]:
         yield from (list, tuple)
     elif inspect.isclass(origin):
         yield origin
-    elif inspect.isclass(annotation) and annotation is not inspect.Parameter.empty:
+    elif inspect.isclass(annotation) and annotation not in (Any, inspect.Parameter.empty):  # `Any` is a class, too
         yield annotation
         if issubclass(annotation, float | complex):
             yield from _NUMBERS

@@ -2,6 +2,8 @@
 
 import inspect
 import pickle
+from collections.abc import Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -70,3 +72,11 @@ def test_public_things_stay_what_they_were():
 
     assert Mine(stiffness=1.0, extra=5.0).extra == 5.0
     assert jax.tree.leaves(Mine(stiffness=1.0))
+
+
+def test_what_takes_anything_takes_text():
+    def anything(first: Any, names: Sequence[str]):
+        raise AssertionError
+
+    assert argument_faults(anything, ("text", ["a"]), {}) == []
+    assert argument_faults(anything, (["text"], "a"), {}) == ["names must be a list, not 'a'"]
