@@ -10,7 +10,7 @@ import numpy as np
 from .checks import is_concrete
 
 Rows = Sequence[Sequence[str]]
-_MOST = 24  # rows that are shown
+_MOST = 12  # rows that are shown
 
 
 def aligned(rows: Rows, left: int = 1) -> str:
@@ -56,6 +56,9 @@ def table_repr(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any]
     never raises.
     """
 
+    def title(self, summary):
+        return f"{type(self).__name__}: {summary}" if summary else type(self).__name__
+
     def found(self):
         try:
             if is_concrete(self):
@@ -70,13 +73,14 @@ def table_repr(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any]
         if shown is None:
             return shapes(self)
         summary, rows = shown
-        return f"{type(self).__name__}: {summary}" + (f"\n{aligned(rows)}" if len(rows) > 1 else "")
+        lines = title(self, summary), *([aligned(rows)] if len(rows) > 1 else [])
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         shown = found(self)
         if shown is None:
             return f"<pre>{escape(shapes(self))}</pre>"
-        return as_html([f"{type(self).__name__}: {shown[0]}"], shown[1])
+        return as_html([title(self, shown[0])], shown[1])
 
     return __repr__, _repr_html_
 

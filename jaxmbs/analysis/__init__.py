@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from ._equilibrium import equilibrium
     from ._equilibrium_result import Equilibrium
     from ._impending_motion import ImpendingMotion, impending_motion
-    from ._linearise import Linearisation, StateSpace, frequency_response, linearise
+    from ._linearisation import Linearisation, StateSpace
+    from ._linearise import frequency_response, linearise
     from ._mechanism_modes import modes
     from ._stiffness import Stiffness, stiffness
 

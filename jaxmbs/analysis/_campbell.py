@@ -15,6 +15,8 @@ from ..math._square import solve
 from ..model._entry_points import check_single_state
 from ..model._friction import refuse_friction
 from ..model._system import System
+from ..quantities import Axis, Quantity, numbered
+from ..reports import Report, Reported, failures
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ..vibration._mode_shapes import best_pairs, mac
@@ -23,7 +25,7 @@ from ._linearise import linearise
 from ._mechanism_modes import cyclic_columns, routh_reduction
 
 
-class CampbellDiagram(eqx.Module):
+class CampbellDiagram(Reported, eqx.Module):
     """Roots over the speed of rotation, a column for each mode along all speeds.
 
     Attributes:
@@ -40,6 +42,21 @@ class CampbellDiagram(eqx.Module):
     shapes: Complex[Array, "S n m"]
     ok: Bool[Array, " S"]
     coordinates: tuple[str, ...] = eqx.field(static=True)
+
+    def report(self) -> Report:
+        speed = Axis("speed", np.asarray(self.speeds), "rad/s")
+        mode = numbered("mode", self.roots.shape[1])
+        shapes = (speed, Axis("coordinate", self.coordinates), mode)
+        return Report(
+            [
+                Quantity("frequency", self.frequencies, "Hz", (speed, mode)),
+                Quantity("damping ratio", self.damping_ratios, "", (speed, mode)),
+                Quantity("critical speed", self.critical_speeds(), "rad/s", (mode,)),
+                Quantity("shape", self.shapes, "", shapes, in_table=False),
+            ],
+            f"{len(speed.labels)} speeds, {len(mode.labels)} modes",
+            failures(self.ok, "speeds without a steady motion"),
+        )
 
     @property
     def frequencies(self) -> Float[Array, "S m"]:

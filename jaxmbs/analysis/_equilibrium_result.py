@@ -11,27 +11,17 @@ from jaxtyping import Array, Bool, Float, Int
 from ..checks import is_concrete
 from ..dynamics._validity import Validity
 from ..kinematics._state import State
+from ..kinematics._state_report import state_quantities
+from ..reports import Report, Reported
 from ..runtime import lapack
 from ..status import Status
-from ..tables import format_number, table_repr
+from ..tables import format_number
 
 #: Negative curvature over the largest, rows and columns scaled to one, from which on it is no rounding.
 _NEGATIVE = {8: 1e-9, 4: 1e-3}
 
 
-def _table_rows(found):
-    psi, names = np.asarray(found.state.coordinates), []
-    for name, _, size, _ in found.state.structure or ():
-        names += [name] if size == 1 else [f"{name}[{k}]" for k in range(size)]
-    rows = [(name, format_number(x)) for name, x in zip(names, psi, strict=True)]
-    if (internal := found.state.internal) is not None:
-        rows += [(name, format_number(x)) for name, x in zip(internal.entries, internal.values, strict=True)]
-    summary = f"{found.reason}; {int(found.steps)} steps, residual {format_number(found.residual)}"
-    summary += "".join(f"; {fault}" for fault in found.faults())
-    return summary, [("coordinate", "value"), *rows]
-
-
-class Equilibrium(eqx.Module):
+class Equilibrium(Reported, eqx.Module):
     """Equilibrium or steady motion of a mechanism; questions take it as they take its state.
 
     Attributes:
@@ -66,7 +56,10 @@ class Equilibrium(eqx.Module):
     validity: Validity | None = None
     is_steady: bool = eqx.field(static=True, default=False)
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        verdict = f"{int(self.steps)} steps, residual {format_number(self.residual)}"
+        said = "; ".join([self.reason, verdict, *self.faults()]) if self.ok else verdict
+        return Report(state_quantities(self.state), said, "" if self.ok else self.reason)
 
     @property
     def states(self) -> State:

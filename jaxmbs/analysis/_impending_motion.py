@@ -21,15 +21,17 @@ from ..model._changes import system_at
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
 from ..model._system import System
+from ..quantities import Quantity, along_freedoms
 from ..reaction._inverse_dynamics import ROUNDING_TOLERANCE, actuated_columns, balance_efforts, tree_efforts
 from ..reaction._without_drives import without_drives
+from ..reports import Report, Reported, failures
 from ..runtime import jit
 
 #: Part of the largest slip at which friction has its full value.
 _FULL = 1e-9
 
 
-class ImpendingMotion(eqx.Module):
+class ImpendingMotion(Reported, eqx.Module):
     """Limits of the efforts that hold a mechanism at rest, by name of the actuators (n,) [N or N m].
 
     Attributes:
@@ -48,6 +50,12 @@ class ImpendingMotion(eqx.Module):
     efficiency: Float[Array, ""]
     self_locking: Bool[Array, ""]
     ok: Bool[Array, ""]
+
+    def report(self) -> Report:
+        limits = {"forward": self.forward, "backward": self.backward, "frictionless": self.frictionless}
+        found = [along_freedoms(f"{way} {name}", effort) for way, by in limits.items() for name, effort in by.items()]
+        verdicts = [Quantity("efficiency", self.efficiency), Quantity("self-locking", self.self_locking)]
+        return Report([*found, *verdicts], fault=failures(self.ok, "a limit does not exist"))
 
 
 def impending_motion(system: System, state: State, actuators: Sequence[str]) -> ImpendingMotion:

@@ -15,7 +15,8 @@ from ..math._square import solve
 from ..model._system import System
 from ..runtime import jit
 from ..vibration._modes import Modes
-from ._linearise import Linearisation, linearise
+from ._linearisation import Linearisation
+from ._linearise import linearise
 
 _CYCLIC_TOLERANCE = {8: 1e-7, 4: 1e-3}  # of the largest entry: what counts as zero
 

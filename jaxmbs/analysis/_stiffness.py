@@ -20,9 +20,11 @@ from ..kinematics._signals import with_signals
 from ..kinematics._state import State
 from ..model._friction import refuse_friction
 from ..model._system import System
+from ..quantities import matrix
+from ..reports import Report, Reported
 
 
-class Stiffness(eqx.Module):
+class Stiffness(Reported, eqx.Module):
     """Shares (N, N) of the local stiffness; rows are efforts, columns independent coordinates.
 
     Attributes:
@@ -36,6 +38,10 @@ class Stiffness(eqx.Module):
     antagonistic: Float[Array, "n n"]
     gravity: Float[Array, "n n"]
     sources: Float[Array, "n n"]
+
+    def report(self) -> Report:
+        shares = {name: getattr(self, name) for name in ("total", "elastic", "antagonistic", "gravity", "sources")}
+        return Report([matrix(name, share, "N/m or N m") for name, share in shares.items()])
 
     @property
     def total(self) -> Float[Array, "n n"]:

@@ -6,13 +6,15 @@ from jaxtyping import Array, Float
 
 from ..linear._free_motions import motion_with
 from ..linear._system import LinearSystem
+from ..quantities import Quantity, numbered
 from ..reductions._base import interface_first
+from ..reports import Report, Reported
 from ..typing import ArrayLike
 from ..vibration._modal_equations import modal_motion
 from ..vibration._modal_response import modal_response
 
 
-class BaseMotion(eqx.Module):
+class BaseMotion(Reported, eqx.Module):
     """Motion of a component on a moving base, and the forces that move the base.
 
     Attributes:
@@ -24,6 +26,19 @@ class BaseMotion(eqx.Module):
     velocity: Float[Array, "T r"]
     acceleration: Float[Array, "T r"]
     forces: Float[Array, "T b"]
+
+    def report(self) -> Report:
+        own, base = (
+            numbered(name, x.shape[-1]) for name, x in (("coordinate", self.displacement), ("base", self.forces))
+        )
+        return Report(
+            [
+                Quantity("force", self.forces, "N or N m", (base,)),
+                Quantity("displacement", self.displacement, "m or rad", (own,)),
+                Quantity("velocity", self.velocity, "m/s or rad/s", (own,)),
+                Quantity("acceleration", self.acceleration, "m/s^2 or rad/s^2", (own,)),
+            ]
+        )
 
 
 def base_motion(

@@ -15,7 +15,9 @@ from jaxtyping import Array, Inexact
 from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
 from ..linear._system import LinearSystem
 from ..math import _square as square
+from ..quantities import Quantity, entries
 from ..reductions._base import interface_first
+from ..reports import Report, Reported
 from ..runtime import as_dtype
 from ..typing import ArrayLike
 from ._self_stresses import impedance
@@ -66,7 +68,7 @@ class Components(eqx.Module):
         return cls(tuple(tuple(int(n) for n in row) for row in nodes), matrices, jnp.stack(loads))
 
 
-class CoupledResponse(eqx.Module):
+class CoupledResponse(Reported, eqx.Module):
     """Displacements of coupled components and the forces of their bonds.
 
     Attributes:
@@ -80,6 +82,12 @@ class CoupledResponse(eqx.Module):
     internal: tuple
     reactions: tuple
     residual: Array
+
+    def report(self) -> Report:
+        found = [Quantity("relative residual", self.residual), entries("interface node", self.interface, "m or rad")]
+        found += [entries(f"group {k} internal", x, "m or rad") for k, x in enumerate(self.internal)]
+        found += [entries(f"group {k} reaction", x, "N or N m") for k, x in enumerate(self.reactions)]
+        return Report(found)
 
 
 def interface_pattern(groups: Sequence[Components], num_nodes: int, size: int) -> Pattern:

@@ -13,9 +13,11 @@ from ..checks import no_such
 from ..elements import DIRECTIONS
 from ..errors import UnknownNameError
 from ..math import _square as square
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported, failures
 
 
-class BondLoad(eqx.Module):
+class BondLoad(Reported, eqx.Module):
     """Load of one bond, in its own axes if it has any; times are the first axes.
 
     Attributes:
@@ -27,6 +29,15 @@ class BondLoad(eqx.Module):
     on_first: Inexact[Array, "... k"]
     on_second: Inexact[Array, "... k"]
     labels: tuple[str, ...] = eqx.field(static=True)
+
+    def report(self) -> Report:
+        directions = (Axis("direction", self.labels),)
+        return Report(
+            [
+                Quantity("load on first", self.on_first, "N or N m", directions),
+                Quantity("load on second", self.on_second, "N or N m", directions),
+            ]
+        )
 
     @property
     def force(self) -> Inexact[Array, "... 3"]:
@@ -46,7 +57,7 @@ class BondLoad(eqx.Module):
         return jnp.stack(columns, axis=-1)
 
 
-class BondLoads(eqx.Module):
+class BondLoads(Reported, eqx.Module):
     """Loads of the bonds, `loads["bolts"].force`.
 
     Attributes:
@@ -59,6 +70,16 @@ class BondLoads(eqx.Module):
     bonds: dict[str, BondLoad]
     residual: Array
     rounding: Array | float = 0.0
+
+    def report(self) -> Report:
+        found = [Quantity("relative residual", self.residual)]
+        for name, load in self.items():
+            directions = (Axis("direction", load.labels),)
+            found.append(Quantity(name, load.on_first, "N or N m", directions))
+            found.append(Quantity(f"{name} on second", load.on_second, "N or N m", directions, in_table=False))
+        return Report(
+            found, f"{len(self.bonds)} bonds, loads on the first ends", failures(self.ok, "the loads do not balance")
+        )
 
     @property
     def ok(self) -> Bool[Array, ""]:
@@ -85,7 +106,7 @@ class BondLoads(eqx.Module):
 
 
 @dataclasses.dataclass(frozen=True)
-class Determinacy:
+class Determinacy(Reported):
     """Static determinacy of the forces of bonds between rigid components; `str` of it is a table.
 
     Attributes:
@@ -99,6 +120,14 @@ class Determinacy:
     free_motions: int
     determinate: dict[str, tuple[bool, ...]]
     labels: dict[str, tuple[str, ...]]
+
+    def report(self) -> Report:
+        marks = [
+            Quantity(f"{name} is determinate", np.asarray(known, bool), "", (Axis("direction", self.labels[name]),))
+            for name, known in self.determinate.items()
+        ]
+        counts = {"redundant bonds": self.redundant, "free motions": self.free_motions}
+        return Report([*(Quantity(name, count) for name, count in counts.items()), *marks])
 
     def __str__(self):
         lines = [f"{self.redundant} redundant bonds, {self.free_motions} free motions"]

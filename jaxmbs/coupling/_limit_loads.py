@@ -10,14 +10,16 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, is_concrete, require_numbers, require_reals
 from ..math._eigen import eigh
+from ..quantities import entries
 from ..reductions._base import Reduced
+from ..reports import Report, Reported
 from ..runtime import as_dtype, jit
 from ..typing import AnyArray, ArrayLike
 from ..vibration._oscillator_motion import Oscillators
 from ..vibration._oscillator_peaks import peaks
 
 
-class ModalPairs(eqx.Module):
+class ModalPairs(Reported, eqx.Module):
     """Two-mass systems of every mode i of the carrier, free or loaded, with every cantilevered mode j of the payload.
 
     Attributes:
@@ -27,6 +29,12 @@ class ModalPairs(eqx.Module):
 
     mass: Float[Array, "i j 2 2"]
     stiffness: Float[Array, "i j 2 2"]
+
+    def report(self) -> Report:
+        omega, _ = self.modes()
+        return Report(
+            [entries("frequency", np.asarray(omega) / (2 * np.pi), "Hz"), entries("mass", self.mass, "kg/kg")]
+        )
 
     def modes(self) -> tuple[Array, Array]:
         """Angular frequencies (i, j, 2) [rad/s] and shapes (i, j, 2, 2) of all pairs."""

@@ -5,9 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..quantities import Quantity, entries
+from ..reports import Report, reported
 from ._limit import BoundConstraint
 
 
+@reported
 class LimitResult(NamedTuple):
     """One limit at the best design.
 
@@ -32,6 +35,14 @@ class LimitResult(NamedTuple):
     margin: float
     prices: np.ndarray
     gap: float
+
+    def report(self) -> Report:
+        fault = "" if self.ok else "the limit is violated"
+        numbers = {"bound": self.bound, "margin": self.margin, "price": self.price, "gap": self.gap}
+        arrays = {"before": self.before, "after": self.after, "price of": self.prices}
+        found = [*(entries(*pair) for pair in arrays.items()), *(Quantity(*pair) for pair in numbers.items())]
+        mark = ", active" if self.active else ""
+        return Report(found, f"{self.name} {self.side} {self.bound:.6g}{mark}", fault)
 
     @property
     def price(self) -> float:

@@ -9,10 +9,13 @@ from jaxtyping import PyTree
 
 from ..checks import no_such
 from ..errors import UnknownNameError
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported, reported
 from ._limit_result import LimitResult, limits_table
 from ._variables import AT_BOUND
 
 
+@reported
 class History(NamedTuple):
     """History of a search, with one entry for the first design and for every step taken.
 
@@ -28,8 +31,15 @@ class History(NamedTuple):
     gradient_norms: np.ndarray
     evaluations: np.ndarray
 
+    def report(self) -> Report:
+        step = (Axis("step", np.arange(len(self.values))),)
+        columns = {"objective": self.values, "gradient norm": self.gradient_norms, "evaluations": self.evaluations}
+        return Report(
+            [Quantity(name, values, "", step) for name, values in columns.items()], f"{len(self.values) - 1} steps"
+        )
 
-class Optimum(eqx.Module):
+
+class Optimum(Reported, eqx.Module):
     """The best design of an optimisation.
 
     Attributes:
@@ -69,6 +79,15 @@ class Optimum(eqx.Module):
     bound_prices: np.ndarray | None = None
     kkt: float | None = None
 
+    def report(self) -> Report:
+        """The variables and the objective, before and after; limits in `limits`."""
+        names = Axis("variable", self.names)
+        columns = {"before": _flatten(self.initial_design), "after": _flatten(self.design)}
+        columns |= {"lower": self.lower, "upper": self.upper}
+        found = [Quantity(name, values, "", (names,)) for name, values in columns.items()]
+        summary = f"objective {self.initial_value:.6g} before, {self.value:.6g} after"
+        return Report(found, summary, "" if self.ok else self.reason, table=self._rows())
+
     @property
     def ok(self) -> bool:
         """True if the search converged."""
@@ -76,12 +95,15 @@ class Optimum(eqx.Module):
 
     def table(self) -> str:
         """Table of every variable before and after, with its bounds and a mark where a bound is active."""
+        return _format_table(self._rows()) + ("\n\n" + limits_table(self.limits) if self.limits else "")
+
+    def _rows(self):
         before, after = _flatten(self.initial_design), _flatten(self.design)
         rows: list[tuple[str, ...]] = [("variable", "before", "after", "lower", "upper", "")]
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
             rows.append((name, *(f"{number:.6g}" for number in numbers), _bound_mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
-        return _format_table(rows) + ("\n\n" + limits_table(self.limits) if self.limits else "")
+        return rows
 
     def limit(self, name: str) -> LimitResult:
         """The result of the limit with a name.

@@ -11,6 +11,8 @@ from jaxtyping import PyTree
 from tqdm import tqdm
 
 from ..checks import as_flag
+from ..quantities import Axis, Quantity, entries
+from ..reports import Report, Reported, failures
 from ..runtime import jit
 from ._constrained import run_constrained, slsqp
 from ._limit import Limit
@@ -24,7 +26,7 @@ from ._working_set import FEASIBILITY, ConstrainedSearch
 from ._worst import Worst
 
 
-class ParetoFront(eqx.Module):
+class ParetoFront(Reported, eqx.Module):
     """Pareto-optimal designs: none is better in both objectives.
 
     Attributes:
@@ -41,6 +43,18 @@ class ParetoFront(eqx.Module):
     designs: PyTree
     exchange: np.ndarray
     ok: np.ndarray
+
+    def report(self) -> Report:
+        point = Axis("point", np.arange(len(self.first)))
+        objectives = {"first": self.first, "second": self.second, "exchange": self.exchange, "converged": self.ok}
+        variables = [
+            Quantity(f"design{jax.tree_util.keystr(path)}", leaf, "", (point, *entries("", np.asarray(leaf)[0]).axes))
+            for path, leaf in jax.tree_util.tree_leaves_with_path(self.designs)
+        ]
+        found = [Quantity(name, values, "", (point,)) for name, values in objectives.items()]
+        return Report(
+            [*found, *variables], f"{len(self.first)} designs", failures(self.ok, "searches did not converge")
+        )
 
     def table(self) -> str:
         """Table of the objectives, their trade-off rate, and a mark for searches that did not converge."""

@@ -12,12 +12,15 @@ from jaxtyping import PyTree
 from ..batching._batch import batch
 from ..batching._sampling import normal_points, sobol_points
 from ..checks import require_reals
+from ..quantities import Axis, Quantity, entries
+from ..reports import Report, reported
 from ..runtime import TracedFunction, jit
 from ..typing import AnyArray, ArrayLike
 from ._deviations import read_deviations
 from ._variables import read_variables
 
 
+@reported
 class Uncertainty(NamedTuple):
     """An answer under uncertain parameters.
 
@@ -33,6 +36,15 @@ class Uncertainty(NamedTuple):
     percentile: np.ndarray
     failed: int
     samples: np.ndarray | None = None
+
+    def report(self) -> Report:
+        arrays = {"mean": self.mean, "standard deviation": self.deviation, "percentile": self.percentile}
+        found = [*(entries(name, values) for name, values in arrays.items()), Quantity("failed samples", self.failed)]
+        if self.samples is None:
+            return Report(found, "to first order")
+        axes = (Axis("sample", np.arange(len(self.samples))), *entries("", self.samples[0]).axes)
+        samples = np.reshape(self.samples, [len(axis.labels) for axis in axes])
+        return Report([Quantity("answer", samples, "", axes), *found], f"{len(self.samples)} samples")
 
     def fraction_within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
         """The yield: the fraction of designs whose answer lies between limits, each entry by itself.
@@ -54,6 +66,7 @@ class Uncertainty(NamedTuple):
         return np.where(self.deviation > 0.0, share, certain)
 
 
+@reported
 class Tolerance(NamedTuple):
     """Contribution of one parameter's tolerance to an answer.
 
@@ -67,6 +80,14 @@ class Tolerance(NamedTuple):
     tolerance: float
     change: float
     share: float
+
+    def report(self) -> Report:
+        numbers = {
+            "tolerance": self.tolerance,
+            "change of the answer": self.change,
+            "share of the variance": self.share,
+        }
+        return Report([Quantity(name, value) for name, value in numbers.items()], self.name)
 
 
 def propagate_uncertainty(

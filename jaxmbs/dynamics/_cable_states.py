@@ -16,12 +16,14 @@ from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._rows import row_elements
 from ..model._system import System
+from ..quantities import XYZ, Axis, Quantity, numbered
+from ..reports import Report, Reported, faults_in_short
 from ..runtime import gather_static, jit
 from ._efforts import element_efforts
 from ._newton_euler import accelerations
 
 
-class CableResult(eqx.Module):
+class CableResult(Reported, eqx.Module):
     """A cable at a state, or along a motion with leading axes.
 
     Attributes:
@@ -35,6 +37,7 @@ class CableResult(eqx.Module):
             from a point within a wheel's circle: the path is then none.
         force, moment: (n, 3) load of each element on its body, in world axes [N, N m], the moment about the frame's
             origin: that of a sheave turns its wheel.
+        t: time [s].
         sheaves: indices of the elements that are no points; free: of those between two points, which the cable may
             leave (static).
     """
@@ -50,6 +53,27 @@ class CableResult(eqx.Module):
     moment: Float[Array, "... n 3"]
     sheaves: tuple[int, ...] = eqx.field(static=True)
     free: tuple[int, ...] = eqx.field(static=True, default=())
+    t: Float[Array, "..."] | None = None
+
+    def report(self) -> Report:
+        span, element = (
+            numbered(name, n) for name, n in (("span", self.tensions.shape[-1]), ("element", self.wrap.shape[-1]))
+        )
+        ends = Axis("end", ("first", "last"))
+        return Report(
+            [
+                Quantity("length", self.length, "m"),
+                Quantity("rate", self.rate, "m/s"),
+                Quantity("tension", self.tension, "N"),
+                Quantity("tension of span", self.tensions, "N", (span,)),
+                Quantity("wrap about element", self.wrap, "rad", (element,)),
+                Quantity("force on element", self.force, "N", (element, XYZ), in_table=False),
+                Quantity("moment on element", self.moment, "N m", (element, XYZ), in_table=False),
+                Quantity("point of span", self.points, "m", (span, ends, XYZ), in_table=False),
+            ],
+            fault=faults_in_short(self.faults()),
+            t=self.t,
+        )
 
     @property
     def has_left(self) -> Array:
@@ -132,4 +156,4 @@ def _of_rows(system, at, rows):
 def _result(at, seen, loads, law):
     seen = seen._replace(points=seen.points + at.origin[None, None])
     sheaves, free = (tuple(int(k) for k in own) for own in (law.layout.circles, law.layout.free_wheels))
-    return CableResult(*(jnp.asarray(part) for part in seen), *loads, sheaves=sheaves, free=free)
+    return CableResult(*(jnp.asarray(part) for part in seen), *loads, sheaves=sheaves, free=free, t=at.t)

@@ -5,6 +5,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jaxtyping import Float
 
@@ -15,9 +16,11 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._state import State
 from ..model._entry_points import state_function
 from ..model._system import System
+from ..quantities import XYZ, Axis, Quantity, numbered
+from ..reports import Report, Reported
 
 
-class ContactLoad(eqx.Module):
+class ContactLoad(Reported, eqx.Module):
     """Loads at the points of one contact (..., k), in world axes.
 
     Attributes:
@@ -31,6 +34,7 @@ class ContactLoad(eqx.Module):
         pressure: normal force over the pair's `area` [Pa], zero apart.
         pressure_speed: pressure times sliding speed, the load limit of plain bearings [W/m^2].
         wear_rate: worn volume by time, by Archard: `wear` times normal force times sliding speed [m^3/s].
+        t: (...) time [s].
     """
 
     depth: Float[Array, "... k"]
@@ -43,6 +47,28 @@ class ContactLoad(eqx.Module):
     pressure: Float[Array, "... k"]
     pressure_speed: Float[Array, "... k"]
     wear_rate: Float[Array, "... k"]
+    t: Float[Array, "..."] | None = None
+
+    def report(self) -> Report:
+        count = np.shape(self.depth)[-1]
+        point = (numbered("point", count),)
+        whole = np.sum(np.asarray(self.normal_force), axis=-1)
+        return Report(
+            [
+                Quantity("sum of normal forces", whole, "N"),
+                Quantity("depth", self.depth, "m", point),
+                Quantity("rate", self.rate, "m/s", point),
+                Quantity("normal force", self.normal_force, "N", point),
+                Quantity("friction", self.friction, "N", (*point, XYZ)),
+                Quantity("sliding", self.sliding, "m/s", (*point, XYZ)),
+                Quantity("pressure", self.pressure, "Pa", point),
+                Quantity("pressure times speed", self.pressure_speed, "W/m^2", point),
+                Quantity("wear rate", self.wear_rate, "m^3/s", point),
+                Quantity("point", self.point, "m", (Axis("point", point[0].labels), XYZ), in_table=False),
+                Quantity("normal", self.normal, "", (*point, XYZ), in_table=False),
+            ],
+            t=self.t,
+        )
 
 
 @state_function
@@ -75,6 +101,7 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
         pressure,
         pressure * speed,
         law.wear * found.normal * speed,
+        at.t,
     )
 
 

@@ -17,6 +17,8 @@ from ..math._linalg import few_columns
 from ..model._entry_points import state_function
 from ..model._friction_surfaces import SURFACES, surface_rows
 from ..model._system import System
+from ..quantities import Quantity, along_freedoms
+from ..reports import Report, Reported, faults_in_short
 from ..runtime import segment_sum_static
 from ._joint_friction import FrictionSolution, carriers, joint_axes
 from ._newton_euler import motion_with_friction, saddle_solver
@@ -30,7 +32,7 @@ _ROUNDING = 1e-3
 _SHARE = 1e-3
 
 
-class FrictionLoads(eqx.Module):
+class FrictionLoads(Reported, eqx.Module):
     """Loads of rubbing joints and their friction, each by the name of the joint.
 
     Attributes:
@@ -47,6 +49,7 @@ class FrictionLoads(eqx.Module):
             compliance, as `reactions` do.
         unique: (...) true where the load is the only one: the mechanism does not jam, statics alone determines the
             load, and no contact of a coupler is left out.
+        t: (...) time [s].
     """
 
     loads: dict[str, Float[Array, "..."]]
@@ -56,6 +59,24 @@ class FrictionLoads(eqx.Module):
     jammed: dict[str, Bool[Array, "..."]]
     shared: dict[str, Bool[Array, "..."]]
     unique: dict[str, Bool[Array, "..."]]
+    t: Float[Array, "..."] | None = None
+
+    def report(self) -> Report:
+        jams = [f"{name} jams" for name, jammed in self.jammed.items() if np.any(jammed)]
+        found = [Quantity("contraction", self.contraction)]
+        for name, load in self.loads.items():
+            is_pair = np.ndim(load) > np.ndim(self.contraction)
+            found.append(
+                along_freedoms(f"load of {name}", load, "N", "axis")
+                if is_pair
+                else Quantity(f"load of {name}", load, "N")
+            )
+            found.append(along_freedoms(f"friction of {name}", self.efforts[name]))
+            found.append(Quantity(f"power of {name}", self.powers[name], "W"))
+            found.append(Quantity(f"{name} is unique", self.unique[name]))
+            for word, marks in (("jammed", self.jammed), ("shared", self.shared)):
+                found.append(Quantity(f"{name} is {word}", marks[name], in_table=bool(np.any(marks[name]))))
+        return Report(found, fault=faults_in_short(jams), t=self.t)
 
 
 @state_function
@@ -82,6 +103,7 @@ def _joint_friction(system: System, state: State) -> FrictionLoads:
         jammed=by_joint(jammed, jnp.any),
         shared=by_joint(shared, jnp.any),
         unique=by_joint(unique, jnp.all),
+        t=at.t,
     )
 
 

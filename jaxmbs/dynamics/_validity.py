@@ -21,12 +21,14 @@ from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported, faults_in_short
 from ..runtime import jit
 from ._bodies import bodies_of
 from ._newton_euler import accelerations
 
 
-class Validity(eqx.Module):
+class Validity(Reported, eqx.Module):
     """Margins of a mechanism at a state, or along a motion with leading axes.
 
     Attributes:
@@ -36,6 +38,17 @@ class Validity(eqx.Module):
 
     t: Float[Array, "..."]
     margins: dict[str, dict[str, Margin]]
+
+    def report(self) -> Report:
+        found = [
+            Quantity(
+                f"{part} {name}", margin.value, margin.unit, (Axis("place", margin.places),) if margin.places else ()
+            )
+            for part, margins in self.margins.items()
+            for name, margin in margins.items()
+        ]
+        summary = "margins to the ends of models, negative outside" if found else "no part has an end of its model"
+        return Report(found, summary, faults_in_short(self.faults()), self.t)
 
     @property
     def ok(self) -> Bool[Array, "..."]:

@@ -10,11 +10,13 @@ from jaxtyping import Array, Bool, Float
 from ..checks import is_concrete, negative
 from ..errors import ModelError
 from ..linear._system import LinearSystem
+from ..quantities import Quantity, numbered
+from ..reports import Report, Reported
 from ..runtime import as_dtype
 from ..vibration._modes import natural_modes
 
 
-class SuspensionCheck(eqx.Module):
+class SuspensionCheck(Reported, eqx.Module):
     """Result of `check_suspension`; `str` of it is a sentence.
 
     Attributes:
@@ -30,6 +32,22 @@ class SuspensionCheck(eqx.Module):
     suspended: Float[Array, ""]
     ratio: Float[Array, ""]
     limit: float = eqx.field(static=True)
+
+    def report(self) -> Report:
+        fault = "" if self.ok else "the suspension is too stiff"
+        return Report(
+            [
+                Quantity(
+                    "frequency on the suspension", self.frequencies, "Hz", (numbered("mode", len(self.frequencies)),)
+                ),
+                Quantity("first elastic frequency", self.elastic, "Hz"),
+                Quantity("on the suspension", self.suspended, "Hz"),
+                Quantity("shift of it", self.shift),
+                Quantity("ratio", self.ratio),
+                Quantity("largest ratio", self.limit),
+            ],
+            fault=fault,
+        )
 
     @property
     def shift(self) -> Float[Array, ""]:

@@ -15,7 +15,9 @@ from ..errors import ModelError
 from ..identification import Identification, identify
 from ..linear._system import LinearSystem
 from ..linear._transfer import KINDS, TransferFunctions
-from ..tables import format_number, table_repr
+from ..quantities import Axis, Quantity, numbered
+from ..reports import Report, Reported
+from ..tables import format_number
 from ..typing import ArrayLike
 from ..vibration import frequency_response, mac
 from ..vibration import modes as modes_of
@@ -26,7 +28,7 @@ from ..vibration._mode_shapes import best_pairs
 LEAST_MAC = 0.6
 
 
-class MeasuredModes(eqx.Module):
+class MeasuredModes(Reported, eqx.Module):
     """Modes from a test.
 
     Attributes:
@@ -67,6 +69,15 @@ class MeasuredModes(eqx.Module):
         if faults:
             raise ModelError(faults, "measured modes")
 
+    def report(self) -> Report:
+        mode = numbered("mode", len(self.frequencies))
+        found = [Quantity("frequency", self.frequencies, "Hz", (mode,))]
+        if self.damping is not None:
+            found.append(Quantity("damping ratio", self.damping, "", (mode,)))
+        if self.shapes is not None:
+            found.append(Quantity("shape", self.shapes, "", (Axis("channel", self.channels), mode), in_table=False))
+        return Report(found, f"{len(self.frequencies)} modes, {len(self.channels)} channels")
+
 
 def _table_rows(found):
     head = ("mode", "measured [Hz]", "before [Hz]", "after [Hz]", "MAC before", "MAC after")
@@ -77,7 +88,7 @@ def _table_rows(found):
     return found.summary(), [head, *rows]
 
 
-class ModelUpdate(eqx.Module):
+class ModelUpdate(Reported, eqx.Module):
     """A model that was fitted to a test.
 
     Attributes:
@@ -96,7 +107,13 @@ class ModelUpdate(eqx.Module):
     frequencies: np.ndarray
     mac: np.ndarray
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        stages = Axis("stage", ("before", "after"))
+        mode = numbered("mode", self.frequencies.shape[-1])
+        columns = (("frequency", self.frequencies, "Hz"), ("MAC", self.mac, ""))
+        found = [Quantity(*column, (stages, mode)) for column in columns]
+        return Report(found, summary, "" if self.ok else "the model is not determined", table=rows)
 
     @property
     def ok(self) -> bool:

@@ -13,10 +13,13 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
+from ..quantities import Axis, Quantity, numbered
+from ..reports import Report, reported
 from ..runtime import as_array, as_dtype
 from ..typing import ArrayLike
 
 
+@reported
 class VirtualPoint(NamedTuple):
     """Transfer functions at a virtual point, with the residuals of the transformation.
 
@@ -30,6 +33,21 @@ class VirtualPoint(NamedTuple):
     transfer: TransferFunctions
     motion_residual: Float[Array, "frequencies inputs"]
     force_residual: Float[Array, "frequencies outputs"]
+
+    def report(self) -> Report:
+        found = self.transfer
+        frequency = Axis("frequency", np.asarray(found.omega) / (2 * np.pi), "Hz")
+        motions, forces = (
+            numbered(n, x.shape[1]) for n, x in (("input", self.motion_residual), ("output", self.force_residual))
+        )
+        return Report(
+            [
+                Quantity("motion not explained", self.motion_residual, "", (frequency, motions)),
+                Quantity("force not explained", self.force_residual, "", (frequency, forces)),
+                *found.report().quantities,
+            ],
+            f"{len(found.outputs)} outputs, {len(found.inputs)} inputs",
+        )
 
 
 def rigid_channels(places: Sequence[tuple], point: ArrayLike) -> Float[Array, "channels 6"]:

@@ -6,13 +6,16 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
 from ..runtime import as_dtype, jit
+from ..tables import format_number
 from ..typing import ArrayLike
 from ._arrays import float_array
 from ._pairing import pair_samples
 
 
-class Cycles(eqx.Module):
+class Cycles(Reported, eqx.Module):
     """Cycles of a history; an entry whose count is zero is none.
 
     Attributes:
@@ -24,6 +27,12 @@ class Cycles(eqx.Module):
     ranges: Float[Array, " entries"]
     means: Float[Array, " entries"]
     counts: Float[Array, " entries"]
+
+    def report(self) -> Report:
+        entry, unit = (Axis("entry", np.arange(len(self.ranges))),), "unit of the history"
+        counts = np.asarray(self.counts)
+        found = [Quantity("range", self.ranges, unit, entry), Quantity("mean", self.means, unit, entry)]
+        return Report([*found, Quantity("count", counts, "", entry)], f"{format_number(counts.sum())} cycles")
 
     @property
     def amplitudes(self) -> Float[Array, " entries"]:

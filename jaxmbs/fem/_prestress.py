@@ -14,6 +14,8 @@ from ..linear._free_motions import free_coordinates, name_some
 from ..math._eigen import eigh
 from ..math._nan import nan_where
 from ..math._spd import spd_solve
+from ..quantities import Quantity, numbered
+from ..reports import Report, failures, reported
 from ..runtime import jit, lapack
 from ..typing import AnyArray
 from ._assembly import assemble_dense, sum_dense
@@ -25,6 +27,7 @@ ROUNDING = {8: 1e-10, 4: 1e-4}
 _ZERO_PIVOT = 30
 
 
+@reported
 class Buckling(NamedTuple):
     """Buckling of a structure.
 
@@ -38,6 +41,18 @@ class Buckling(NamedTuple):
     factors: Float[Array, " num"]
     shapes: Float[Array, "rows num"]
     displacements: Float[Array, " rows"]
+
+    def report(self) -> Report:
+        mode, row = (numbered(*pair) for pair in zip(("mode", "row"), np.shape(self.shapes)[::-1], strict=True))
+        fault = failures(~np.isnan(np.asarray(self.factors)).any(), "nothing holds the structure")
+        return Report(
+            [
+                Quantity("load factor", self.factors, "", (mode,)),
+                Quantity("displacement", self.displacements, "m or rad", (row,), in_table=False),
+                Quantity("shape", self.shapes, "", (row, mode), in_table=False),
+            ],
+            fault=fault,
+        )
 
 
 @jit

@@ -17,6 +17,8 @@ from ..kinematics._state import HasStates, State
 from ..math import _stress as measures
 from ..model._entry_points import states_of
 from ..model._system import System
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported, reported
 from ._floating_frame import FloatingFrame
 from ._recovery import body_motion, find_body, map_states, recover_displacements
 from ._second_order import structure_rows
@@ -29,6 +31,7 @@ _MEASURES = {
 }
 
 
+@reported
 class StressEnvelope(NamedTuple):
     """Extremes of a measure of stress over the states.
 
@@ -42,13 +45,24 @@ class StressEnvelope(NamedTuple):
     at_highest: dict[str, Array]
     at_lowest: dict[str, Array]
 
+    def report(self) -> Report:
+        found = []
+        for name in self.highest:
+            shape = np.shape(self.highest[name])
+            axes = tuple(Axis(kind, np.arange(n)) for kind, n in zip(("element", "point"), shape, strict=True))
+            found.append(Quantity(f"{name} highest", self.highest[name], "Pa", axes))
+            found.append(Quantity(f"{name} lowest", self.lowest[name], "Pa", axes))
+            found.append(Quantity(f"{name} time of highest", self.at_highest[name], "s", axes))
+            found.append(Quantity(f"{name} time of lowest", self.at_lowest[name], "s", axes))
+        return Report(found)
+
     @property
     def peak(self) -> Float[Array, ""]:
         """The highest value of all [Pa]."""
         return jnp.max(jnp.stack([jnp.max(one) for one in self.highest.values() if one.size]))
 
 
-class Stresses(eqx.Module):
+class Stresses(Reported, eqx.Module):
     """Stresses of an elastic body at states of a mechanism; times come first.
 
     Attributes:
@@ -62,6 +76,17 @@ class Stresses(eqx.Module):
     times: Float[Array, "..."]
     components: dict[str, Array]
     forces: dict[str, Array]
+
+    def report(self) -> Report:
+        found = []
+        for name, group in self.structure.groups.items():
+            for values, labels, unit in (
+                (self.components[name], group.element.stress_labels, "Pa"),
+                (self.forces[name], group.element.force_labels, "N or N m"),
+            ):
+                elements = Axis("element", np.arange(values.shape[-2]))
+                found.append(Quantity(name, values, unit, (elements, Axis("component", labels))))
+        return Report(found, t=self.times)
 
     @property
     def tensors(self) -> dict[str, Array]:

@@ -15,7 +15,9 @@ from ..checks import number_faults
 from ..design import Limit, Optimum, minimise
 from ..design._variables import read_variables
 from ..errors import ModelError
-from ..tables import format_number, table_repr
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
+from ..tables import format_number
 from ..typing import ArrayLike
 from ._fourier import FourierMotion
 from ._identification import Identification, _sizes
@@ -34,7 +36,7 @@ def _table_rows(found):
     return found.summary(), [("unknown", "standard error expected"), *rows]
 
 
-class Excitation(eqx.Module):
+class Excitation(Reported, eqx.Module):
     """Motion of an experiment, and what it will tell.
 
     Attributes:
@@ -55,7 +57,11 @@ class Excitation(eqx.Module):
     jacobian: np.ndarray
     optimum: Optimum
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        unknown = (Axis("unknown", self.names),)
+        errors = Quantity("standard error", self.standard_errors, "", unknown)
+        return Report([errors, Quantity("information", self.information)], summary, table=rows)
 
     def summary(self) -> str:
         """The verdict in sentences."""

@@ -8,7 +8,9 @@ import numpy as np
 from jaxtyping import PyTree
 
 from ..checks import place_of
-from ..tables import format_number, table_repr
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
+from ..tables import format_number
 from ..typing import ArrayLike
 from ._measurements import Measurements
 from ._verdict import Direction, spectrum, unseen_directions
@@ -28,7 +30,7 @@ def _table_rows(found):
     return found.summary(), [("unknown", "value", "standard error", "95 % interval", ""), *rows]
 
 
-class Identification(eqx.Module):
+class Identification(Reported, eqx.Module):
     """Unknowns from measurements, with a verdict.
 
     Attributes:
@@ -72,7 +74,15 @@ class Identification(eqx.Module):
     largest: float = eqx.field(static=True)
     refit: Callable = eqx.field(static=True)
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        unknown = (Axis("unknown", self.names),)
+        columns = {"value": self.values, "standard error": self.standard_errors}
+        columns |= {"lower": self.lower, "upper": self.upper}
+        fit = {"chi squared": self.chi_squared, "freedom": self.freedom, "noise": self.noise}
+        found = [Quantity(*pair, "", unknown) for pair in columns.items()]
+        found += [Quantity(*pair) for pair in fit.items()]
+        return Report(found, summary, "" if self.ok else "the unknowns are not determined", table=rows)
 
     @property
     def ok(self) -> bool:

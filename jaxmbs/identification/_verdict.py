@@ -6,6 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from ..quantities import Quantity
+from ..reports import Report, reported
+
 #: Relative size of a singular value below which a direction is not seen at all: rounding.
 ROUNDING = 1e-10
 #: Terms of a direction that are left out, relative to the largest.
@@ -14,6 +17,7 @@ SMALL = 1e-3
 MOST_TERMS = 5
 
 
+@reported
 class Direction(NamedTuple):
     """Change of the unknowns that leaves the predictions within the noise.
 
@@ -27,6 +31,10 @@ class Direction(NamedTuple):
     coefficients: dict[str, float]
     deviation: float
     remedy: str
+
+    def report(self) -> Report:
+        found = [Quantity("deviation", self.deviation), *(Quantity(*pair) for pair in self.coefficients.items())]
+        return Report(found, f"{self.text}; prior, value or measurement wanted of {self.remedy}")
 
 
 class Spectrum(NamedTuple):

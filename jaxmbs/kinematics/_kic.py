@@ -12,6 +12,8 @@ from jaxtyping import Array, Float
 
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
+from ..quantities import XYZ, Axis, Quantity
+from ..reports import Report, Reported
 from . import _closures as closures
 from . import _constraints as constraints
 from ._configuration import Configuration, at_state
@@ -102,7 +104,7 @@ def point_jacobian(system: System, S, node, point):
     return jnp.concatenate([twist[:, :3], linear], axis=1).T
 
 
-class Kic(eqx.Module):
+class Kic(Reported, eqx.Module):
     """First-order KIC by body name.
 
     Attributes:
@@ -116,6 +118,16 @@ class Kic(eqx.Module):
     translational: dict
     independent: tuple[int, ...] = eqx.field(static=True)
     dependent: tuple[int, ...] = eqx.field(static=True)
+
+    def report(self) -> Report:
+        split = [
+            Axis(name, tuple(map(str, own)))
+            for name, own in (("dependent", self.dependent), ("independent", self.independent))
+        ]
+        axes = (XYZ, split[1])
+        parts = (("rotational", "", self.rotational), ("translational", "m/s per unit speed", self.translational))
+        found = [Quantity(f"{what} {body}", x, unit, axes) for what, unit, by in parts for body, x in by.items()]
+        return Report([Quantity("internal", self.internal, "", tuple(split)), *found], "by columns of velocities")
 
 
 @independent_state_function

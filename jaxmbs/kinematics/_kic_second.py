@@ -13,6 +13,8 @@ from ..errors import ModelError
 from ..math._linalg import full_rank_lstsq
 from ..math._tensor import left_product, plane_mix, right_product
 from ..model._system import System
+from ..quantities import entries
+from ..reports import Report, Reported
 from ..typing import AnyArray, FrameLike
 from . import _constraints as constraints
 from ._configuration import Configuration, at_coordinates, at_state
@@ -80,12 +82,17 @@ def internal_kic_second_printed(system: System, state: State) -> Float[Array, "M
     return -plane_mix(left_inverse, planes)
 
 
-class SecondKic(eqx.Module):
+class SecondKic(Reported, eqx.Module):
     """Second-order KIC: `internal` Hi (M, N, N); `rotational`, `translational` (N, 3, N) by body name."""
 
     internal: Float[Array, "m n n"]
     rotational: dict
     translational: dict
+
+    def report(self) -> Report:
+        parts = (("rotational", self.rotational), ("translational", self.translational))
+        found = [entries(f"{what} {body}", x) for what, by in parts for body, x in by.items()]
+        return Report([entries("internal", self.internal), *found])
 
 
 def body_kic_second(system: System, at: Configuration):

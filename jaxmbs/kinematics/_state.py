@@ -17,6 +17,8 @@ from ..model._entry_points import check_state, check_system
 from ..model._internal_states import InternalStates
 from ..model._system import System
 from ..model._topology import Topology
+from ..quantities import Quantity
+from ..reports import Report, Reported, failures
 from ..runtime import as_array
 from ..typing import ArrayLike, WordedError
 from ._assembled_state import (
@@ -32,9 +34,10 @@ from ._internal_states import with_start
 from ._levenberg_marquardt import CLOSED_RESIDUAL
 from ._mobility import count_mobility
 from ._named_values import StateRequest, parse_request
+from ._state_report import state_quantities
 
 
-class State(eqx.Module):
+class State(Reported, eqx.Module):
     """Time t () [s], coordinates (nq,) and velocities (nv,) of the tree's joints; leading axes for a motion.
 
     `residual` () is the largest residual of assembly over the rows of positions [m, rad] and velocities [m/s, rad/s],
@@ -91,6 +94,13 @@ class State(eqx.Module):
         self.branch = as_array(np.zeros((*leading, 0), self.t.dtype), None) if branch is None else branch
         self.internal = internal
         self.changes = changes
+
+    def report(self) -> Report:
+        return Report(
+            [*([Quantity("t", self.t, "s")] if self.t.ndim == 0 else []), *state_quantities(self)],
+            fault=failures(self.ok, "not assembled"),
+            t=self.t,
+        )
 
     @property
     def ok(self) -> jax.Array:

@@ -7,6 +7,8 @@ import numpy as np
 from ..checks import as_flag
 from ..elements import DIRECTIONS
 from ..errors import ModelError
+from ..quantities import XYZ, Quantity, entries
+from ..reports import Report, Reported, faults_in_short
 from ..runtime import as_array
 from ..typing import ArrayLike
 from ._rigid_motions import rigid_rows
@@ -14,7 +16,7 @@ from ._system import LinearSystem
 
 
 @dataclasses.dataclass(frozen=True)
-class Check:
+class Check(Reported):
     """Result of `check`; `str` of it is a table.
 
     Attributes:
@@ -44,6 +46,20 @@ class Check:
     slack: tuple[str, ...]
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
+
+    def report(self) -> Report:
+        found = [Quantity("coordinates", self.size), Quantity("motions without strain", self.free_motions)]
+        found += [Quantity(f"asymmetry of the {name}", value) for name, value in self.asymmetry.items()]
+        if self.rigid_energy is not None:
+            found.append(entries("strain energy of rigid motion", self.rigid_energy))
+        if self.mass is not None:
+            found.append(Quantity("mass", self.mass, "kg"))
+        if self.centre is not None:
+            found += [
+                Quantity("centre of mass", self.centre, "m", (XYZ,)),
+                entries("inertia", self.inertia, "kg m^2"),
+            ]
+        return Report(found, "; ".join(self.warnings[:1]), faults_in_short(self.faults))
 
     def __str__(self):
         rows = [("coordinates", f"{self.size}")]

@@ -12,6 +12,8 @@ from jaxtyping import Array, Bool, Float
 from ..blocksparse import BlockMatrix
 from ..checks import is_concrete
 from ..math import _square as square
+from ..quantities import Quantity, numbered
+from ..reports import Report, Reported, failures
 from ..runtime import as_array, jit
 from ..typing import AnyArray, ArrayLike
 from ._block_statics import PROBE_ERROR, solve_statics
@@ -19,7 +21,7 @@ from ._rigid_motions import rigid_rows
 from ._system import LinearSystem
 
 
-class StaticResponse(eqx.Module):
+class StaticResponse(Reported, eqx.Module):
     """Static displacements of a linear system under loads, or during the steady acceleration that they cause.
 
     Attributes:
@@ -33,6 +35,18 @@ class StaticResponse(eqx.Module):
     acceleration: Float[Array, "... d"]
     rigid: Float[Array, "n d"]
     forces: tuple = ()
+
+    def report(self) -> Report:
+        own, rigid = (
+            numbered(n, x.shape[-1]) for n, x in (("coordinate", self.displacement), ("motion", self.acceleration))
+        )
+        return Report(
+            [
+                Quantity("displacement", self.displacement, "m or rad", (own,)),
+                Quantity("acceleration along rigid", self.acceleration, "m/s^2 or rad/s^2", (rigid,)),
+            ],
+            fault=failures(self.ok, "not finite"),
+        )
 
     @property
     def ok(self) -> Bool[Array, "..."]:

@@ -10,14 +10,17 @@ from jaxtyping import Array, Complex, Float
 
 from ..checks import distinct_names, place_of, require_numbers
 from ..errors import ModelError
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported, failures
 from ..runtime import jit
 from ..typing import ArrayLike
 
 #: Kinds of outputs: displacement, velocity, acceleration; the index is the power of `i w` over displacement.
 KINDS = ("receptance", "mobility", "accelerance")
+_KIND_UNITS = dict(zip(KINDS, ("m/N", "m/s/N", "m/s^2/N"), strict=True))
 
 
-class TransferFunctions(eqx.Module):
+class TransferFunctions(Reported, eqx.Module):
     """Transfer functions `B_ij(w)`: complex response at named outputs for a unit force at named inputs.
 
     A channel that is both driven and measured has the same name in both lists.
@@ -60,6 +63,13 @@ class TransferFunctions(eqx.Module):
             faults.append(f"values have shape {self.values.shape}; frequencies, outputs and inputs make {shape}")
         if faults:
             raise ModelError(faults)
+
+    def report(self) -> Report:
+        frequency = Axis("frequency", np.asarray(self.omega) / (2.0 * np.pi), "Hz")
+        axes = (frequency, Axis("output", self.outputs), Axis("input", self.inputs))
+        fault = failures(np.isfinite(np.asarray(self.values)).all(axis=(1, 2)), "frequencies not finite")
+        summary = f"{len(self.omega)} frequencies, {len(self.outputs)} outputs, {len(self.inputs)} inputs"
+        return Report([Quantity(self.kind, self.values, _KIND_UNITS[self.kind], axes)], summary, fault)
 
     def rows(self, names: Sequence[str]) -> np.ndarray:
         """Indices of outputs by name.  Raises: UnknownNameError."""

@@ -6,8 +6,11 @@ import equinox as eqx
 import jax
 from jaxtyping import Array, Float, Int
 
+from ..quantities import Quantity
+from ..reports import Report, Reported
 
-class Diagnostics(eqx.Module):
+
+class Diagnostics(Reported, eqx.Module):
     """Accounts of a motion, per saved time (T,) unless said otherwise.
 
     Attributes:
@@ -31,6 +34,20 @@ class Diagnostics(eqx.Module):
     num_steps: Int[Array, ""]
     num_rejected: Int[Array, ""]
     stiffening: dict = eqx.field(default_factory=dict)
+
+    def report(self) -> Report:
+        found = {"kinetic": self.kinetic, "potential": self.potential, "energy residual": self.energy_residual}
+        found |= {f"work of {name}": work for name, work in self.work.items()}
+        counts = {"steps": self.num_steps, "rejected steps": self.num_rejected}
+        return Report(
+            [
+                *(Quantity(name, values, "J") for name, values in found.items()),
+                Quantity("drift of positions", self.constraint_drift, "m or rad"),
+                Quantity("drift of velocities", self.velocity_drift, "m/s or rad/s"),
+                *(Quantity(name, count) for name, count in counts.items()),
+                *(Quantity(f"stiffening of {name}", x) for name, x in self.stiffening.items()),
+            ]
+        )
 
     def rows(self, index: Any) -> "Diagnostics":
         """The accounts at saved times of a number, a slice or an array of numbers."""

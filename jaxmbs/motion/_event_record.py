@@ -11,7 +11,9 @@ from jaxtyping import Float, Int
 
 from ..kinematics._state import State
 from ..ode._problem import LoopState
-from ..tables import format_number, table_repr
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
+from ..tables import format_number
 from ._diagnostics import Diagnostics
 
 
@@ -35,7 +37,7 @@ class EventSides(eqx.Module):
     places: Int[Array, "..."]
 
 
-class EventRecord(eqx.Module):
+class EventRecord(Reported, eqx.Module):
     """The events that acted, in their order, and after them the one that ended the motion.
 
     Attributes:
@@ -50,7 +52,13 @@ class EventRecord(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     sides: EventSides | None = None
 
-    __repr__, _repr_html_ = table_repr(_table_parts)
+    def report(self) -> Report:
+        summary, rows = _table_parts(self)
+        known = np.asarray(self.numbers) >= 0
+        times, numbers = (np.asarray(x)[known] for x in (self.times, self.numbers))
+        axis = (Axis("event", np.arange(len(times))),)
+        found = [Quantity("time", times, "s", axis), Quantity("number", numbers, "", axis)]
+        return Report(found, summary, table=rows)
 
     @property
     def before(self) -> State | None:

@@ -10,9 +10,11 @@ import numpy as np
 from ..kinematics._reaction_map import carriers
 from ..math._linalg import safe_norm
 from ..model._system import System
+from ..quantities import Axis, Quantity
 from ..reaction import reactions
+from ..reports import Report, Reported
 from ..runtime import jit
-from ..tables import format_number, table_repr
+from ..tables import format_number
 from ._motion import Motion
 from ._peaks import Peak, check_one_motion, peak
 
@@ -25,7 +27,7 @@ def _table_parts(peaks):
     return f"{len(rows)} joints", [("joint", "force [N]", "at [s]", "moment [N m]", "at [s]"), *rows]
 
 
-class LoadPeaks(eqx.Module):
+class LoadPeaks(Reported, eqx.Module):
     """The largest force [N] and the largest moment [N m] of every joint along a motion, by the name of the joint.
 
     A `Peak` of each, with its time [s] and the State then.
@@ -34,7 +36,14 @@ class LoadPeaks(eqx.Module):
     force: dict[str, Peak]
     moment: dict[str, Peak]
 
-    __repr__, _repr_html_ = table_repr(_table_parts)
+    def report(self) -> Report:
+        summary, rows = _table_parts(self)
+        found = []
+        for what, unit, peaks in (("force", "N", self.force), ("moment", "N m", self.moment)):
+            joint = (Axis("joint", tuple(peaks)),)
+            values, times = (np.asarray([getattr(p, part) for p in peaks.values()]) for part in ("value", "time"))
+            found += [Quantity(what, values, unit, joint), Quantity(f"time of {what}", times, "s", joint)]
+        return Report(found, summary, table=rows)
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame` by joint and by load, "force" or "moment": its value, its time, and the coordinates of

@@ -13,13 +13,15 @@ from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
+from ..kinematics._state_report import coordinate_labels, state_quantities
 from ..math._nan import nan_where
 from ..model._entry_points import check_state
 from ..model._internal_states import replace_field
 from ..model._system import System
+from ..reports import Report, Reported
 from ..runtime import as_array, jit, not_tracing
 from ..status import Status, succeeded
-from ..tables import format_number, span, table_repr
+from ..tables import format_number, span
 from ..typing import ArrayLike
 from ._diagnostics import Diagnostics
 from ._event_record import EventRecord
@@ -36,16 +38,16 @@ def _table_parts(motion):
         f"{len(ts)} instants from {format_number(ts[0])} to {format_number(ts[-1])} s, {motion.status}; "
         f"{int(accounts.num_steps)} steps, energy residual {format_number(residual)} J, drift {format_number(drift)}"
     )
-    names = _labels((name, size) for name, _, size, _ in motion.states.structure or ())
-    names = names or [str(k) for k in range(psi.shape[1])]
-    rows = [(name, *span(psi[:, k])) for k, name in enumerate(names)]
+    names, units = coordinate_labels(motion.states.structure, psi.shape[1])
+    rows = [(name, *span(psi[:, k]), unit or "-") for k, (name, unit) in enumerate(zip(names, units, strict=True))]
     if (internal := motion.states.internal) is not None:
         values = np.asarray(internal.values)
-        rows += [(name, *span(values[:, k])) for k, name in enumerate(internal.entries)]
-    return summary, [("coordinate", "first", "last", "least", "largest"), *rows]
+        units = [record.unit or "-" for record in internal.records for _ in record.entries]
+        rows += [(n, *span(values[:, k]), units[k]) for k, n in enumerate(internal.entries)]
+    return summary, [("coordinate", "first", "last", "least", "largest", "unit"), *rows]
 
 
-class Motion(eqx.Module):
+class Motion(Reported, eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
     `motion[k]` is the k-th saved state, `motion.at(system, t)` one between them; questions take the motion as well.
@@ -70,7 +72,10 @@ class Motion(eqx.Module):
     events: EventRecord | None = None
     sampling: Sampling | None = None
 
-    __repr__, _repr_html_ = table_repr(_table_parts)
+    def report(self) -> Report:
+        summary, rows = _table_parts(self)
+        fault = "" if self.ok else str(self.status)
+        return Report(state_quantities(self.states), summary, fault, self.ts, rows)
 
     @property
     def status(self) -> Status:

@@ -5,14 +5,18 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
 from ..kinematics._poses import node_parameters
 from ..kinematics._state import State
+from ..kinematics._state_report import state_quantities
 from ..model._entry_points import check_state
 from ..model._system import System
 from ..ode._loop import stop_gradients
+from ..quantities import entries
+from ..reports import Report, Reported
 from ..runtime import as_argument, jit, map_chunked
 from ._interpolation import Knots, between, knots_of
 from ._motion import Motion, pieces_of
@@ -21,12 +25,16 @@ _STEPS = 12  # each second one cuts the bracket by the golden section, the other
 _GOLDEN = 0.3819660112501051
 
 
-class Peak(eqx.Module):
+class Peak(Reported, eqx.Module):
     """The largest value of a quantity (...), its time [s] (...) and the state then (leading axes ...)."""
 
     value: Float[Array, "..."]
     time: Float[Array, "..."]
     state: State
+
+    def report(self) -> Report:
+        found = [entries("value", self.value), entries("time", self.time, "s")]
+        return Report([*found, *(state_quantities(self.state) if np.ndim(self.value) == 0 else [])])
 
 
 def peak(system: System, motion: Motion, quantity: Callable[[State], Array]) -> Peak:

@@ -11,6 +11,8 @@ from jaxtyping import Array, Float
 
 from ..errors import ModelError
 from ..math import _square as square
+from ..quantities import XYZ, Quantity
+from ..reports import Report, Reported
 from ..runtime import jit
 from ._random_response import RandomResponse
 from ._stress_spectrum import StressSpectrum, stress_places
@@ -20,7 +22,7 @@ KINDS = ("normal", "shear")
 STEPS = 8
 
 
-class CriticalPlane(eqx.Module):
+class CriticalPlane(Reported, eqx.Module):
     """Plane on which the variance of the stress is greatest.
 
     Attributes:
@@ -32,6 +34,10 @@ class CriticalPlane(eqx.Module):
     normal: Float[Array, "3"]
     along: Float[Array, "3"]
     spectrum: StressSpectrum
+
+    def report(self) -> Report:
+        found = {"normal": self.normal, "along": self.along}
+        return Report([*(Quantity(*pair, "", (XYZ,)) for pair in found.items()), *self.spectrum.report().quantities])
 
 
 def critical_plane(response: RandomResponse, names: Iterable[str], kind: str = "normal") -> CriticalPlane:

@@ -18,6 +18,8 @@ from ..fatigue._psd import PsdTable
 from ..fatigue._sn import SN
 from ..fatigue._spectral_damage import spectral_damage
 from ..math._exponential import expm
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ..vibration._modal_equations import _rates
@@ -26,7 +28,7 @@ from ._shock_spectrum import KINDS, shock_spectrum
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 
 
-class DamageSpectrum(eqx.Module):
+class DamageSpectrum(Reported, eqx.Module):
     """Damage and extreme response of oscillators.
 
     Attributes:
@@ -38,6 +40,14 @@ class DamageSpectrum(eqx.Module):
     frequencies: Float[Array, " f"]
     damage: Float[Array, " f"]
     extreme: Float[Array, " f"]
+
+    def report(self) -> Report:
+        frequency = (Axis("frequency", np.asarray(self.frequencies), "Hz"),)
+        found = [
+            Quantity("damage", self.damage, "", frequency),
+            Quantity("extreme response", self.extreme, "m/s^2", frequency),
+        ]
+        return Report(found, f"{len(self.frequencies)} frequencies")
 
 
 def damage_spectrum(

@@ -10,14 +10,16 @@ from jaxtyping import Array, Float
 
 from ..checks import distinct_names, not_increasing, number_faults, repeated
 from ..errors import ModelError
-from ..tables import format_number, table_repr
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
+from ..tables import format_number
 from ..typing import ArrayLike
 from ._random_response import RandomResponse
 from ._response_spectrum import ResponseSpectrum
 from ._sine_response import SineResponse
 
 
-class LoadCase(eqx.Module):
+class LoadCase(Reported, eqx.Module):
     """One load event: its name, its largest and least loads and the places of both, and an uncertainty factor.
 
     Args:
@@ -63,6 +65,19 @@ class LoadCase(eqx.Module):
         self.names, self.unit = found.names, found.unit
         self.highest, self.lowest = found.highest, found.lowest
         self.at_highest, self.at_lowest = found.at_highest, found.at_lowest
+
+    def report(self) -> Report:
+        component = (Axis("component", self.names),)
+        found = {"highest": self.highest, "lowest": self.lowest}
+        places = {"place of highest": self.at_highest, "place of lowest": self.at_lowest} if self.unit else {}
+        return Report(
+            [
+                *(Quantity(*pair, "SI", component) for pair in found.items()),
+                *(Quantity(*pair, self.unit, component) for pair in places.items()),
+                Quantity("factor", self.factor),
+            ],
+            self.name,
+        )
 
 
 class _Extremes(NamedTuple):
@@ -130,7 +145,7 @@ def _table_rows(envelope):
                 b,
             )
         )
-    title = ("component", "maximum", "at", "case", "minimum", "at", "case")
+    title = ("component", "maximum [SI]", "at", "case", "minimum [SI]", "at", "case")
     return f"{len(rows)} components over {len(envelope.cases)} load cases", [title, *rows]
 
 
@@ -138,7 +153,7 @@ def _place(where, unit):
     return f"{format_number(where)} {unit}" if unit else "-"
 
 
-class Envelope(eqx.Module):
+class Envelope(Reported, eqx.Module):
     """Extremes of all components over load cases, uncertainty factors included.
 
     Attributes:
@@ -157,7 +172,17 @@ class Envelope(eqx.Module):
     cases: tuple[str, ...] = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        component = (Axis("component", self.names),)
+        columns = {"highest": self.highest, "lowest": self.lowest, "limit": self.limits}
+        places = {"place of highest": self.at_highest, "place of lowest": self.at_lowest}
+        cases = {"case of highest": self.case_highest, "case of lowest": self.case_lowest}
+        found = [
+            *(Quantity(*pair, "SI", component) for pair in columns.items()),
+            *(Quantity(*pair, "", component) for pair in (places | cases).items()),
+        ]
+        return Report(found, summary, table=rows)
 
     @property
     def limits(self) -> Float[Array, " components"]:

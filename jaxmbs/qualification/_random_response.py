@@ -11,7 +11,9 @@ from jaxtyping import Array, Complex, Float
 from ..checks import distinct_names, no_such
 from ..errors import ModelError, UnknownNameError
 from ..linear._system import LinearSystem
-from ..tables import format_number, table_repr
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
+from ..tables import format_number
 from ..typing import ArrayLike
 from ._coherence import Coherence, coherence_of
 from ._inputs import spectral_matrix
@@ -45,10 +47,10 @@ def _table_rows(response):
         for name, r, f in zip(response.names, rms, rate, strict=True)
     ]
     summary = f"{len(rows)} responses to {len(response.inputs)} random inputs"
-    return summary, [("output", "rms", "3 sigma", "zero crossings [Hz]"), *rows]
+    return summary, [("output", "rms [SI]", "3 sigma [SI]", "zero crossings [Hz]"), *rows]
 
 
-class RandomResponse(eqx.Module):
+class RandomResponse(Reported, eqx.Module):
     """Response to random inputs; all numbers in SI units, spectra one-sided per Hz.
 
     Attributes:
@@ -68,7 +70,11 @@ class RandomResponse(eqx.Module):
     order: int = eqx.field(static=True)
     is_uncorrelated: bool = eqx.field(static=True)
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        output = (Axis("output", self.names),)
+        columns = (("rms", "SI", self.rms), ("zero crossings", "Hz", self.zero_crossing_rate))
+        return Report([Quantity(name, x, unit, output) for name, unit, x in columns], summary, table=rows)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -16,8 +16,10 @@ from ..fatigue._log_lines import frequency_faults, log_lines
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
 from ..math._eigen import eigh, same
+from ..quantities import Axis, Quantity, numbered
+from ..reports import Report, Reported
 from ..runtime import jit
-from ..tables import format_number, table_repr
+from ..tables import format_number
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration
 from ._modal_model import modal_model
@@ -38,10 +40,10 @@ def _table_rows(response):
     summary = (
         f"{len(response.frequencies)} modes with {100 * share:.4g} % of the mass, combined by {response.combine}"
     )
-    return summary, [("output", "peak", "missing mass"), *rows]
+    return summary, [("output", "peak [SI]", "missing mass [SI]"), *rows]
 
 
-class ResponseSpectrum(eqx.Module):
+class ResponseSpectrum(Reported, eqx.Module):
     """Peaks of outputs by the response-spectrum method.
 
     Attributes:
@@ -65,7 +67,22 @@ class ResponseSpectrum(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     combine: str = eqx.field(static=True)
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        output, mode = Axis("output", self.names), numbered("mode", len(self.frequencies))
+        return Report(
+            [
+                Quantity("peak", self.peaks, "SI", (output,)),
+                Quantity("missing mass", self.missing, "SI", (output,)),
+                Quantity("frequency", self.frequencies, "Hz", (mode,)),
+                Quantity("damping ratio", self.ratios, "", (mode,)),
+                Quantity("acceleration", self.accelerations, "m/s^2", (mode,)),
+                Quantity("effective mass", self.effective_masses, "kg", (mode,)),
+                Quantity("modal peak", self.modal, "SI", (mode, output)),
+            ],
+            summary,
+            table=rows,
+        )
 
 
 def response_spectrum(

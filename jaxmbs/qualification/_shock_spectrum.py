@@ -8,15 +8,18 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, not_positive
 from ..fatigue._arrays import float_array
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
 from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ..vibration._oscillator_motion import Oscillators
 from ..vibration._oscillator_peaks import peaks
 
 KINDS = ("absolute acceleration", "relative displacement", "pseudo velocity")
+_UNITS = dict(zip(KINDS, ("m/s^2", "m", "m/s"), strict=True))
 
 
-class ShockSpectrum(eqx.Module):
+class ShockSpectrum(Reported, eqx.Module):
     """Shock response spectrum of one signal.
 
     Attributes:
@@ -30,6 +33,12 @@ class ShockSpectrum(eqx.Module):
     during: Float[Array, "2 f"]
     after: Float[Array, "2 f"]
     kind: str = eqx.field(static=True)
+
+    def report(self) -> Report:
+        frequency, unit = (Axis("frequency", np.asarray(self.frequencies), "Hz"),), _UNITS[self.kind]
+        names = ("maximax", "primary", "residual", "positive", "negative")
+        found = [Quantity(name, getattr(self, name), unit, frequency) for name in names]
+        return Report(found, f"{self.kind}, {len(self.frequencies)} frequencies")
 
     @property
     def primary(self) -> Float[Array, " f"]:

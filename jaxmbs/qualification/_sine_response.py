@@ -5,6 +5,7 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
@@ -13,6 +14,8 @@ from ..errors import ModelError
 from ..fatigue._log_lines import frequency_faults, log_lines
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
@@ -24,7 +27,7 @@ from ._outputs import named_outputs
 SINE_UNITS = {"g": STANDARD_GRAVITY, "m/s^2": 1.0, "N": 1.0}
 
 
-class SineResponse(eqx.Module):
+class SineResponse(Reported, eqx.Module):
     """Steady response to a sine at every frequency, and the input that remains after notching.
 
     Attributes:
@@ -45,6 +48,20 @@ class SineResponse(eqx.Module):
     fastest_sweep: Float[Array, ""]
     limits: tuple[str, ...] = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True)
+
+    def report(self) -> Report:
+        frequency = Axis("frequency", np.asarray(self.frequencies), "Hz")
+        levels = {"specified input": self.levels, "notched input": self.input, "notch depth": self.notch_depth}
+        found = [
+            Quantity(name, values, "" if name == "notch depth" else "SI", (frequency,))
+            for name, values in levels.items()
+        ]
+        response = Quantity("response", self.response, "SI", (frequency, Axis("output", self.names)))
+        sweep = Quantity("fastest sweep", self.fastest_sweep, "octaves/min")
+        notched = np.count_nonzero(np.asarray(self.limiting) >= 0)
+        limiting = Quantity("limit", np.asarray(self.limiting), "", (frequency,), in_table=False)
+        summary = f"{len(self.frequencies)} frequencies, {notched} of them notched"
+        return Report([response, *found, sweep, limiting], summary)
 
     @property
     def amplitudes(self) -> Float[Array, "frequencies outputs"]:

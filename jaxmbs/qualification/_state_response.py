@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..analysis._linearise import Linearisation
+from ..analysis._linearisation import Linearisation
 from ..checks import is_concrete, no_such
 from ..coupling._measured_network import MeasuredNetwork
 from ..errors import ModelError

@@ -9,6 +9,8 @@ from jaxtyping import Array, Float
 
 from ..checks import distinct_names
 from ..errors import ModelError
+from ..quantities import Quantity
+from ..reports import Report, Reported
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._inputs import spectral_matrix
@@ -16,7 +18,7 @@ from ._random_response import RandomResponse
 from ._spectral_integrals import POWERS, band_nodes, integrate, is_white, map_nodes, safe_sqrt
 
 
-class StressSpectrum(eqx.Module):
+class StressSpectrum(Reported, eqx.Module):
     """Power spectral density of a quadratic form of outputs, one-sided over Hz: `sum_ab form_ab Re S_ab(f)`.
 
     Attributes:
@@ -28,6 +30,12 @@ class StressSpectrum(eqx.Module):
     response: RandomResponse
     form: Float[Array, "k k"]
     places: tuple[int, ...] = eqx.field(static=True)
+
+    def report(self) -> Report:
+        return Report(
+            [Quantity("rms", self.rms, "Pa"), Quantity("mean square", self.moment(0), "Pa^2")],
+            f"{len(self.places)} outputs",
+        )
 
     def psd(self, frequencies: ArrayLike) -> Float[Array, " frequencies"]:
         """Levels (frequencies,) at frequencies [Hz]."""

@@ -23,13 +23,15 @@ from ..math._linalg import RowScale, relative, saddle_solve
 from ..model._changes import system_at
 from ..model._entry_points import map_states, rates_of, states_of
 from ..model._system import System
+from ..quantities import Quantity, along_freedoms
+from ..reports import Report, Reported, failures
 from ..runtime import jit, map_chunked
 from ..typing import ArrayLike
 from ._row_residuals import ROUNDING_TOLERANCE, relative_row_residual, row_residuals
 from ._without_drives import without_drives
 
 
-class Actuation(eqx.Module):
+class Actuation(Reported, eqx.Module):
     """Efforts of chosen actuators for a motion.
 
     Attributes:
@@ -43,6 +45,12 @@ class Actuation(eqx.Module):
     gap: Float[Array, "..."]
     row_gap: Float[Array, "..."]
     ok: Bool[Array, "..."]
+    t: Float[Array, "..."] | None = None
+
+    def report(self) -> Report:
+        gaps = [Quantity("gap of efforts", self.gap), Quantity("gap of rows", self.row_gap)]
+        found = [along_freedoms(name, effort) for name, effort in self.efforts.items()]
+        return Report([*found, *gaps], fault=failures(self.ok, "the actuators cannot produce the motion"), t=self.t)
 
     def __getitem__(self, name: str) -> Float[Array, "... n"]:
         place_of("actuator", name, tuple(self.efforts))
@@ -89,7 +97,7 @@ def inverse_dynamics(
     found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
     named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
-    return Actuation(named, *gaps)
+    return Actuation(named, *gaps, states.t)
 
 
 def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:

@@ -12,12 +12,14 @@ from ..checks import is_concrete, no_such
 from ..dynamics._validity import Validity
 from ..errors import UnknownNameError
 from ..model._describe import COMPONENTS
+from ..quantities import XYZ, Quantity, along_freedoms
+from ..reports import Report, Reported, failures
 from ..status import Status
-from ..tables import format_number, table_repr
+from ..tables import format_number
 from ..typing import ArrayLike
 
 
-class JointReaction(eqx.Module):
+class JointReaction(Reported, eqx.Module):
     """Wrench that a joint transmits, with everything that acts inside it (drives, joint springs).
 
     Attributes:
@@ -42,6 +44,16 @@ class JointReaction(eqx.Module):
     unique_force: Bool[Array, "... 3"]
     unique_moment: Bool[Array, "... 3"]
     lacks_contact: Bool[Array, "..."] | None = None
+
+    def report(self) -> Report:
+        wrench = [Quantity("force", self.force, "N", (XYZ,)), Quantity("moment", self.moment, "N m", (XYZ,))]
+        efforts = [along_freedoms(n, x) for n, x in (("effort", self.effort), ("total effort", self.total_effort))]
+        open_ones = [c for c, mark in zip(COMPONENTS, _every_unique(self), strict=True) if not mark]
+        marks = [
+            Quantity(name, getattr(self, name.replace(" ", "_")), "", (XYZ,), in_table=False)
+            for name in ("unique force", "unique moment")
+        ]
+        return Report([*wrench, *efforts, *marks], f"undetermined: {', '.join(open_ones)}" if open_ones else "")
 
 
 class JointReactions(eqx.Module):
@@ -88,7 +100,7 @@ def _summary(loads):
     rows = [(name, *_largest_magnitudes(load), _undetermined_text(load)) for name, load in loads.items()]
     ok = np.asarray(loads.ok)
     summary = f"{len(rows)} joints" + (f", {ok.size} instants" if ok.ndim else "")
-    summary += ", ok" if ok.all() else f", {np.count_nonzero(~ok)} not ok"
+    summary += ", ok" if ok.all() else ""
     summary += f", {loads.note}" if loads.note else ""
     side = "" if loads.side == "child" else ", on the parents"
     summary += f"; axes of the {'world' if loads.frame == 'world' else 'joints'}{side}"
@@ -96,7 +108,7 @@ def _summary(loads):
         summary += "".join(f"; {fault}" for fault in loads.validity.faults())
     if any(_has_contact(load) for _, load in loads.items()):
         summary += f"; bearings carry no contact forces of {', '.join(loads.rows)}"
-    return summary, [("joint", "force [N]", "moment [N m]", "effort", "undetermined"), *rows]
+    return summary, [("joint", "force [N]", "moment [N m]", "effort [N or N m]", "undetermined"), *rows]
 
 
 def _largest_magnitudes(load):
@@ -108,16 +120,20 @@ def _largest_magnitudes(load):
 
 def _undetermined_text(load):
     """The components that are not unique at some instant, as text."""
-    unique = np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6).all(axis=0)
-    marks = ", ".join(c for c, known in zip(COMPONENTS, unique, strict=True) if not known)
+    marks = ", ".join(c for c, known in zip(COMPONENTS, _every_unique(load), strict=True) if not known)
     return (marks or "-") + (" (contact)" if _has_contact(load) else "")
+
+
+def _every_unique(load):
+    """True (6,) for the components that are unique at all instants."""
+    return np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6).all(axis=0)
 
 
 def _has_contact(load):
     return load.lacks_contact is not None and bool(np.any(load.lacks_contact))
 
 
-class LawForce(eqx.Module):
+class LawForce(Reported, eqx.Module):
     """Effort and force of a force element.
 
     Attributes:
@@ -132,12 +148,13 @@ class LawForce(eqx.Module):
     force: Float[Array, "... 3"] | None
     moment: Float[Array, "... 3"] | None
 
-    __repr__, _repr_html_ = table_repr(
-        lambda law: _value_table({k: getattr(law, k) for k in ("effort", "force", "moment")})
-    )
+    def report(self) -> Report:
+        wrench = (("force", self.force, "N"), ("moment", self.moment, "N m"))
+        parts = [Quantity(name, x, unit, (XYZ,)) for name, x, unit in wrench if x is not None]
+        return Report([along_freedoms("effort", self.effort, axis="component"), *parts])
 
 
-class DriveLoad(eqx.Module):
+class DriveLoad(Reported, eqx.Module):
     """Effort of a drive, or of an actuator in its place.
 
     Attributes:
@@ -148,10 +165,12 @@ class DriveLoad(eqx.Module):
     effort: Float[Array, "... n"]
     unique: Bool[Array, "... n"]
 
-    __repr__, _repr_html_ = table_repr(lambda drive: _value_table({"effort": drive.effort}, drive.unique))
+    def report(self) -> Report:
+        open_one = "" if np.all(self.unique) else "not determined by statics"
+        return Report([along_freedoms("effort", self.effort)], open_one)
 
 
-class RowLoad(eqx.Module):
+class RowLoad(Reported, eqx.Module):
     """Efforts of a coupler or of user rows.
 
     Attributes:
@@ -164,27 +183,14 @@ class RowLoad(eqx.Module):
     efforts: dict[str, Float[Array, "... n"]]
     unique: Bool[Array, "... k"]
 
-    __repr__, _repr_html_ = table_repr(
-        lambda row: _value_table({"multipliers": row.multipliers, **row.efforts}, row.unique)
-    )
+    def report(self) -> Report:
+        open_one = "" if np.all(self.unique) else "not determined by statics"
+        efforts = [along_freedoms(f"effort on {name}", effort) for name, effort in self.efforts.items()]
+        multipliers = along_freedoms("multiplier", self.multipliers, "J per unit of the row", "row")
+        return Report([multipliers, *efforts], open_one)
 
 
-def _value_table(parts, unique=()):
-    """Summary and table of named numbers: values of one instant, or their ranges along a motion."""
-    rows = []
-    for name, value in parts.items():
-        if value is not None:
-            columns = np.asarray(value, float).T.reshape(np.shape(value)[-1], -1)
-            cells = [
-                f"{format_number(x.min())} to {format_number(x.max())}" if np.ndim(value) > 1 else format_number(x[0])
-                for x in columns
-            ]
-            rows.append((name, ", ".join(cells)))
-    instants = next((f"{len(x)} instants" for x in parts.values() if x is not None and np.ndim(x) > 1), "one instant")
-    return instants + ("" if np.all(unique) else ", not determined by statics"), [("", "value"), *rows]
-
-
-class Reactions(eqx.Module):
+class Reactions(Reported, eqx.Module):
     """Reactions by joint or constraint name, `loads["main"].force`; of force elements `loads.law("spring").effort`,
     of drives and actuators `loads.drive("shaft").effort`, of couplers and user rows
     `loads.row("gear").efforts["pinion"]`.
@@ -219,6 +225,13 @@ class Reactions(eqx.Module):
     validity: Validity | None = None
     note: str = eqx.field(static=True, default="")
 
+    def report(self) -> Report:
+        summary, rows = _summary(self)
+        found = []
+        for name, load in self.items():
+            found += [q._replace(name=f"{q.name} of {name}") for q in load.report().quantities]
+        return Report(found, summary, failures(self.ok), self.t, rows)
+
     @property
     def result(self) -> Int[Array, "..."]:
         """Result code (...): VALIDITY where a part is beyond the end of its model; `ok` is of the solution."""
@@ -232,8 +245,6 @@ class Reactions(eqx.Module):
         if self.note:
             return Status.UNSTABLE
         return Status(int(np.max(np.asarray(self.result), initial=int(Status.SUCCESS))))
-
-    __repr__, _repr_html_ = table_repr(_summary)
 
     def __getitem__(self, name: str) -> JointReaction:
         return self._found("joint or constraint", name, self.joints, list(self))

@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
 from ..runtime import jit, tuning
-from ..tables import table_repr
 from ._bonds import Bonds
 from ._cycles import cycle_pattern
 from ._least_compliance import least_compliance
@@ -29,7 +30,7 @@ def _summary(found):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Redundancy:
+class Redundancy(Reported):
     """Result of `redundancy` at one configuration.  Source: S1 (26), q = 6p - N + r unknowns of rank 6p - N.
 
     `rank` of the free directions in the 6 S loop parameters; `redundant` r = 6 S - rank, number of reactions that
@@ -47,7 +48,12 @@ class Redundancy:
     self_stress: np.ndarray | None
     method: str
 
-    __repr__, _repr_html_ = table_repr(_summary)
+    def report(self) -> Report:
+        summary, rows = _summary(self)
+        counts = {"rank": self.rank, "redundant": self.redundant, "mobility": self.mobility}
+        axes = (Axis("bond", self.network.bonds), Axis("component", _COMPONENTS))
+        marks = Quantity("undetermined", np.asarray(self.undetermined, bool).reshape(-1, 6), "", axes)
+        return Report([*(Quantity(*pair) for pair in counts.items()), marks], summary, table=rows)
 
     @property
     def components(self) -> dict[str, tuple[str, ...]]:

@@ -5,6 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..model._describe import COMPONENTS
+from ..quantities import Axis, Quantity
+from ..reports import Report, Reported
 from ..typing import ArrayLike
 from ._bonds import Bonds, as_loads
 from ._cycles import cycle_pattern
@@ -12,7 +15,7 @@ from ._network import BodyNetwork
 from ._network_sums import tree_wrenches
 
 
-class ReactionFamily(eqx.Module):
+class ReactionFamily(Reported, eqx.Module):
     """`w = particular + Y parameters`: every set of bond wrenches in equilibrium with the loads, 6 S of them.
 
     The bonds' free directions then fix parameters, and the compliance those that stay open; see `bond_reactions`.
@@ -22,6 +25,12 @@ class ReactionFamily(eqx.Module):
 
     network: BodyNetwork = eqx.field(static=True)
     particular: Float[Array, "q 6"]
+
+    def report(self) -> Report:
+        axes = (Axis("bond", self.network.bonds), Axis("component", COMPONENTS))
+        return Report(
+            [Quantity("particular", self.particular, "N or N m", axes)], f"{len(self.network.chords)} loops"
+        )
 
     @property
     def homogeneous(self) -> np.ndarray:

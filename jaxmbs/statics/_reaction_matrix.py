@@ -4,9 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..quantities import matrix
+from ..reports import Report, reported
 from ._bonds import Bonds
 
 
+@reported
 class ReactionMatrix(NamedTuple):
     """The factors of `Qbar = I_E R G T`, numpy, rows and columns force before moment.
 
@@ -19,6 +22,10 @@ class ReactionMatrix(NamedTuple):
     frames: np.ndarray
     directions: np.ndarray
     bond: np.ndarray
+
+    def report(self) -> Report:
+        factors = {"Qbar": self.matrix, "incidence": self.incidence, "arms": self.arms, "directions": self.directions}
+        return Report([matrix(name, x, "m" if name == "arms" else "") for name, x in factors.items()])
 
     @property
     def matrix(self) -> np.ndarray:

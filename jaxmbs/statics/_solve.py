@@ -9,6 +9,9 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import place_of
+from ..model._describe import COMPONENTS
+from ..quantities import XYZ, Quantity
+from ..reports import Report, Reported
 from ..typing import ArrayLike
 from ._bonds import Bonds, as_loads, shift_wrench
 from ._least_compliance import least_compliance
@@ -16,7 +19,7 @@ from ._network import BodyNetwork
 from ._network_sums import body_wrenches, tree_wrenches
 
 
-class BondReaction(eqx.Module):
+class BondReaction(Reported, eqx.Module):
     """Wrench that the parent applies on the child through one bond, in the bond's axes about its origin.
 
     Attributes:
@@ -27,6 +30,12 @@ class BondReaction(eqx.Module):
     force: Float[Array, "... 3"]
     moment: Float[Array, "... 3"]
     undetermined: tuple[bool, ...] | None = eqx.field(static=True)
+
+    def report(self) -> Report:
+        wrench = [Quantity("force", self.force, "N", (XYZ,)), Quantity("moment", self.moment, "N m", (XYZ,))]
+        marks = self.undetermined or (False,) * len(COMPONENTS)
+        open_ones = [name for name, mark in zip(COMPONENTS, marks, strict=True) if mark]
+        return Report(wrench, f"undetermined: {', '.join(open_ones)}" if open_ones else "")
 
     def _unique(self, part):
         if self.undetermined is None:
@@ -45,7 +54,7 @@ class BondReaction(eqx.Module):
         return self._unique(slice(3, 6))
 
 
-class BondReactions(eqx.Module):
+class BondReactions(Reported, eqx.Module):
     """Reactions by bond name, `loads["hinge"].force`.
 
     Attributes:
@@ -64,6 +73,16 @@ class BondReactions(eqx.Module):
     residual: Float[Array, "..."]
     free_residual: Float[Array, "..."]
     scale: Float[Array, "..."]
+
+    def report(self) -> Report:
+        found = []
+        for name, load in self.items():
+            found += [
+                Quantity(f"force of {name}", load.force, "N", (XYZ,)),
+                Quantity(f"moment of {name}", load.moment, "N m", (XYZ,)),
+            ]
+        errors = {"relative residual": self.relative_residual, "relative free residual": self.relative_free_residual}
+        return Report([*found, *(Quantity(*pair) for pair in errors.items())])
 
     @property
     def parameters(self) -> Float[Array, "... S 6"]:

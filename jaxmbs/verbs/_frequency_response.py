@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, overload
 
-from ..analysis._linearise import Linearisation, StateSpace
+from ..analysis._linearisation import Linearisation, StateSpace
 from ..analysis._linearise import frequency_response as mechanism_response
 from ..coupling._measured_network import MeasuredNetwork
 from ..linear._system import LinearSystem

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, overload
 
-from ..analysis._linearise import Linearisation
+from ..analysis._linearisation import Linearisation
 from ..analysis._mechanism_modes import modes as mechanism_modes
 from ..kinematics._state import State
 from ..linear._system import LinearSystem

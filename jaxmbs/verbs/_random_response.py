@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, overload
 
-from ..analysis._linearise import Linearisation
+from ..analysis._linearisation import Linearisation
 from ..coupling._measured_network import MeasuredNetwork
 from ..linear._system import LinearSystem
 from ..qualification._random_response import RandomResponse

@@ -8,12 +8,14 @@ from jaxtyping import Array, Complex, Float
 
 from ..checks import not_positive
 from ..linear._condensation import interface_basis, partition
+from ..quantities import Quantity, numbered
+from ..reports import Report, Reported
 from ..typing import AnyArray, ArrayLike, RowsLike
 from ._gains import mobility_from_gain
 from ._modes import stable_modes
 
 
-class ResonanceGains(eqx.Module):
+class ResonanceGains(Reported, eqx.Module):
     """Acceleration gains at resonance: contribution of mode k at output i per acceleration of the base, while the
     base vibrates at the frequency of that mode; the table of S1 (45).
 
@@ -29,6 +31,19 @@ class ResonanceGains(eqx.Module):
     ratios: Float[Array, " modes"]
     static: Float[Array, "outputs base"]
     mass: Float[Array, " base"]
+
+    def report(self) -> Report:
+        names = zip(("mode", "output", "base"), self.gains.shape, strict=True)
+        mode, output, base = (numbered(*pair) for pair in names)
+        return Report(
+            [
+                Quantity("frequency", np.asarray(self.omega) / (2 * np.pi), "Hz", (mode,)),
+                Quantity("damping ratio", self.ratios, "", (mode,)),
+                Quantity("gain", self.gains, "", (mode, output, base)),
+                Quantity("static", self.static, "", (output, base)),
+                Quantity("mass", self.mass, "kg", (base,)),
+            ]
+        )
 
     @property
     def mobilities(self) -> Complex[Array, "modes outputs base"]:

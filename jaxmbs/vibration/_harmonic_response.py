@@ -14,6 +14,8 @@ from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
 from ..linear._system import LinearSystem
+from ..quantities import Axis, Quantity, numbered
+from ..reports import Report, Reported, failures
 from ..runtime import jit
 from ..typing import ArrayLike
 from . import _refined_solve as refined_solve
@@ -21,7 +23,7 @@ from ._direct_response import dynamic_stiffness
 from ._gains import harmonic_rate
 
 
-class HarmonicResponse(eqx.Module):
+class HarmonicResponse(Reported, eqx.Module):
     """Complex amplitudes of a motion `Re(x e^(i w t))`; `system.expand(response.displacement)` gives all coordinates
     of a reduced or joined system.
 
@@ -36,6 +38,12 @@ class HarmonicResponse(eqx.Module):
     displacement: Complex[Array, "frequencies n"]
     loss: Float[Array, ""]
     forces: tuple
+
+    def report(self) -> Report:
+        frequency = Axis("frequency", np.asarray(self.omega) / (2 * np.pi), "Hz")
+        axes = (frequency, numbered("coordinate", self.displacement.shape[-1]))
+        found = [Quantity("displacement", self.displacement, "m or rad", axes), Quantity("loss factor", self.loss)]
+        return Report(found, f"{len(self.omega)} frequencies", failures(self.ok, "frequencies not finite"))
 
     @property
     def velocity(self) -> Complex[Array, "frequencies n"]:

@@ -12,6 +12,8 @@ from ..checks import flag
 from ..forces import AbstractScalarLaw
 from ..linear._massless import condense_massless
 from ..linear._system import LinearSystem
+from ..quantities import Quantity, numbered
+from ..reports import Report, Reported, reported
 from ..runtime import as_array
 from ..status import Status, succeeded
 from ..typing import AnyArray, ScalarLike
@@ -69,6 +71,7 @@ class ModalSuperposition(eqx.Module):
     static_start: bool = eqx.field(static=True, converter=flag("static_start"), default=False)
 
 
+@reported
 class LinearState(NamedTuple):
     """A linear system at a time t () [s]: displacement and velocity, each (n,)."""
 
@@ -76,8 +79,17 @@ class LinearState(NamedTuple):
     displacement: Array
     velocity: Array
 
+    def report(self) -> Report:
+        own = numbered("coordinate", np.shape(self.displacement)[-1])
+        found = [
+            Quantity("t", self.t, "s"),
+            Quantity("displacement", self.displacement, "m or rad", (own,)),
+            Quantity("velocity", self.velocity, "m/s or rad/s", (own,)),
+        ]
+        return Report(found if np.ndim(self.t) != 1 else found[1:], t=self.t)
 
-class LinearMotion(eqx.Module):
+
+class LinearMotion(Reported, eqx.Module):
     """A motion of a linear system; `system.expand(motion.displacement)` is that of the reduced or joined components.
 
     Of a motion that failed the rows before are kept; those after it are NaN, and so is every derivative that follows
@@ -105,6 +117,19 @@ class LinearMotion(eqx.Module):
     num_steps: Int[Array, ""]
     num_rejected: Int[Array, ""]
     ratios: Float[Array, "..."] | None = None
+
+    def report(self) -> Report:
+        fault = "" if self.ok else str(self.status)
+        own, laws = (numbered(n, x.shape[-1]) for n, x in (("coordinate", self.displacement), ("law", self.efforts)))
+        found = [
+            Quantity("effort", self.efforts, "N or N m", (laws,)),
+            Quantity("displacement", self.displacement, "m or rad", (own,)),
+            Quantity("velocity", self.velocity, "m/s or rad/s", (own,)),
+            Quantity("acceleration", self.acceleration, "m/s^2 or rad/s^2", (own,)),
+            Quantity("steps", self.num_steps),
+            Quantity("rejected steps", self.num_rejected),
+        ]
+        return Report(found, fault=fault, t=self.ts)
 
     @property
     def status(self) -> Status:

@@ -4,20 +4,29 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from ..checks import not_positive
 from ..math._exponential import expm
+from ..quantities import Quantity, numbered
+from ..reports import Report, reported
 from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike
 
 
+@reported
 class ModalMotion(NamedTuple):
     """Coordinates and their rates, modal or all, each (times, m)."""
 
     displacement: jax.Array
     velocity: jax.Array
     acceleration: jax.Array
+
+    def report(self) -> Report:
+        mode = (numbered("coordinate", np.shape(self.displacement)[-1]),)
+        units = ("m or rad", "m/s or rad/s", "m/s^2 or rad/s^2")
+        return Report([Quantity(n, x, unit, mode) for n, x, unit in zip(self._fields, self, units, strict=True)])
 
 
 def modal_motion(

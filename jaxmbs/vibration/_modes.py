@@ -18,8 +18,10 @@ from ..linear._symmetric import check_mass, require_symmetric
 from ..linear._system import LinearSystem
 from ..math._eigen import eigh, same
 from ..math._nan import nan_where
+from ..quantities import Quantity
+from ..reports import Report, Reported
 from ..runtime import jit
-from ..tables import format_number, table_repr
+from ..tables import format_number
 from ..typing import AnyArray, CoordinateLike, ScalarLike
 
 
@@ -44,7 +46,7 @@ def _in_words(modes):
     return modes.frequencies, modes.damping_ratios, modes.is_rigid, modes.is_unstable
 
 
-class Modes(eqx.Module):
+class Modes(Reported, eqx.Module):
     """Modes by rising frequency: natural ones with `shapes^T M shapes = 1`, or complex ones of a damped system.
 
     Frequencies have derivatives (of repeated ones only the sum over the group); shapes have those of single modes and
@@ -73,7 +75,12 @@ class Modes(eqx.Module):
     rounding: Float[Array, " m"] | None = None
     coordinates: tuple[str, ...] = eqx.field(static=True, default=())
 
-    __repr__, _repr_html_ = table_repr(_table_rows)
+    def report(self) -> Report:
+        summary, rows = _table_rows(self)
+        unstable = np.count_nonzero(np.asarray(self.is_unstable))
+        fault = f"{unstable} modes are unstable" if unstable else ""
+        found = [Quantity("frequency", self.frequencies, "Hz"), Quantity("damping ratio", self.damping_ratios)]
+        return Report(found, summary, fault, table=rows)
 
     @property
     def is_complex(self) -> bool:

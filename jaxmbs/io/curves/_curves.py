@@ -12,6 +12,8 @@ from ...checks import distinct_names, list_faults, no_such
 from ...errors import ModelError, ModelFileError, UnknownNameError
 from ...fatigue._arrays import float_array
 from ...fatigue._psd import STANDARD_GRAVITY, UNITS, PsdTable, psd_table
+from ...quantities import Axis, Quantity
+from ...reports import Report, Reported
 from ...typing import ArrayLike
 from ._csv_curves import csv_curves, csv_text
 from ._table import AXES, Table, normalise_unit, table_faults
@@ -23,7 +25,7 @@ _UNITS = {normalise_unit(unit): unit for unit in UNITS}
 _WRITTEN = {"acceleration": "(m/s^2)^2/Hz", "force": "N^2/Hz", "any": ""}
 
 
-class Curves(eqx.Module):
+class Curves(Reported, eqx.Module):
     """Curves over a common axis, as they stand in a file.
 
     Attributes:
@@ -56,6 +58,12 @@ class Curves(eqx.Module):
                 [f"values and units of shape {shape} do not fit points and names {count} over time or frequency"],
                 "the curves",
             )
+
+    def report(self) -> Report:
+        axis = (Axis(self.quantity, np.asarray(self.axis), "s" if self.quantity == "time" else "Hz"),)
+        values = np.asarray(self.values).T
+        found = [Quantity(name, x, unit, axis) for name, unit, x in zip(self.names, self.units, values, strict=True)]
+        return Report(found, f"{len(self.names)} curves of {len(self.axis)} points")
 
     def __getitem__(self, name: str) -> Array:
         """Values (points,) of a curve.  Raises: UnknownNameError."""

@@ -14,13 +14,15 @@ from ...fem import Group, Structure, assemble, assemble_dense
 from ...linear import LinearSystem
 from ...linear._rigid_motions import rigid_loads, rigid_rows
 from ...linear._storage import as_inexact
+from ...quantities import Quantity
+from ...reports import Report, Reported
 from ...typing import AnyArray, Convertible
 from ._coordinates import DeckCoordinates
 from ._groups import AbstractElementGroup, DeckParameters
 from ._lumped import LumpedMassGroup
 
 
-class Deck(eqx.Module):
+class Deck(Reported, eqx.Module):
     """Nodes "GRID 12", materials "MAT1 3", properties "PSHELL 1", groups of elements "CQUAD4 1".
 
     Every number is a leaf: `eqx.tree_at(lambda d: d.properties["PSHELL 1"].thickness, deck, t).system` has
@@ -50,6 +52,16 @@ class Deck(eqx.Module):
     weak: tuple[str, ...] = eqx.field(static=True)
     ignored: tuple[str, ...] = eqx.field(static=True)
     notes: tuple[str, ...] = eqx.field(static=True, default=())
+
+    def report(self) -> Report:
+        counts = {"nodes": len(self.names), "materials": len(self.materials), "properties": len(self.properties)}
+        counts |= {f"elements {name}": len(group.ids) for name, group in self.elements.items()}
+        counts |= {
+            "held coordinates": len(self.held),
+            "held by AUTOSPC": len(self.weak),
+            "cards not used": len(self.ignored),
+        }
+        return Report([Quantity(name, count) for name, count in counts.items()])
 
     @property
     def numbers(self) -> DeckParameters:
