@@ -15,12 +15,13 @@ def as_xarray(report: Any) -> Any:
     import xarray
 
     places: dict[str, Axis] = {}
-    data = {}
+    data: dict = {}
+    taken = {quantity.name for quantity, _ in report.named()}
     for quantity, axes in report.named():
         names = []
         for axis in axes:
             name = axis.name
-            if name in places and not _same(places[name], axis) or name == quantity.name:
+            if name in places and not _same(places[name], axis) or name in taken:
                 name = f"{name} of {quantity.name}"
             places[name] = axis
             names.append(name)

@@ -1,6 +1,7 @@
 """Quantities: named numbers with a unit and axes, of which reports are made."""
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,13 +17,13 @@ class Axis(NamedTuple):
     """
 
     name: str
-    labels: Sequence[Any]
+    labels: Any
     unit: str = ""
 
     @property
     def is_swept(self) -> bool:
         """True if the labels are numbers."""
-        return np.asarray(self.labels).dtype.kind in "iuf"
+        return len(self.labels) > 0 and np.asarray(self.labels).dtype.kind in "iuf"
 
     def place(self, index: int) -> str:
         """A label in words: "0.25 s", or "design 3" where it is the number of an entry."""
@@ -51,12 +52,13 @@ class Quantity(NamedTuple):
     in_table: bool = True
 
 
-def entries(name: str, values: Any, unit: str = "", axis: str = "entry") -> Quantity:
-    """A number or an array of any shape, every entry of which is listed; of one number alone without a label."""
-    values = np.asarray(values)
-    values = values.reshape(()) if values.size == 1 else values
-    names = [axis] if values.ndim == 1 else [f"{axis} {k}" for k in range(values.ndim)]
-    return Quantity(name, values, unit, tuple(numbered(n, size) for n, size in zip(names, values.shape, strict=True)))
+def entries(name: str, values: Any, unit: str = "", axes: tuple[Axis, ...] = ()) -> Quantity:
+    """An array of any shape over some first axes; every entry of the others is listed, one alone without a label."""
+    values, own = np.asarray(values), np.shape(values)[len(axes) :]
+    if math.prod(own) == 1:
+        return Quantity(name, values.reshape(values.shape[: len(axes)]), unit, axes)
+    names = ["entry"] if len(own) == 1 else [f"entry {k}" for k in range(len(own))]
+    return Quantity(name, values, unit, (*axes, *(numbered(*pair) for pair in zip(names, own, strict=True))))
 
 
 def along_freedoms(name: str, values: Any, unit: str = "N or N m", axis: str = "freedom") -> Quantity:

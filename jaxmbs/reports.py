@@ -107,7 +107,7 @@ def _cells(values, swept):
 
 def _place(index, swept):
     shape = [len(axis.labels) for axis in swept]
-    return ", ".join(axis.place(i) for axis, i in zip(swept, np.unravel_index(index, shape), strict=True))
+    return ", ".join(axis.place(int(i)) for axis, i in zip(swept, np.unravel_index(index, shape), strict=True))
 
 
 def _text(value):
@@ -127,7 +127,7 @@ def failures(ok: Any, what: str = "not ok") -> str:
 
 def faults_in_short(faults: Iterable[str]) -> str:
     """The first of some sentences, and the number of the others."""
-    first, *others = faults or [""]
+    first, *others = list(faults) or [""]
     return first + (f" (and {len(others)} more)" if others else "")
 
 

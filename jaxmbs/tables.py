@@ -1,5 +1,6 @@
 """Tables in words and for notebooks: what results show of themselves."""
 
+import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import Any
@@ -11,6 +12,7 @@ from .checks import is_concrete
 
 Rows = Sequence[Sequence[str]]
 _MOST = 12  # rows that are shown
+_WIDTH = 110  # letters of a line
 
 
 def aligned(rows: Rows, left: int = 1) -> str:
@@ -23,6 +25,15 @@ def aligned(rows: Rows, left: int = 1) -> str:
     return "\n".join(lines)
 
 
+def fitted(rows: Rows) -> Rows:
+    """The rows, the cells of the widest column cut short where a line would be longer than a page is wide."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    widest = max(range(len(widths)), key=widths.__getitem__)
+    most = widths[widest] - max(0, sum(widths) + 2 * (len(widths) - 1) - _WIDTH)
+    cut = [row[widest] if len(row[widest]) <= most else f"{row[widest][: most - 3]}..." for row in rows]
+    return [(*row[:widest], cell, *row[widest + 1 :]) for row, cell in zip(rows, cut, strict=True)]
+
+
 def as_html(summary: Iterable[str], rows: Rows) -> str:
     """Lines, then the rows as a table whose first row is its head."""
     head, *body = (("th", rows[0]), *(("td", row) for row in rows[1:]))
@@ -33,7 +44,7 @@ def as_html(summary: Iterable[str], rows: Rows) -> str:
 
 def shortened(rows: Rows) -> Rows:
     """The rows, of many the first and a line that says how many follow."""
-    if len(rows) <= _MOST + 1:
+    if len(rows) <= _MOST + 2:
         return rows
     more = (f"... {len(rows) - 1 - _MOST} more", *[""] * (len(rows[0]) - 1))
     return [*rows[: _MOST + 1], more]
@@ -41,7 +52,7 @@ def shortened(rows: Rows) -> Rows:
 
 def format_number(value: Any) -> str:
     """A number with four digits."""
-    return f"{float(value):.4g}"
+    return f"{float(value) + 0.0:.4g}"  # minus zero is zero
 
 
 def shapes(value: Any) -> str:
@@ -73,7 +84,7 @@ def table_repr(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any]
         if shown is None:
             return shapes(self)
         summary, rows = shown
-        lines = title(self, summary), *([aligned(rows)] if len(rows) > 1 else [])
+        lines = *textwrap.wrap(title(self, summary), _WIDTH), *([aligned(fitted(rows))] if len(rows) > 1 else [])
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:

@@ -14,6 +14,8 @@ from tqdm import tqdm
 
 from ..checks import as_flag
 from ..errors import BatchError
+from ..quantities import Axis, Quantity, entries
+from ..reports import Report, Reported, failures
 from ..runtime import check_kind, tuning
 from ..status import Status, succeeded
 from ._executor import ChunkExecutor
@@ -26,7 +28,7 @@ from ._tapes import designs_on_tape
 _COMPILED = {"auto": "full", "tape": "quick"}
 
 
-class Batch(eqx.Module):
+class Batch(Reported, eqx.Module):
     """Return values of a function for B designs, and the status of each.
 
     Attributes:
@@ -45,6 +47,22 @@ class Batch(eqx.Module):
     computed: float | Float[Array, "..."] = math.nan
     seconds: float | Float[Array, "..."] = math.nan
 
+    def report(self) -> Report:
+        """The results by design, their statuses and costs; designs by status in words."""
+        design = Axis("design", np.arange(len(self.status)))
+        values = [
+            entries(jax.tree_util.keystr(path, simple=True, separator=" ") or "value", leaf, "", (design,))
+            for path, leaf in jax.tree_util.tree_leaves_with_path(self.values)
+        ]
+        found = {"status": self.status, "cost": self.cost, "ok": self.ok}
+        summary, *statuses = self.summary().splitlines()
+        summary += "".join(f"; {' '.join(line.split())}" for line in statuses if len(statuses) > 1)
+        return Report(
+            [*values, *(Quantity(*pair, "", (design,)) for pair in found.items())],
+            summary,
+            failures(self.ok, "designs failed"),
+        )
+
     @property
     def ok(self) -> Array | np.ndarray:
         """True (B,) for the designs that succeeded."""
@@ -59,9 +77,6 @@ class Batch(eqx.Module):
         rate += f", steps computed / needed {self.computed / needed:.2f}" if needed and self.computed > 0 else ""
         lines = [f"{count:8d}  {Status(int(code))}" for code, count in zip(codes, counts, strict=True)]
         return "\n".join([f"{status.size} designs, {np.count_nonzero(self.ok)} ok{rate}", *lines])
-
-    def __repr__(self) -> str:
-        return f"<Batch: {'traced' if is_traced(self) else self.summary().splitlines()[0]}>"
 
 
 def batch(

@@ -17,12 +17,14 @@ from ..model._changes import system_at
 from ..model._entry_points import check_system, states_of
 from ..model._system import System
 from ..motion._motion import Motion
+from ..quantities import Quantity
+from ..reports import Report, Reported
 from ..runtime import jit
 from ._circuits import circuit_powers
 from ._inner_graph import declares_bonds, group_bonds
 
 
-class ElementPowers(eqx.Module):
+class ElementPowers(Reported, eqx.Module):
     """Powers (...) [W] of every force element and of every part of a hydraulic circuit by name; leading axes for a
     motion.
 
@@ -46,6 +48,12 @@ class ElementPowers(eqx.Module):
     exchanged: dict
     domains: dict
     bonds: dict
+
+    def report(self) -> Report:
+        kinds = ("mechanical", "stored", "dissipated", "supplied", "exchanged")
+        return Report(
+            [Quantity(f"{name} {kind}", x, "W") for kind in kinds for name, x in getattr(self, kind).items()]
+        )
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -14,6 +14,8 @@ from ..model._changes import system_at
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..motion._motion import Motion
+from ..quantities import Quantity, along_freedoms
+from ..reports import Report, Reported
 from ..runtime import jit
 from ._circuits import circuit_values, joined_ports
 from ._elastic import elastic_names, momentum_rates
@@ -24,7 +26,7 @@ from ._values import apply_inertia, graph_values, root_rates
 from ._views import build_view
 
 
-class BondPowers(eqx.Module):
+class BondPowers(Reported, eqx.Module):
     """Effort, flow and power of every bond by name, "tail -> head"; leading axes for a motion.
 
     Attributes:
@@ -35,6 +37,15 @@ class BondPowers(eqx.Module):
     effort: dict
     flow: dict
     graph: BondGraph = eqx.field(static=True)
+
+    def report(self) -> Report:
+        powers = [Quantity(name, power, "W") for name, power in self.power.items()]
+        parts = [
+            along_freedoms(f"{what} of {name}", x, "SI")._replace(in_table=False)
+            for what in ("effort", "flow")
+            for name, x in getattr(self, what).items()
+        ]
+        return Report([*powers, *parts], f"{len(powers)} bonds, powers along them")
 
     @property
     def power(self) -> dict:

@@ -105,7 +105,7 @@ class BondLoads(Reported, eqx.Module):
         return self.bonds.items()
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Determinacy(Reported):
     """Static determinacy of the forces of bonds between rigid components; `str` of it is a table.
 

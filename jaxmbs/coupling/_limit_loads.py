@@ -12,7 +12,7 @@ from ..checks import any_concrete, is_concrete, require_numbers, require_reals
 from ..math._eigen import eigh
 from ..quantities import entries
 from ..reductions._base import Reduced
-from ..reports import Report, Reported
+from ..reports import Report, Reported, reported
 from ..runtime import as_dtype, jit
 from ..typing import AnyArray, ArrayLike
 from ..vibration._oscillator_motion import Oscillators
@@ -207,6 +207,7 @@ def limit_loads(
     return combine_modal_maxima(values.reshape(len(recovery), -1), how, axis=1, correlation=whole)
 
 
+@reported
 class Shortfall(NamedTuple):
     """Frequency and size of the shortfall of limit values against true peaks.
 
@@ -220,6 +221,9 @@ class Shortfall(NamedTuple):
     worst: Array
     mean: Array
     quotient: Array
+
+    def report(self) -> Report:
+        return Report([entries(name, values) for name, values in zip(self._fields, self, strict=True)])
 
 
 def truncation_shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:

@@ -40,7 +40,7 @@ class LimitResult(NamedTuple):
         fault = "" if self.ok else "the limit is violated"
         numbers = {"bound": self.bound, "margin": self.margin, "price": self.price, "gap": self.gap}
         arrays = {"before": self.before, "after": self.after, "price of": self.prices}
-        found = [*(entries(*pair) for pair in arrays.items()), *(Quantity(*pair) for pair in numbers.items())]
+        found = [*(Quantity(*pair) for pair in numbers.items()), *(entries(*pair) for pair in arrays.items())]
         mark = ", active" if self.active else ""
         return Report(found, f"{self.name} {self.side} {self.bound:.6g}{mark}", fault)
 

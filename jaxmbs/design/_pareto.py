@@ -48,7 +48,7 @@ class ParetoFront(Reported, eqx.Module):
         point = Axis("point", np.arange(len(self.first)))
         objectives = {"first": self.first, "second": self.second, "exchange": self.exchange, "converged": self.ok}
         variables = [
-            Quantity(f"design{jax.tree_util.keystr(path)}", leaf, "", (point, *entries("", np.asarray(leaf)[0]).axes))
+            entries(f"design {jax.tree_util.keystr(path, simple=True, separator=' ')}", leaf, "", (point,))
             for path, leaf in jax.tree_util.tree_leaves_with_path(self.designs)
         ]
         found = [Quantity(name, values, "", (point,)) for name, values in objectives.items()]

@@ -42,9 +42,8 @@ class Uncertainty(NamedTuple):
         found = [*(entries(name, values) for name, values in arrays.items()), Quantity("failed samples", self.failed)]
         if self.samples is None:
             return Report(found, "to first order")
-        axes = (Axis("sample", np.arange(len(self.samples))), *entries("", self.samples[0]).axes)
-        samples = np.reshape(self.samples, [len(axis.labels) for axis in axes])
-        return Report([Quantity("answer", samples, "", axes), *found], f"{len(self.samples)} samples")
+        sample = Axis("sample", np.arange(len(self.samples)))
+        return Report([entries("answer", self.samples, "", (sample,)), *found], f"{len(self.samples)} samples")
 
     def fraction_within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
         """The yield: the fraction of designs whose answer lies between limits, each entry by itself.

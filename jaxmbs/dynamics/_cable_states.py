@@ -80,7 +80,7 @@ class CableResult(Reported, eqx.Module):
         """True (..., n) for sheaves that the cable has left: its wrap is negative.  Past those that stand between two
         points it goes straight; one beside another sheave would pull at it, there the law no longer holds."""
         own = np.isin(np.arange(self.wrap.shape[-1]), self.sheaves)
-        return (self.wrap < 0) & own
+        return (self.wrap < 0) & np.broadcast_to(own, self.wrap.shape)
 
     @property
     def is_slack(self) -> Array:

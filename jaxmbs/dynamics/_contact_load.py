@@ -16,7 +16,7 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._state import State
 from ..model._entry_points import state_function
 from ..model._system import System
-from ..quantities import XYZ, Axis, Quantity, numbered
+from ..quantities import XYZ, Quantity, numbered
 from ..reports import Report, Reported
 
 
@@ -64,7 +64,7 @@ class ContactLoad(Reported, eqx.Module):
                 Quantity("pressure", self.pressure, "Pa", point),
                 Quantity("pressure times speed", self.pressure_speed, "W/m^2", point),
                 Quantity("wear rate", self.wear_rate, "m^3/s", point),
-                Quantity("point", self.point, "m", (Axis("point", point[0].labels), XYZ), in_table=False),
+                Quantity("position", self.point, "m", (*point, XYZ), in_table=False),
                 Quantity("normal", self.normal, "", (*point, XYZ), in_table=False),
             ],
             t=self.t,

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from ..checks import distinct_names, require_numbers
@@ -13,9 +14,12 @@ from ..coupling._transfer_functions import add_stiffness
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
+from ..quantities import Axis, Quantity, numbered
+from ..reports import Report, reported
 from ..typing import ArrayLike
 
 
+@reported
 class FreeResponse(NamedTuple):
     """Receptance of the free structure and the relative residual of the measured motions.
 
@@ -27,6 +31,19 @@ class FreeResponse(NamedTuple):
 
     receptance: Complex[Array, "frequencies outputs inputs"]
     residual: Float[Array, " frequencies"]
+
+    def report(self) -> Report:
+        frequency = Axis("frequency", np.arange(len(self.residual)))
+        output, channel = (
+            numbered(*pair) for pair in zip(("output", "input"), self.receptance.shape[1:], strict=True)
+        )
+        return Report(
+            [
+                Quantity("residual", self.residual, "", (frequency,)),
+                Quantity("receptance", self.receptance, "m/N", (frequency, output, channel)),
+            ],
+            f"{len(self.residual)} frequencies",
+        )
 
 
 def free_response(

@@ -17,7 +17,7 @@ from ..kinematics._state import HasStates, State
 from ..math import _stress as measures
 from ..model._entry_points import states_of
 from ..model._system import System
-from ..quantities import Axis, Quantity
+from ..quantities import Axis, Quantity, numbered
 from ..reports import Report, Reported, reported
 from ._floating_frame import FloatingFrame
 from ._recovery import body_motion, find_body, map_states, recover_displacements
@@ -80,12 +80,14 @@ class Stresses(Reported, eqx.Module):
     def report(self) -> Report:
         found = []
         for name, group in self.structure.groups.items():
-            for values, labels, unit in (
-                (self.components[name], group.element.stress_labels, "Pa"),
-                (self.forces[name], group.element.force_labels, "N or N m"),
+            for what, values, labels, unit in (
+                ("stress", self.components[name], group.element.stress_labels, "Pa"),
+                ("load", self.forces[name], group.element.force_labels, "N or N m"),
             ):
-                elements = Axis("element", np.arange(values.shape[-2]))
-                found.append(Quantity(name, values, unit, (elements, Axis("component", labels))))
+                own = Axis("component", labels)  # of a beam the labels of stresses are a sentence
+                own = own if len(labels) == values.shape[-1] else numbered("component", values.shape[-1])
+                element = Axis("element", np.arange(values.shape[-2]))
+                found.append(Quantity(f"{name} {what}", values, unit, (element, own)))
         return Report(found, t=self.times)
 
     @property

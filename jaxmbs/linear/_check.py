@@ -15,7 +15,7 @@ from ._rigid_motions import rigid_rows
 from ._system import LinearSystem
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Check(Reported):
     """Result of `check`; `str` of it is a table.
 

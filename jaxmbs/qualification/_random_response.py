@@ -204,8 +204,13 @@ class RandomResponse(Reported, eqx.Module):
         A[:normal, :normal] -= 0.5 * (1 - np.eye(normal))
         return safe_sqrt(jnp.sum(self.covariance(names) * A))
 
-    def to_xarray(self, frequencies: ArrayLike) -> Any:
-        """An `xarray.Dataset`: `psd` over `frequency` [Hz] and `output`, and `rms` by output."""
+    def to_xarray(self, frequencies: ArrayLike | None = None) -> Any:
+        """An `xarray.Dataset`: `psd` over `frequency` [Hz] and `output`, and `rms` by output.
+
+        Args: frequencies: [Hz]; without them the dataset has the named numbers of the print.
+        """
+        if frequencies is None:
+            return super().to_xarray()
         import xarray
 
         data = {

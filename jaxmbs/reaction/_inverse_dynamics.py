@@ -39,6 +39,7 @@ class Actuation(Reported, eqx.Module):
         gap: (...) largest part of the required efforts that the actuators cannot provide, relative.
         row_gap: (...) largest violation of the loops and other rows by the accelerations, relative.
         ok: (...) true where both gaps are rounding: the motion is possible and the actuators can produce it.
+        t: (...) times [s].
     """
 
     efforts: dict[str, Float[Array, "... n"]]
@@ -97,7 +98,7 @@ def inverse_dynamics(
     found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
     named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
-    return Actuation(named, *gaps, states.t)
+    return Actuation(named, *gaps, t=states.t)
 
 
 def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:

@@ -10,7 +10,7 @@ from ..batching._sampling import normal_points, sobol_points
 from ..batching._table import num_designs, read_designs
 from ..checks import require_reals
 from ..design._deviations import read_deviations
-from ..quantities import Axis, Quantity, entries
+from ..quantities import Axis, entries
 from ..reports import Report, reported
 from ..typing import ArrayLike
 
@@ -30,10 +30,7 @@ class Designs(NamedTuple):
     def report(self) -> Report:
         count = len(next(iter(self.designs.values()), ()))
         design = Axis("design", np.arange(count))
-        found = [
-            Quantity(name, values, "", (design, *entries("", np.asarray(values)[0]).axes))
-            for name, values in self.designs.items()
-        ]
+        found = [entries(name, values, "", (design,)) for name, values in self.designs.items()]
         return Report(found, f"{count} designs over {' x '.join(name for name, _ in self.axes)}")
 
     @property

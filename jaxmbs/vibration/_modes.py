@@ -77,10 +77,8 @@ class Modes(Reported, eqx.Module):
 
     def report(self) -> Report:
         summary, rows = _table_rows(self)
-        unstable = np.count_nonzero(np.asarray(self.is_unstable))
-        fault = f"{unstable} modes are unstable" if unstable else ""
         found = [Quantity("frequency", self.frequencies, "Hz"), Quantity("damping ratio", self.damping_ratios)]
-        return Report(found, summary, fault, table=rows)
+        return Report(found, summary, table=rows)
 
     @property
     def is_complex(self) -> bool:
