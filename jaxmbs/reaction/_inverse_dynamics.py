@@ -95,10 +95,10 @@ def inverse_dynamics(
         return _all_tree_efforts(system, states, acceleration)
     actuators = distinct_names("actuators", actuators)
     columns = actuated_columns(system, actuators)
-    found, *gaps = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
+    found, gap, row_gap, ok = _actuator_efforts(system, states, acceleration, columns, states.coordinates.ndim == 2)
     ends = np.cumsum([0, *(b - a for a, b in columns)])
     named = {n: found[..., a:b] for n, a, b in zip(actuators, ends[:-1], ends[1:], strict=True)}
-    return Actuation(named, *gaps, t=states.t)
+    return Actuation(named, gap, row_gap, ok, states.t)
 
 
 def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[int, int], ...]:
