@@ -18,7 +18,7 @@ _T = TypeVar("_T", bound=type)
 
 
 class Report(NamedTuple):
-    """What a result has to say.
+    """Named numbers of a result, with a line of words and what failed.
 
     Attributes:
         quantities: the named results.

@@ -19,7 +19,8 @@ from jaxmbs.forces import Margin
 from jaxmbs.kinematics import State
 from jaxmbs.quantities import Axis, Quantity, along_freedoms, entries, matrix, numbered
 from jaxmbs.reports import Report, Reported, failures
-from tests.misuse.test_misuse import EXEMPT
+from tests.misuse.test_misuse import CASES, EXEMPT, PUBLIC
+from tests.misuse.zoo import Zoo
 from tests.test_public_faces import FACES
 from tests.test_tables import loads, motion, redundancy
 
@@ -166,7 +167,6 @@ MADE = {
     "Linearisation": linearisation,
     "Stiffness": lambda: mbs.analysis.Stiffness(*(numbers(2, 2) * k for k in (1, 2, 3, 4))),
     "Batch": lambda: mbs.batching.Batch({"peak": numbers(3), "path": numbers(3, 2)}, np.zeros(3, int), np.ones(3)),
-    "BondPowers": None,
     "BaseMotion": lambda: mbs.coupling.BaseMotion(numbers(3, 2), numbers(3, 2), numbers(3, 2), numbers(3, 1)),
     "BondLoad": lambda: bond_loads()["bolt"],
     "BondLoads": bond_loads,
@@ -233,17 +233,17 @@ MADE = {
         complexes(3, 2, 1), jnp.asarray(F), numbers(3), numbers(2, 1), numbers(1)
     ),
 }
-MADE = {name: make for name, make in MADE.items() if make is not None}
 WITHOUT = {
     "components and models that are asked further": """
         SystemBlock MeasuredNetwork ComponentNetwork FloatingFrame GeometricStiffening System Topology Reduced
-        SymmetrySubspace VirtualMotions VectorField Factor Plan Group CoordinateTable Instant SineResponse
+        SymmetrySubspace VirtualMotions VectorField Factor Plan Group CoordinateTable Instant
     """,
     "values inside of a trace": "PhaseState Rates",
     "their print is a sentence for each finding of the file": "Imported JointLimits Mesh",
-    "their tables are tested where they are made, which takes a search or an integral": """
-        Identification Excitation ModelUpdate RandomResponse CriticalPlane StressSpectrum Stresses Deck
+    "made by a search or an integral, in the long test": """
+        Identification Excitation ModelUpdate RandomResponse CriticalPlane StressSpectrum Stresses
     """,
+    "made by reading a file": "Deck",
     "no result": "Status PsdTable",
 }
 #: Numbers of the user, whose units are not known, or counts.
@@ -269,6 +269,24 @@ def test_print_is_a_table_with_units(name):
         assert len(lines) <= 25 and max(map(len, lines)) <= 110 or "\n" not in shown
         assert "unit" in shown or "[" in shown or name in UNITLESS
     assert repr(made).startswith(name)
+
+
+ASKED = """
+    experiment.update identification.best_excitation qualification.critical_plane qualification.stress_spectrum
+    qualification.random_response flexible.section_stresses bondgraph.bond_powers bondgraph.element_powers
+    experiment.free_response coupling.truncation_shortfall dynamics.cable_states
+""".split()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ASKED)
+def test_answers_of_questions_print_tables(name):
+    args, options = CASES[name].arguments(Zoo())
+    made = PUBLIC[name](*args, **options)
+    for one in made.values() if isinstance(made, dict) else [made]:
+        assert "f64[" not in repr(one) and "Array(" not in repr(one)
+        assert len(repr(one).splitlines()) <= 25 and max(map(len, repr(one).splitlines())) <= 110
+        assert len(one.to_pandas()) and len(one.to_xarray().data_vars)
 
 
 @pytest.mark.parametrize("name", MADE)
