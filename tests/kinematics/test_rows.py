@@ -172,7 +172,7 @@ def _transposed(system, psi, y):
     return constraints.jacobian(system, at), operator.unit, rates, operator.efforts(y), along, inside
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [kind for kind, (*_, together) in KINDS.items() if together > 1])
 def test_many_of_a_kind_are_one_group_and_act_as_one_by_one(kind):
     system = _case(kind, 3)
