@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
+import numpy as np
 
 from ..errors import ModelError
 from ..joints._rows import AbstractRows
@@ -42,7 +42,7 @@ def row_groups(items: list[RowItem], first: int, joints: Iterable[JointRecord]) 
     """
     items = sorted(items, key=lambda item: item.law.is_nonholonomic)
     joints = list(joints)
-    psi, u = (jnp.zeros(sum(getattr(j, of) for j in joints)) for of in ("num_coordinates", "num_velocities"))
+    psi, u = (np.zeros(sum(getattr(j, of) for j in joints)) for of in ("num_coordinates", "num_velocities"))
     faults = [fault for item in items for fault in shape_faults(item.name, item.law, psi, u, len(item.joints))]
     if faults:
         raise ModelError(faults)
@@ -66,5 +66,5 @@ def _num_rows(item, psi, u):
     """Number of rows of an element, which its law tells by the shape of what it gives."""
     k, law, q = len(item.frames), item.law, psi if item.law.reads_all else psi[: len(item.joints)]
     if law.is_nonholonomic:
-        return jax.eval_shape(lambda t: law.slip(q, u, t), 0.0).size
-    return jax.eval_shape(lambda t: law.value(jnp.zeros((k, 3, 3)), jnp.zeros((k, 3)), q, t), 0.0).size
+        return jax.eval_shape(law.slip, q, u, 0.0).size
+    return jax.eval_shape(law.value, np.zeros((k, 3, 3)), np.zeros((k, 3)), q, 0.0).size

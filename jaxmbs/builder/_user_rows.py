@@ -5,7 +5,6 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from ..checks import is_concrete
 from ..joints._rows import AbstractRows
@@ -29,7 +28,7 @@ class _RowSamples(NamedTuple):
     along: AnyArray
 
 
-def shape_faults(name: str, law: AbstractRows, psi: Array, u: Array, joints: int) -> list[str]:
+def shape_faults(name: str, law: AbstractRows, psi: AnyArray, u: AnyArray, joints: int) -> list[str]:
     """Faults of the arguments and the returned shape of a row's function, found without numbers.
 
     Args: joints: number of those whose coordinates it takes, of a law that does not take all.
@@ -38,7 +37,7 @@ def shape_faults(name: str, law: AbstractRows, psi: Array, u: Array, joints: int
         return []
     where, q = f"constraint {name!r}: its function of {law.takes}", psi if law.reads_all else psi[:joints]
     try:
-        found = jax.eval_shape(law.called, q, u, jnp.zeros(()))
+        found = jax.eval_shape(law.called, q, u, 0.0)
     except Exception as error:  # noqa: BLE001 - it is the user's function: anything may come
         return [f"{where} cannot be evaluated: {explain_error(error)}"]
     if not hasattr(found, "dtype") or not jnp.issubdtype(found.dtype, jnp.floating):

@@ -45,7 +45,7 @@ class AbstractRows(eqx.Module):
         return self
 
     def called(self, q: Array, u: Array, t: ScalarLike) -> Any:
-        """What the function of the user's gives, if the law calls one."""
+        """Value of the function of the user's, if the law calls one, in the shape that it has."""
         raise NotImplementedError
 
     def faults(self) -> list[str]:

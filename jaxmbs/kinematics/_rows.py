@@ -231,7 +231,7 @@ def _no_frames(psi):
 
 
 def _of_each(group, function, R, x, psi):
-    """What a function of (law, rotations (k, 3, 3), positions (k, 3), coordinates (m,)) gives for each element."""
+    """Values of a function of (law, rotations (k, 3, 3), positions (k, 3), coordinates (m,)), of each element."""
     if group.law.reads_all:
         one = jax.tree.map(lambda value: value[0], group.law)
         return jax.tree.map(lambda found: found[None], function(one, *_no_frames(psi), psi))
