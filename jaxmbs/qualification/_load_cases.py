@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import distinct_names, not_increasing, number_faults, repeated
+from ..checks import distinct_names, not_increasing, number_faults, repeated, require_reals
 from ..errors import ModelError
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
@@ -99,6 +99,7 @@ def _extremes(name, loads, names, times, sigmas):
     if isinstance(loads, ResponseSpectrum):
         where = loads.frequencies[jnp.argmax(jnp.abs(loads.modal), axis=0)]
         return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
+    require_reals((loads, times))
     loads = jnp.asarray(loads)
     names = distinct_names(f"{name}: names", () if names is None else names)
     unnamed = [other for other in names if not isinstance(other, str)]
