@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from ..errors import ModelError
@@ -11,7 +10,7 @@ from ..joints._rows import AbstractRows
 from ..model._rows import RowGroup
 from ..model._topology import JointRecord
 from ._groups import group_by_structure
-from ._user_rows import shape_faults
+from ._user_rows import row_count
 
 
 class RowItem(NamedTuple):
@@ -43,14 +42,13 @@ def row_groups(items: list[RowItem], first: int, joints: Iterable[JointRecord]) 
     items = sorted(items, key=lambda item: item.law.is_nonholonomic)
     joints = list(joints)
     psi, u = (np.zeros(sum(getattr(j, of) for j in joints)) for of in ("num_coordinates", "num_velocities"))
-    faults = [fault for item in items for fault in shape_faults(item.name, item.law, psi, u, len(item.joints))]
-    if faults:
+    counts = [row_count(item.name, item.law, psi, u, len(item.frames), len(item.joints)) for item in items]
+    if faults := [fault for _, own in counts for fault in own]:
         raise ModelError(faults)
     names: list[str] = []
     slips: list[int] = []
     members = []
-    for number, item in enumerate(items):
-        size = _num_rows(item, psi, u)
+    for number, (item, (size, _)) in enumerate(zip(items, counts, strict=True)):
         place = tuple(range(first + len(names), first + len(names) + size))
         names += [item.name] * size
         slips += place if item.law.is_nonholonomic else ()
@@ -60,11 +58,3 @@ def row_groups(items: list[RowItem], first: int, joints: Iterable[JointRecord]) 
         RowGroup(n, law, place, *zip(*of, strict=True)) for _, n, law, place, of, _ in group_by_structure(members)
     )
     return tuple(groups), names, slips
-
-
-def _num_rows(item, psi, u):
-    """Number of rows of an element, which its law tells by the shape of what it gives."""
-    k, law, q = len(item.frames), item.law, psi if item.law.reads_all else psi[: len(item.joints)]
-    if law.is_nonholonomic:
-        return jax.eval_shape(law.slip, q, u, 0.0).size
-    return jax.eval_shape(law.value, np.zeros((k, 3, 3)), np.zeros((k, 3)), q, 0.0).size

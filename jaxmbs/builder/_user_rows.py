@@ -28,25 +28,30 @@ class _RowSamples(NamedTuple):
     along: AnyArray
 
 
-def shape_faults(name: str, law: AbstractRows, psi: AnyArray, u: AnyArray, joints: int) -> list[str]:
-    """Faults of the arguments and the returned shape of a row's function, found without numbers.
+def row_count(name: str, law: AbstractRows, psi: AnyArray, u: AnyArray, frames: int, joints: int) -> tuple:
+    """Number of rows of an element, and faults of the arguments and the returned shape of its function, without
+    numbers.
 
-    Args: joints: number of those whose coordinates it takes, of a law that does not take all.
+    Args: frames, joints: numbers of those that it acts on and reads; psi, u: coordinates and velocities of all.
     """
-    if not law.takes:
-        return []
-    where, q = f"constraint {name!r}: its function of {law.takes}", psi if law.reads_all else psi[:joints]
+    q = psi if law.reads_all else psi[:joints]
+    what = f"its function of {law.takes}" if law.takes else f"the function of its {type(law).__name__}"
+    where, given = f"constraint {name!r}: {what}", (q, u)
+    if not law.takes and not law.is_nonholonomic:
+        given = (np.broadcast_to(np.eye(3), (frames, 3, 3)), np.zeros((frames, 3)), q)
+    function = law.called if law.takes else law.slip if law.is_nonholonomic else law.value
     try:
-        found = jax.eval_shape(law.called, q, u, 0.0)
+        found = jax.eval_shape(function, *given, 0.0)
     except Exception as error:  # noqa: BLE001 - it is the user's function: anything may come
-        return [f"{where} cannot be evaluated: {explain_error(error)}"]
+        return 0, [f"{where} cannot be evaluated: {explain_error(error)}"]
     if not hasattr(found, "dtype") or not jnp.issubdtype(found.dtype, jnp.floating):
         kind = getattr(found, "dtype", type(found).__name__)
-        return [f"{where} must return an array of real numbers, zero where the row is kept; it returns {kind}"]
-    most = 0 if law.gives_one else 1
-    if found.ndim > most or found.size == 0:
-        return [f"{where} must return {'one number' if not most else 'a number or (m,) of them'}, not {found.shape}"]
-    return []
+        return 0, [f"{where} must return an array of real numbers, zero where the row is kept; it returns {kind}"]
+    least, most = (0, 0 if law.gives_one else 1) if law.takes else (1, 1)
+    if not least <= found.ndim <= most or found.size == 0:
+        asked = "one number" if not most else "(m,) numbers" if least else "a number or (m,) of them"
+        return 0, [f"{where} must return {asked}, not {found.shape}"]
+    return found.size, []
 
 
 def row_faults(system: System) -> list[str]:

@@ -317,6 +317,9 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
             return [f"{where}: {type(law).__name__} takes between=(frame, frame)"]
         found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
     elif isinstance(law, AbstractRows):
+        if law.is_nonholonomic and (law.num_frames or law.joints or not law.reads_all):
+            kind = type(law).__name__
+            return [f"{where}: {kind} restricts velocities alone, so it has reads_all = True and no frames or joints"]
         if law.num_frames and (item.between is None or len(item.between) != law.num_frames):
             return [f"{where}: {type(law).__name__} takes between= {law.num_frames} frames"]
         found = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]

@@ -25,9 +25,10 @@ class AbstractRows(eqx.Module):
     `num_frames`: k, the frames in `constraint(..., between=)`; `joints`: names of the m joints, of one coordinate
     each.  `prescribes`: each row holds one coordinate at a value in time; `is_nonholonomic`: the rows restrict
     velocities alone; `reads_all`: they are functions of all coordinates and velocities of the mechanism;
-    `has_ends`: the law has a `validity`; `has_corners`: its slopes are steep beside some poses, see
-    `dynamics.sides_of_corners`; `takes`: arguments of a function of the user's that the law calls,
-    `gives_one`: which gives one number.
+    `has_ends`: the law has a `validity(frames, multipliers)`, of a `forces.PathKinematics` and its loads (rows,),
+    which gives `forces.Margin`s by name; `has_corners`: its slopes change at some poses at once, beside which numbers
+    (n,) of `shares_of_wheels(rotations, positions)` are constant; `takes`: arguments of a function of the user's that
+    the law calls, `gives_one`: which gives one number.
     """
 
     num_frames: ClassVar[int] = 0

@@ -233,3 +233,49 @@ def test_the_guide_of_a_user_carries_its_load():
     found = mbs.reactions(system, mbs.State.at(system, turn=0.0))
     assert found.ok
     np.testing.assert_allclose(found.row("guide").multipliers[0], 2.0 * 9.81 / (1.0 + 0.1**2 * 2.0 / 0.1), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "value, words",
+    [
+        (lambda R, x, q, t: nonesuch, "cannot be evaluated: NameError"),  # noqa: F821
+        (lambda R, x: x[0], "cannot be evaluated"),
+        (lambda R, x, q, t: x[1][0], r"must return \(m,\) numbers, not \(\)"),
+        (lambda R, x, q, t: x, r"must return \(m,\) numbers, not \(2, 3\)"),
+        (lambda R, x, q, t: x[1][:0], r"must return \(m,\) numbers, not \(0,\)"),
+        (
+            lambda R, x, q, t: x[1] > 0,
+            "must return an array of real numbers, zero where the row is kept; it returns bool",
+        ),
+        (lambda R, x, q, t: "text", "cannot be evaluated"),
+    ],
+    ids=str,
+)
+def test_a_law_that_gives_no_rows_is_named(value, words):
+    class Mine(AbstractRows):
+        num_frames = 2
+
+        def value(self, rotations, positions, q, t):
+            return value(rotations, positions, q, t)
+
+    b = mbs.SystemBuilder()
+    b.body("bead", 1.0, inertia=0.1)
+    b.joint("loose", mbs.Free(), "ground", "bead")
+    b.constraint("mine", Mine(), between=("ground", "bead"))
+    with pytest.raises(mbs.ModelError, match=rf"constraint 'mine': the function of its Mine {words}"):
+        b.build()
+
+
+def test_a_law_of_velocities_reads_all_of_them():
+    class Mine(AbstractRows):
+        is_nonholonomic = True
+
+        def slip(self, q, u, t):
+            return u[:1]
+
+    b = mbs.SystemBuilder()
+    b.body("bead", 1.0, inertia=0.1)
+    b.joint("loose", mbs.Free(), "ground", "bead")
+    b.constraint("mine", Mine())
+    with pytest.raises(mbs.ModelError, match="Mine restricts velocities alone, so it has reads_all"):
+        b.build()
