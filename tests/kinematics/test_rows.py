@@ -249,7 +249,7 @@ def test_the_guide_of_a_user_carries_its_load():
         ),
         (lambda R, x, q, t: "text", "cannot be evaluated"),
     ],
-    ids=str,
+    ids=["unknown name", "arguments", "number", "matrix", "nothing", "truth", "text"],
 )
 def test_a_law_that_gives_no_rows_is_named(value, words):
     class Mine(AbstractRows):
