@@ -234,5 +234,6 @@ def _of_each(group, function, R, x, psi):
     """Values of a function of (law, rotations (k, 3, 3), positions (k, 3), coordinates (m,)), of each element."""
     if group.law.reads_all:
         one = jax.tree.map(lambda value: value[0], group.law)
-        return jax.tree.map(lambda found: found[None], function(one, *(y[0] for y in at_frames(group, R, x)), psi))
+        frames = [y[0] for y in at_frames(group, R, x)] if group.frames[0] else _no_frames(psi)
+        return jax.tree.map(lambda found: found[None], function(one, *frames, psi))
     return jax.vmap(function)(group.law, *at_frames(group, R, x), _gathered(psi, group.coordinates))
