@@ -19,6 +19,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.design import _minimise, _uncertainty
 from jaxmbs.forces import Attachment, Sheave
+from jaxmbs.joints import AbstractRows
 from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
@@ -206,11 +207,35 @@ def turned(count):
     return b.build()
 
 
+class Guide(AbstractRows):
+    """A row of a user's: the origin of frame B stays on a parabola of frame A; no slopes given."""
+
+    num_frames = 2
+
+    curvature: jax.Array
+
+    def value(self, rotations, positions, q, t):
+        x, y, _ = rotations[0].T @ (positions[1] - positions[0])
+        return (y - self.curvature * x**2)[None]
+
+
+def guided(count):
+    """Four beads in the plane, so many of them on a guide."""
+    b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
+    for k in range(4):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Planar("z"), "ground", f"b{k}")
+    for k in range(count):
+        b.constraint(f"g{k}", Guide(jnp.asarray(0.5 + 0.1 * k)), between=("ground", f"b{k}"))
+    return b.build()
+
+
 #: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
 KINDS = {
     "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (2240, 20), (10150, 60)),
     "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1800, 20), (5550, 60)),
     "coupler": (geared, 15, (850, 40), (3100, 40)),
+    "row of a user": (guided, 4, (1010, 20), (4320, 20)),
     "drive": (turned, 15, (890, 20), (3900, 40)),
 }
 

@@ -23,5 +23,5 @@ def sides_of_corners(system: System, at: Configuration) -> Array:
         if group.law.has_corners:
             found.append((group.law, element_flows(system, group, at, still.V, still.u)[1]))
     found += [(group.law, at_frames(group, at.R, at.x)) for group in system.rows if group.law.has_corners]
-    shares = jax.vmap(lambda law, R, x: law.shares_of_wheels(R, x))
-    return jnp.concatenate([jnp.ravel(shares(law, *poses)) for law, poses in found])
+    sides = jax.vmap(lambda law, R, x: law.sides_of_corners(R, x))
+    return jnp.concatenate([jnp.ravel(sides(law, *poses)) for law, poses in found])

@@ -103,7 +103,7 @@ class CableRoute(eqx.Module):
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
 
-    def shares_of_wheels(
+    def sides_of_corners(
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
     ) -> Float[Array, " k"]:
         """Share of the way over each wheel that it can leave, in the derivative of the length: 1 on it, 0 off it."""

@@ -27,7 +27,7 @@ class AbstractRows(eqx.Module):
     velocities alone; `reads_all`: they are functions of all coordinates and velocities of the mechanism;
     `has_ends`: the law has a `validity(frames, multipliers)`, of a `forces.PathKinematics` and its loads (rows,),
     which gives `forces.Margin`s by name; `has_corners`: its slopes change at some poses at once, beside which numbers
-    (n,) of `shares_of_wheels(rotations, positions)` are constant; `takes`: arguments of a function of the user's that
+    (n,) of `sides_of_corners(rotations, positions)` are constant; `takes`: arguments of a function of the user's that
     the law calls, `gives_one`: which gives one number.
     """
 

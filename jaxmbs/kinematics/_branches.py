@@ -184,7 +184,7 @@ def row_dependence(system: System) -> np.ndarray:
     for group in system.closures:
         parts.append(np.repeat(closures.path_difference(system, group) != 0, group.kind.num_rows, axis=0))
     for row in row_elements(system.rows):
-        reads = np.full(top.num_velocities, not row.columns)
+        reads = np.full(top.num_velocities, row.may_read_all)
         reads[list(row.columns)] = True
         parts.append(np.repeat(reads[None], len(row.places), axis=0))
     return np.concatenate(parts)[top.position_rows]

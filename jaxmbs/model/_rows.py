@@ -79,6 +79,11 @@ class RowElement(NamedTuple):
         """Coordinates of joints that it reads."""
         return self.group.coordinates[self.number]
 
+    @property
+    def may_read_all(self) -> bool:
+        """True if any velocity may change it, as those that move frames do."""
+        return bool(self.frames) or not self.columns
+
 
 def row_elements(groups: tuple[RowGroup, ...]) -> list[RowElement]:
     """All elements in the order of their rows."""

@@ -68,5 +68,5 @@ def _is_unique(stresses):
 
 
 def _reads_joint(row, joint):
-    """True if a row reads the coordinates of a joint; a row without declared columns reads all."""
-    return not row.columns or joint.first_velocity in row.columns
+    """True if a row reads the coordinates of a joint, or may be moved by it."""
+    return row.may_read_all or joint.first_velocity in row.columns

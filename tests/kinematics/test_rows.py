@@ -233,6 +233,11 @@ def test_the_guide_of_a_user_carries_its_load():
     found = mbs.reactions(system, mbs.State.at(system, turn=0.0))
     assert found.ok
     np.testing.assert_allclose(found.row("guide").multipliers[0], 2.0 * 9.81 / (1.0 + 0.1**2 * 2.0 / 0.1), rtol=1e-9)
+    A = mbs.kinematics.constraint_jacobian(system, mbs.State.at(system, turn=0.0))
+    wanted = system.by_joint(found.row("guide").multipliers @ A)
+    assert set(found.row("guide").efforts) == {"turn", "loose"}
+    for joint, effort in found.row("guide").efforts.items():
+        np.testing.assert_allclose(np.squeeze(effort), wanted[joint], atol=1e-12)
 
 
 @pytest.mark.parametrize(
