@@ -32,7 +32,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "ode",
         "blocksparse",
     ],
-    ["joints", "forces", "contact", "blocks", "hydraulics", "elements", "model", "fatigue"],
+    ["joints", "friction", "forces", "contact", "blocks", "hydraulics", "elements", "model", "fatigue"],
     ["linear", "vibration", "kinematics", "builder", "fem"],
     ["statics", "dynamics", "reaction", "reductions", "coupling", "flexible"],
     [

@@ -77,7 +77,7 @@ FACES = {
         Torque Universal UnknownNameError Weld adapters analysis as_block batch batching blocks blocksparse
         bondgraph cache check contact coupling design dynamics elements equilibrium experiment export_fmu
         fatigue fem flexible forces forward_dynamics
-        frequency_response hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
+        frequency_response friction hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
         linear linearise load_model
         mass_matrix minimise model modes motion ode position qualification random_response
         reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
@@ -149,13 +149,16 @@ FACES = {
         stresses
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractBodyStateLaw AbstractJointFriction AbstractLaw AbstractPathLaw
+        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw
         AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw AbstractScalarStateLaw AbstractSignal
         AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
-        BeamElement BeamSection BearingFriction BevelGear BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
-        ElastoPlastic ElementBond Eyelet Force GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable
+        BeamElement BeamSection BearingFriction BevelGear BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
+        ElastoPlastic ElementBond Eyelet Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable
         InternalState JointLuGre LuGre Margin Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp
         Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
+    """,
+    "jaxmbs.friction": """
+        AbstractBristles AbstractFriction BearingFriction BrownMcPhee LuGre SmoothCoulomb
     """,
     "jaxmbs.hydraulics": """
         AbstractHydraulicElement AbstractNode AbstractStorage AbstractTwoPort Accumulator CheckValve Line Orifice Pump

@@ -8,12 +8,12 @@ from jaxtyping import Array, Bool, Complex, Float
 
 from ..checks import any_concrete, is_concrete, no_such
 from ..errors import ModelError, SimulationError, UnknownNameError
+from ..friction._joint_friction import refuse_friction
 from ..kinematics._sampling import refuse_sampled
 from ..kinematics._state import State
 from ..math._eigen import eig
 from ..math._square import solve
 from ..model._entry_points import check_single_state
-from ..model._friction import refuse_friction
 from ..model._system import System
 from ..quantities import Axis, Quantity, numbered
 from ..reports import Report, Reported, failures

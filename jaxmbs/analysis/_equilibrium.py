@@ -15,7 +15,8 @@ from ..contact import BristleContact
 from ..dynamics._bodies import total_mass
 from ..dynamics._validity import has_ends, validity
 from ..errors import ModelError, SimulationError
-from ..forces import LuGre
+from ..forces import BristleForce
+from ..friction._joint_friction import bristle_groups, refuse_friction, without_friction
 from ..kinematics._kic import independent_columns
 from ..kinematics._mobility import is_determined, with_mobility_at
 from ..kinematics._sampling import refuse_sampled
@@ -23,7 +24,6 @@ from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
-from ..model._friction import bristle_groups, refuse_friction, without_friction
 from ..model._internal_states import replace_field
 from ..model._system import System
 from ..runtime import jit, lapack, note
@@ -180,7 +180,10 @@ def _bends(system):
     """Names of the bends of bristles of contacts and of friction laws."""
     laws = [(group, getattr(group.law, "law", group.law)) for group in system.forces]
     return [
-        f"{name}.bristle" for group, law in laws if isinstance(law, LuGre | BristleContact) for name in group.names
+        f"{name}.bristle"
+        for group, law in laws
+        if isinstance(law, BristleForce | BristleContact)
+        for name in group.names
     ]
 
 

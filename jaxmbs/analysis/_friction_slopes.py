@@ -11,6 +11,7 @@ from ..dynamics._joint_friction import friction_loads
 from ..dynamics._loads import Loads, on_columns
 from ..dynamics._newton_euler import motion_with_friction
 from ..errors import ModelError
+from ..friction._groups import values_of
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
 from ..kinematics._wrench_targets import node_targets
@@ -48,8 +49,16 @@ def friction_slopes(system, at, velocities, Gamma):
 def _sticking(system, state):
     f = system.friction
     at = with_velocities(system, at_state(system, state), state.velocities)
-    holds = np.array([model != "lugre" for model in f.models])
-    return holds & ((f.mu > 0.0) | (f.seal > 0.0)) & (slips_of(system, at).square < f.transition_speed**2)
+    return slips_of(system, at).square < values_of(f.models, _stick_speed, at.u.dtype) ** 2
+
+
+def _stick_speed(model):
+    """Slip below which a surface counts as stuck [m/s], zero for one that does not rub or has bristles."""
+    if model.has_bristles:
+        return 0.0
+    if model.breakaway is None:
+        return model.creep_speed
+    return jnp.where((model.breakaway > 0.0) | (model.breakaway_drag > 0.0), model.creep_speed, 0.0)
 
 
 def nan_at_stick(system, state, found):
@@ -76,7 +85,7 @@ def refuse_stick(system, state, driven):
         raise ModelError(
             [
                 f"joint {name!r} sticks: it slips slower than the transition speed of its friction, where the slope "
-                "is that of creep; linearise at a state that slides, give it model=JointLuGre(...), whose bristles "
+                "is that of creep; linearise at a state that slides, give it friction.LuGre(...), whose bristles "
                 "have a stiffness, or build without its friction"
                 for name in names
             ],

@@ -13,6 +13,8 @@ from ..checks import distinct_names
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import rubbing, solve_friction
 from ..errors import ModelError
+from ..friction import BearingFriction
+from ..friction._groups import ModelGroup, values_of
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
 from ..kinematics._state import State
@@ -60,7 +62,7 @@ class ImpendingMotion(Reported, eqx.Module):
 
 def impending_motion(system: System, state: State, actuators: Sequence[str]) -> ImpendingMotion:
     """The band of holding efforts at a pose, between motion that impends along the velocities of a state and against
-    them; friction is at its breakaway value `mu static_ratio` at every joint that would slip.
+    them; friction is at its `breakaway` value at every joint that would slip.
 
     Args:
         state: one State; its velocities give the direction alone, `State.at(system, velocities={"screw": 1.0})`.
@@ -121,16 +123,13 @@ def _limits(system, state, columns):
 
 def _at_breakaway(system, at):
     """The system whose joints rub with their breakaway friction at any slip of a configuration that is not zero."""
-    f = system.friction
-    full = _FULL * jnp.sqrt(jnp.max(lax.stop_gradient(slips_of(system, at).square))) * jnp.ones_like(f.mu)
-    changes = {
-        "mu": f.mu * f.static_ratio,
-        "static_ratio": jnp.ones_like(f.mu),
-        "transition_speed": jnp.maximum(full, jnp.finfo(full.dtype).tiny),
-        "models": tuple("bearing" if model == "bearing" else "coulomb" for model in f.models),
-        "viscous": jnp.zeros_like(f.mu),
-        "bristles": None,
-    }
-    for name, value in changes.items():
-        f = replace_field(f, name, value)
-    return replace_field(system, "friction", f)
+    f, dtype, number = system.friction, at.u.dtype, len(system.friction.names)
+    full = _FULL * jnp.sqrt(jnp.max(lax.stop_gradient(slips_of(system, at).square))) * jnp.ones(number, dtype)
+    model = BearingFriction(
+        values_of(f.models, lambda model: model.breakaway, dtype),
+        transition_speed=jnp.maximum(full, jnp.finfo(dtype).tiny),
+        viscous=jnp.zeros(number, dtype),
+        seal=values_of(f.models, lambda model: model.breakaway_drag, dtype),
+    )
+    f = replace_field(f, "models", (ModelGroup(model, tuple(range(number))),))
+    return replace_field(system, "friction", replace_field(f, "bristles", None))

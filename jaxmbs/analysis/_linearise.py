@@ -17,6 +17,7 @@ from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
 from ..flexible._stiffening import squared_spins, stiffening_errors, warn_of_stiffening
+from ..friction._joint_friction import without_friction
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import at_state, configuration, node_accelerations, with_velocities
@@ -32,7 +33,6 @@ from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
-from ..model._friction import without_friction
 from ..model._internal_states import InternalStates, replace_field, with_internal
 from ..model._rows import drives
 from ..model._system import System

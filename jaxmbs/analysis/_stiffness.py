@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..dynamics._bodies import bodies_of, total
 from ..dynamics._conservative_efforts import conservative_efforts, source_efforts
 from ..dynamics.paper._ports import projected_gravity_effort
+from ..friction._joint_friction import refuse_friction
 from ..kinematics._configuration import Configuration, at_rest, at_state, node_motion
 from ..kinematics._element_flows import element_flows
 from ..kinematics._kic import velocity_map
@@ -18,7 +19,6 @@ from ..kinematics._kic_second import along_independent
 from ..kinematics._mobility import independent_state_function
 from ..kinematics._signals import with_signals
 from ..kinematics._state import State
-from ..model._friction import refuse_friction
 from ..model._system import System
 from ..quantities import matrix
 from ..reports import Report, Reported

@@ -8,10 +8,11 @@ from ..contact._bristle_contact import BristleContactAt
 from ..dynamics._efforts import efforts_and_storage_powers, state_power
 from ..dynamics._newton_euler import motion_with_friction
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
+from ..friction._bristles import bristle_storage
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._signals import with_signals
-from ..kinematics._slips import bristle_storage
+from ..kinematics._slips import slips_of
 from ..kinematics._state import State
 from ..model._changes import system_at
 from ..model._entry_points import check_system, states_of
@@ -155,7 +156,9 @@ def _friction_powers(system, at):
     """The fields of `ElementPowers` for the rubbing surfaces of joints: heat, and what bends bristles."""
     found = motion_with_friction(system, at)
     names, powers, none = system.friction.names, found.powers, jnp.zeros_like(found.powers)
-    stored = none if system.friction.bristles is None else found.total * bristle_storage(system, at)
+    stored = none
+    if system.friction.bristles is not None:
+        stored = found.total * bristle_storage(system.friction, slips_of(system, at).slip)
     fields = powers, stored, -powers - stored, none, none, dict.fromkeys(DOMAINS, none)
     return (*({name: _entry(values, i) for i, name in enumerate(names)} for values in fields), {n: {} for n in names})
 

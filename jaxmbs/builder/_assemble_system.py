@@ -10,9 +10,9 @@ from ..forces._fields import as_function
 from ..forces._ports import JointPort, PathPort, WinchPort, port_of
 from ..forces._signals import as_signal
 from ..forces._state_laws import internal_layout
+from ..friction._joint_friction import bristle_groups
 from ..joints import AbstractClosure, FramePath
 from ..joints._rows import DriveRow
-from ..model._friction import bristle_groups
 from ..model._internal_states import internal_records
 from ..model._pose import Pose
 from ..model._system import ClosureGroup, ForceGroup, System

@@ -7,6 +7,8 @@ import numpy as np
 
 from ..checks import require_numbers
 from ..forces import Attachment, Cable, Eyelet, InextensibleCable, Sheave, Winch, WrapCylinder, WrapSphere
+from ..friction import SmoothCoulomb
+from ..friction._places import as_optional_friction
 from ..math._rotation import axis_vector
 from ..runtime import as_array
 
@@ -21,10 +23,13 @@ _KINDS = {
 _SENSES = {"+": 1, "-": -1}
 
 
-def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Cable, tuple, str | None]:
+def cable_parts(
+    elements, closed: bool, friction: Any, slip_speed: Any, values: dict
+) -> tuple[Cable, tuple, str | None]:
     """The law of a cable, its frames, and the joint of its drum.
 
     Args:
+        friction: of elements that give none; slip_speed: transition speed of coefficients, None for the default.
         values: the fields of `Cable` that are no parts of the path.
 
     Raises: TypeError or ValueError with the fault of an element.
@@ -34,7 +39,7 @@ def cable_parts(elements, closed: bool, friction: Any, values: dict) -> tuple[Ca
     winch = elements[0] if elements and isinstance(elements[0], Winch) else None
     law = Cable(
         **route,
-        friction=_frictions(elements, friction),
+        friction=_models(elements, friction, slip_speed),
         drum_radius=None if winch is None else _stack([winch.radius], ())[0] * _SENSES[winch.side],
         **values,
     )
@@ -95,13 +100,23 @@ def _axis(item):
     return axis * _SENSES[item.side] / jnp.linalg.norm(axis)
 
 
-def _frictions(elements, friction):
-    """Coefficients (n,) at the elements, or None where there is no friction at all."""
+def _models(elements, friction, slip_speed):
+    """Models at the elements, None at those without; None where there is no friction at all."""
     own = [getattr(item, "friction", None) for item in elements]
-    if friction is None and all(mu is None for mu in own):
+    given = [friction if model is None else model for model in own]
+    if all(model is None for model in given):
         return None
-    common = 0.0 if friction is None else friction
-    return _stack([common if mu is None else mu for mu in own], ())
+    return [_model(k, model, slip_speed) for k, model in enumerate(given)]
+
+
+def _model(k, given, slip_speed):
+    try:
+        model = as_optional_friction(given)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"element {k}: {error}") from None
+    if given is model or slip_speed is None:
+        return model
+    return SmoothCoulomb(given, transition_speed=slip_speed)
 
 
 def _stack(values, shape):

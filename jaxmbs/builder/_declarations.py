@@ -12,7 +12,7 @@ from jax import Array
 
 from ..blocks import AbstractBlock
 from ..forces._base import AbstractLaw
-from ..forces._joint_friction_models import AbstractJointFriction, SmoothCoulomb
+from ..friction import AbstractFriction
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import AbstractClosure, AbstractRows
 from ..joints._base import AbstractJoint
@@ -84,13 +84,10 @@ class Friction:
 
     name: str
     joint: str
-    mu: Annotated[Any, ArrayLike]
-    static_ratio: Annotated[Any, ArrayLike] = 1.0
+    friction: Annotated[Any, AbstractFriction]
     radius: Annotated[Any, ArrayLike | None] = None
     preload: Annotated[Any, ArrayLike] = 0.0
-    transition_speed: Annotated[Any, ArrayLike] = 0.01
     length: Annotated[Any, ArrayLike | None] = None
-    model: Annotated[Any, AbstractJointFriction] = field(default_factory=SmoothCoulomb)
 
 
 @dataclass

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..checks import any_concrete, is_concrete, no_such, require_reals
-from ..forces import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
-from ..model._friction import JointFriction
-from ..model._friction_surfaces import SURFACES
+from ..friction._groups import group_models
+from ..friction._joint_friction import JointFriction
+from ..friction._places import model_faults
 from ._arrays import stack, to_numpy
 from ._declarations import Friction, Joint
 
@@ -14,8 +14,6 @@ _WITH_RADIUS = ("Revolute", "Universal", "Cylindrical", "Spherical", "Screw")
 _NEEDS: dict[str, str | None] = dict.fromkeys(_WITH_RADIUS, "radius")
 _NEEDS |= {"Prismatic": None, "Planar": None}
 _HAVE_LENGTH = ("Revolute", "Universal", "Prismatic", "Cylindrical", "Planar")
-#: Models that `dynamics` evaluates; classes over `AbstractJointFriction` of users are none of them.
-MODELS = (SmoothCoulomb, BrownMcPhee, BearingFriction, JointLuGre)
 _CYCLES = (np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),)  # takes z to x
 _CYCLES += (_CYCLES[0] @ _CYCLES[0],)  # takes z to y
 
@@ -35,18 +33,8 @@ def friction_faults(item: Friction, joints: dict[str, Joint], others: dict[str, 
         found.append(f"{where}: joint {item.joint!r} is a Prismatic, which does not turn; leave radius out")
     if kind not in _HAVE_LENGTH and item.length is not None:
         found.append(f"{where}: joint {item.joint!r} is a {kind}, whose friction has no length; leave it out")
-    if type(item.model) not in MODELS:
-        own = isinstance(item.model, AbstractJointFriction)
-        what = f"the class {type(item.model).__name__}, which joints cannot evaluate" if own else repr(item.model)
-        known = ", ".join(kind.__name__ for kind in MODELS)
-        found.append(
-            f"{where}: model must be one of {known} of jaxmbs.forces, not {what}"
-            + ("; a friction of your own is a force law at the joint, which is given its load" if own else "")
-        )
-    else:
-        shapes = {name: np.shape(value) for name, value in vars(item.model).items()}
-        found += [f"{where}: {name} must be one number, got shape {s}" for name, s in shapes.items() if s]
-        found += [f"{where}: {fault}" for fault in item.model.faults()]
+    wrong = model_faults(item.friction, "a joint") or item.friction.faults()
+    found += [f"{where}: {fault}" for fault in wrong]
     twice = [other.name for other in others.values() if other.joint == item.joint and other is not item]
     if twice:
         found.append(f"{where}: joint {item.joint!r} has the friction {twice[0]!r} already")
@@ -56,12 +44,9 @@ def friction_faults(item: Friction, joints: dict[str, Joint], others: dict[str, 
 def _number_faults(item):
     """Faults of the numbers."""
     bounds = {
-        "mu": (lambda x: x < 0, "must not be negative"),
-        "static_ratio": (lambda x: x < 1, "must be at least 1"),
         "radius": (lambda x: x <= 0, "must be positive"),
         "length": (lambda x: x <= 0, "must be positive"),
         "preload": (lambda x: x < 0, "must not be negative"),
-        "transition_speed": (lambda x: x <= 0, "must be positive"),
     }
     found = []
     for name, (is_wrong, message) in bounds.items():
@@ -97,9 +82,6 @@ def joint_friction_of(friction: dict[str, Friction], joints: dict[str, Joint], r
         given = [getattr(item, field) for item in items]
         return stack([default if value is None else value for value in given], float)
 
-    def own(field, default=0.0):
-        return stack([item.model.numbers().get(field, default) for item in items], float)
-
     return JointFriction(
         names=names,
         joints=tuple(index[item.joint] for item in items),
@@ -109,22 +91,11 @@ def joint_friction_of(friction: dict[str, Friction], joints: dict[str, Joint], r
         parents=tuple(r.frames[0] for r in mine),
         children=tuple(r.frames[1] for r in mine),
         basis=stack(bases, float),
-        mu=numbers("mu"),
-        static_ratio=numbers("static_ratio"),
+        models=group_models([item.friction for item in items], stack),
         radius=numbers("radius", 0.0),
         length=numbers("length"),
         preload=numbers("preload"),
-        transition_speed=numbers("transition_speed"),
         pitch=stack([joints[item.joint].kind.lead() for item in items], float),
-        models=tuple(item.model.key for item in items),
-        bristle_sizes=tuple(
-            len(SURFACES[kind].slips) if item.model.key == "lugre" else 0
-            for kind, item in zip(kinds, items, strict=True)
-        ),
-        viscous=own("viscous"),
-        seal=own("seal"),
-        stiffness=own("stiffness", 1.0),
-        damping=own("damping"),
     )
 
 

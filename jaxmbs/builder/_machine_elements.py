@@ -3,14 +3,18 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from ..contact import AbstractPair, BristleContact, Contact, ContactLuGre, DryFriction, HuntCrossley
+from ..contact import AbstractPair, BristleContact, Contact, HuntCrossley
 from ..contact._contact import AbstractContact
-from ..forces import AbstractJointFriction, BeamSection, GearPair, SmoothCoulomb
+from ..forces import BeamSection, GearPair
+from ..forces._old_friction import OldModel, warn_of_old_name
+from ..friction import AbstractFriction
+from ..friction._places import as_optional_friction
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._beams import beam_parts
 from ._cables import cable_parts, inextensible_cable_parts
+from ._old_friction import joint_model
 
 
 class MachineElements:
@@ -47,39 +51,42 @@ class MachineElements:
         self,
         name: str,
         joint: str,
-        mu: ArrayLike,
-        static_ratio: ArrayLike = 1.0,
+        friction: WordedError[AbstractFriction | ArrayLike | None] = None,
+        *,
         radius: ArrayLike | None = None,
         preload: ArrayLike = 0.0,
-        transition_speed: ArrayLike = 0.01,
         length: ArrayLike | None = None,
-        model: WordedError[AbstractJointFriction | None] = None,
+        mu: ArrayLike | None = None,
+        static_ratio: ArrayLike | None = None,
+        transition_speed: ArrayLike | None = None,
+        model: WordedError[AbstractFriction | OldModel | None] = None,
     ) -> None:
         """Friction of a joint, from the load N that the joint itself carries.
 
-        `mu (N + preload) tanh(s / transition_speed) (1 + (static_ratio - 1) exp(-(s / (10 transition_speed))^2))`
-        acts against the slip s [m/s] of its surface: along the slide, or at the radius about the axis.
+        `mu(s) (N + preload)` acts against the slip s [m/s] of its surface, along the slide or at the radius about the
+        axis; mu(s) is the coefficient of the model.
 
         Args:
             joint: a Revolute, Prismatic, Cylindrical, Spherical, Universal, Planar or Screw, of the tree or closing a
                 loop, driven or not.
-            mu: sliding coefficient of friction.
-            static_ratio: breakaway over sliding friction, at least 1.
+            friction: a model of `jaxmbs.friction`, or one of your own; a number is the coefficient of its
+                `SmoothCoulomb`.
             radius: of the pin, ball or thread, at which a rotation rubs [m]; of a Planar about its normal, which does
                 not rub by default.
             preload: load that is there without any other [N].
-            transition_speed: slip near which friction reaches its limit, below it the surface creeps [m/s].
             length: between the two ends of the bearing, centred at the joint's frame on the child [m]; moments across
                 the axis then load both ends, and an axial force loads the collar of a pin.  Of a Planar, the side of
                 its square pad.  By default moments and, on a pin, axial forces do not rub.
-            model: `forces.SmoothCoulomb`, which is the default and the equation above, `forces.BrownMcPhee`,
-                `forces.BearingFriction`, or `forces.JointLuGre`, which holds at rest.
+            mu, static_ratio, transition_speed, model: deprecated; give `friction`.
 
         `jaxmbs.dynamics.joint_friction` gives the loads and whether they are unique.
         """
-        item = declared.Friction(name, joint, mu, static_ratio, radius, preload, transition_speed, length)
-        item.model = SmoothCoulomb() if model is None else model
-        self._add("friction", self._model.friction, item)
+        try:
+            given = joint_model(friction, mu, static_ratio, transition_speed, model)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"friction {name!r}: {error}")
+            return
+        self._add("friction", self._model.friction, declared.Friction(name, joint, given, radius, preload, length))
 
     def contact(
         self,
@@ -88,7 +95,7 @@ class MachineElements:
         body: WordedError[FrameLike],
         surface: WordedError[FrameLike],
         force: WordedError[HuntCrossley],
-        friction: WordedError[DryFriction | ContactLuGre | None] = None,
+        friction: WordedError[AbstractFriction | ArrayLike | None] = None,
         max_depth: ArrayLike | None = None,
         wear: ArrayLike = 0.0,
     ) -> None:
@@ -99,14 +106,16 @@ class MachineElements:
             body, surface: frames of the round part and of the plane, tube, curve or road.  Frames: body or frame
                 names, (body, point), (body, Pose).
             force, max_depth, wear: as of `contact.Contact`.
-            friction: `DryFriction`, which creeps; `ContactLuGre`, which sticks; None for smooth surfaces.
+            friction: a model of `jaxmbs.friction`, of which `LuGre` sticks, or one of your own; a number is the
+                coefficient of its `SmoothCoulomb`; None for smooth surfaces.
         """
         try:
             law: AbstractContact
-            if isinstance(friction, ContactLuGre):
-                law = BristleContact(pair, force, friction, max_depth, wear)
+            given = as_optional_friction(friction)
+            if given is not None and given.has_bristles:
+                law = BristleContact(pair, force, given, max_depth, wear)
             else:
-                law = Contact(pair, force, friction, max_depth, wear)
+                law = Contact(pair, force, given, max_depth, wear)
         except (TypeError, ValueError) as error:
             self._faults.append(f"contact {name!r}: {error}")
             return
@@ -122,9 +131,9 @@ class MachineElements:
         free_length: ArrayLike | Callable = 1.0,
         pretension: ArrayLike | None = None,
         slack: bool | None = None,
-        friction: ArrayLike | None = None,
+        friction: WordedError[AbstractFriction | ArrayLike | None] = None,
         closed: bool = False,
-        slip_speed: ArrayLike = 1e-3,
+        slip_speed: ArrayLike | None = None,
         transition: ArrayLike = 1e-4,
         inextensible: bool = False,
     ) -> None:
@@ -142,9 +151,10 @@ class MachineElements:
             free_length: length without tension [m], or a function of time for a winch at the first element.
             pretension: tension at the free length [N], by default none.
             slack: True, the default, if the cable takes no compression.
-            friction: coefficient at all elements that give none of their own (default: none).
+            friction: at all elements that give none of their own (default: none): a model of `jaxmbs.friction`
+                without bristles, or the coefficient of its `SmoothCoulomb`.
             closed: True for a belt.
-            slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
+            slip_speed: deprecated; the `transition_speed` of `friction.SmoothCoulomb`, which friction takes.
             transition: half of the stretch over which the cable becomes slack [m].
             inextensible: True for a cable of constant length, whose tension is the multiplier of a constraint.  It
                 takes no stiffness, damping, pretension or friction, and it cannot become slack: its tension has a
@@ -158,6 +168,8 @@ class MachineElements:
             "friction": friction,
             "slack": slack or None,
         }
+        if slip_speed is not None:
+            warn_of_old_name("slip_speed of a cable", "friction=SmoothCoulomb(dynamic, transition_speed=)")
         if inextensible:
             self._inextensible_cable(name, path, closed, free_length, elastic)
             return
@@ -166,11 +178,10 @@ class MachineElements:
             "pretension": 0.0 if pretension is None else pretension,
             "free_length": free_length,
             "slack": True if slack is None else bool(slack),
-            "slip_speed": slip_speed,
             "transition": transition,
         }
         try:
-            law, frames, drum = cable_parts(path, bool(closed), values.pop("friction"), values)
+            law, frames, drum = cable_parts(path, bool(closed), values.pop("friction"), slip_speed, values)
         except (TypeError, ValueError) as error:
             self._faults.append(f"cable {name!r}: {error}")
             return

@@ -10,10 +10,9 @@ if TYPE_CHECKING:
     from ._closed_curve import ClosedCurve
     from ._contact import Contact
     from ._cylinders import CylinderOnPlane, JournalInBush
-    from ._dry_friction import DryFriction
     from ._height_field import HeightField
     from ._hunt_crossley import HuntCrossley, hertz_stiffness
-    from ._lugre import ContactLuGre
+    from ._old_friction import ContactLuGre, DryFriction
     from ._pair import AbstractPair, Touch
     from ._roller_on_curve import RollerOnCurve
     from ._spheres import SphereInCylinder, SphereOnPlane, SphereOnSphere

@@ -9,14 +9,14 @@ from jax import Array
 
 from ..forces._law_at import PoseLawAt
 from ..forces._state_laws import AbstractPoseStateLaw, InternalState, States
+from ..friction import AbstractBristles
 from ..math._linalg import skew
-from ..typing import Matrix3, Scalar, ScalarLike, Vector3, WordedError
+from ..typing import Matrix3, Scalar, ScalarLike, Vector3
 from ._contact import AbstractContact, PointForces, wrench_of
-from ._lugre import ContactLuGre
 
 
 class BristleContact(AbstractContact, AbstractPoseStateLaw):
-    """A `Contact` with friction by bristles, which sticks: `b.contact(..., friction=ContactLuGre(...))` declares it.
+    """A `Contact` whose friction has bristles, and sticks: `b.contact(..., friction=LuGre(...))` declares it.
 
     The bend of the bristles at its k points is the internal state "bristle" (k, 3) [m], in the axes of the surface's
     frame; it stays in the tangent plane and turns with it, as where a ball rolls through a bowl.  Energy of bristles
@@ -24,20 +24,18 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
 
     Attributes:
         pair, force, max_depth, wear: as of `Contact`.
-        friction: the bristles.
+        friction: a model with bristles.
     """
 
-    friction: WordedError[ContactLuGre]
-
     def __check_init__(self):
-        if not isinstance(self.friction, ContactLuGre):
-            raise TypeError(f"friction must be ContactLuGre, got {type(self.friction).__name__}")
+        if not isinstance(self.friction, AbstractBristles):
+            raise TypeError(f"friction must be a model with bristles, got {type(self.friction).__name__}")
 
     @property
     def internal_states(self) -> dict[str, InternalState]:
         R, x = np.eye(3), np.array((0.0, 0.0, 1.0))
         points = jax.eval_shape(self.pair.touch, R, x).depth.shape
-        return {"bristle": InternalState((*points, 3), "m", self.friction.mu / self.friction.sigma0)}
+        return {"bristle": InternalState((*points, 3), "m", self.friction.bend_scale)}
 
     def rate(
         self,
@@ -77,7 +75,7 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
     ) -> PointForces:
         """Forces at the points of contact; arguments as of `wrench`."""
         found, bend, slip = self._bristles((rotation, displacement, angular_velocity, velocity), s)
-        against = found.normal[:, None] * self.friction.coefficient(bend, slip, found.sliding)
+        against = found.normal[:, None] * jax.vmap(self.friction.traction)(bend, slip, found.sliding)
         return found._replace(friction=-against)
 
     def bristle_power(
@@ -91,7 +89,8 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
     ) -> Scalar:
         """Power [W] that bends the bristles; what friction takes beside it is heat."""
         found, bend, slip = self._bristles((rotation, displacement, angular_velocity, velocity), s)
-        return self.friction.sigma0 * jnp.sum(found.normal * jnp.sum(bend * slip, axis=1))
+        power = jax.vmap(lambda z, rate: jax.jvp(self.friction.energy, (z,), (rate,))[1])(bend, slip)
+        return jnp.sum(found.normal * power)
 
     def at(self, s: States) -> "BristleContactAt":
         """The contact at bends of its bristles."""
@@ -103,7 +102,8 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
         bend = s["bristle"]
         bend = bend - jnp.sum(bend * found.touch.normal, axis=1, keepdims=True) * found.touch.normal
         touches = (found.normal > 0.0)[:, None]
-        slip = jnp.where(touches, self.friction.rate(bend, found.sliding), self.friction.rate_apart(bend))
+        pressed, apart = jax.vmap(self.friction.rate)(bend, found.sliding), jax.vmap(self.friction.rate_apart)(bend)
+        slip = jnp.where(touches, pressed, apart)
         return found, bend, slip
 
 

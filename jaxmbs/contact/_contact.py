@@ -12,8 +12,9 @@ from ..checks import may_be_nonzero, negative, not_positive
 from ..forces._base import AbstractLaw, AbstractPoseLaw
 from ..forces._fields import number, optional_number
 from ..forces._validity import Margin
+from ..friction import AbstractFriction
+from ..friction._places import as_optional_friction, model_faults
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
-from ._dry_friction import DryFriction
 from ._hunt_crossley import HuntCrossley
 from ._pair import AbstractPair, Touch
 
@@ -34,7 +35,7 @@ class AbstractContact(AbstractLaw):
 
     pair: WordedError[AbstractPair]
     force: WordedError[HuntCrossley]
-    friction: WordedError[Any]
+    friction: WordedError[AbstractFriction | None] = eqx.field(converter=as_optional_friction, default=None)
     max_depth: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     wear: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = False
@@ -87,6 +88,8 @@ class AbstractContact(AbstractLaw):
         for name in ("max_depth", "wear"):
             if np.shape(getattr(self, name) if getattr(self, name) is not None else 0.0):
                 found.append(f"{name} must be one number")
+        if self.friction is not None:
+            found += model_faults(self.friction, "a contact", drag=False)
         return found + (["wear must not be negative"] if negative(self.wear) else [])
 
     def _stored(self, rotation, displacement):
@@ -111,16 +114,15 @@ class Contact(AbstractContact, AbstractPoseLaw):
     Attributes:
         pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
         force: normal force by the depth.
-        friction: `DryFriction`; None for smooth surfaces.  For `ContactLuGre` take a `BristleContact`.
+        friction: a model of `jaxmbs.friction`, or the coefficient of its `SmoothCoulomb`; None for smooth surfaces.
+            With bristles take a `BristleContact`.
         max_depth: depth beyond which a motion has the status `VALIDITY` [m], > 0; None for no bound.
         wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
     """
 
-    friction: WordedError[DryFriction | None] = None
-
     def __check_init__(self):
-        if not isinstance(self.friction, DryFriction | None):
-            raise TypeError(f"friction must be DryFriction or None, got {type(self.friction).__name__}")
+        if self.friction is not None and self.friction.has_bristles:
+            raise TypeError(f"{type(self.friction).__name__} has bristles: take BristleContact")
 
     def wrench(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
@@ -140,5 +142,6 @@ class Contact(AbstractContact, AbstractPoseLaw):
         found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
         if self.friction is None:
             return found
-        against = (found.normal * jax.vmap(self.friction.resistance)(found.sliding))[:, None] * found.sliding
+        grip = jax.vmap(self.friction.resistance)(jnp.sum(found.sliding**2, axis=1))
+        against = (found.normal * grip)[:, None] * found.sliding
         return found._replace(friction=-against)

@@ -8,6 +8,8 @@ from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from ..errors import ModelError
+from ..friction._normal_loads import contraction
+from ..friction._surfaces import SURFACES, surface_rows
 from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
@@ -15,14 +17,12 @@ from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._state import State
 from ..math._linalg import few_columns
 from ..model._entry_points import state_function
-from ..model._friction_surfaces import SURFACES, surface_rows
 from ..model._system import System
 from ..quantities import Quantity, along_freedoms
 from ..reports import Report, Reported, faults_in_short
 from ..runtime import segment_sum_static
 from ._joint_friction import FrictionSolution, carriers, joint_axes
 from ._newton_euler import motion_with_friction, saddle_solver
-from ._normal_loads import contraction
 
 #: Random vectors among which a component of a load is below the tolerance by chance with its third power.
 _PROBES, _SEED, _TOLERANCE = 3, 5, {8: 1e-6, 4: 1e-3}

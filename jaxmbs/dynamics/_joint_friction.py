@@ -16,21 +16,22 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..forces._friction_laws import brown_mcphee_over_speed, coulomb_over_speed, tanh_over
+from ..friction._bristles import with_tractions
+from ..friction._groups import resistances
+from ..friction._joint_friction import JointFriction
+from ..friction._normal_loads import LoadMap, NormalLoads, normal_loads
+from ..friction._surfaces import surface_rows
 from ..kinematics import _closures as closures
 from ..kinematics import _rows as constraint_rows
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
-from ..kinematics._slips import bristle_rates, bristle_slips, slips_of
+from ..kinematics._slips import slips_of
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import few_columns
 from ..math._spatial import cross
-from ..model._friction import JointFriction
-from ..model._friction_surfaces import surface_rows
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
 from ._bodies import inverse_dynamics_loads
 from ._loads import Loads
-from ._normal_loads import LoadMap, NormalLoads, normal_loads
 from ._shared_loads import shared_multipliers, wrenches_lacking
 
 
@@ -43,7 +44,7 @@ class Rubbing(NamedTuple):
         wrench: (n, 6) world wrench of the friction on the child per unit resistance.
         efforts: (n, nv) of it on the columns of the tree.
         power: (n,) of it, per unit resistance.
-        grip: (n,) resistance over load; own: (n,) resistance that follows no load.
+        grip: (n,) resistance over load; own: (n,) resistance that follows no load, None where there is none.
         thread: (n,) what friction adds to the normal load of a screw's thread, per unit resistance; zero for others.
     """
 
@@ -52,7 +53,7 @@ class Rubbing(NamedTuple):
     efforts: Array
     power: Array
     grip: Array
-    own: Array
+    own: Array | None
     thread: Array
 
 
@@ -75,15 +76,8 @@ def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     """The surfaces of all joints at a configuration with velocities."""
     f, dtype, found = system.friction, at.u.dtype, slips_of(system, at)
     on, number = found.rows.surface_of_slip, len(f.joints)
-    grip, own = _resistance(f, found.square)
-    unit = -found.slip
-    if f.bristles is not None:
-        places = bristle_slips(f)
-        mine = on[places]
-        force = gather_static(f.stiffness, mine) * f.bristles
-        force = force + gather_static(f.damping, mine) * bristle_rates(f, found)
-        force = force + gather_static(f.viscous, mine) * gather_static(found.slip, places)
-        unit = unit.at[places].set(-force)
+    grip, own = resistances(f.models, found.square)
+    unit = -found.slip if f.bristles is None else with_tractions(f, found.slip, -found.slip)
     wrench = segment_sum_static(unit[:, None] * found.directions, on, number)
     path = jnp.asarray(_paths(system.topology, f.children) - _paths(system.topology, f.parents), dtype)
     efforts = jnp.sum(wrench[:, None, :] * at.S[None], axis=2) * path
@@ -91,23 +85,6 @@ def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     thread = -segment_sum_static(unit, on, number) * found.tangent
     power = segment_sum_static(unit * found.slip, on, number)
     return Rubbing(found.bears, wrench, efforts, power, grip, own, thread)
-
-
-def _resistance(f: JointFriction, square):
-    """Friction over load and slip (n,) [s/m], and friction over slip that follows no load (n,) [N s/m], from squared
-    slips (n,); of bristles one and zero."""
-    scaled, rise = square / f.transition_speed**2, f.static_ratio - 1.0
-    models = np.array(f.models)
-    grip = f.mu / f.transition_speed * coulomb_over_speed(scaled, rise)
-    if "brown-mcphee" in f.models:
-        other = f.mu / f.transition_speed * brown_mcphee_over_speed(scaled, rise)
-        grip = jnp.where(models == "brown-mcphee", other, grip)
-    if "lugre" in f.models:
-        grip = jnp.where(models == "lugre", 1.0, grip)
-    own = jnp.zeros_like(square)
-    if "bearing" in f.models:
-        own = jnp.where(models == "bearing", f.viscous + f.seal / f.transition_speed * tanh_over(scaled), own)
-    return grip, own
 
 
 def joint_axes(f: JointFriction, at, wrench):
@@ -194,9 +171,10 @@ def solve_friction(
     own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of].astype(dtype)
     thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
     moved = loads[:, 1:] + own + thread  # by each surface's unit resistance
+    alone = loads[:, 0] if rub.own is None else loads[:, 0] + jnp.sum(moved * rub.own[None], axis=1)
     found = normal_loads(
         LoadMap.of(
-            loads[:, 0] + jnp.sum(moved * rub.own[None], axis=1),
+            alone,
             moved * rub.grip[None],
             f.preload,
             np.arange(rows.patch_of_load.max() + 1)[:, None] == rows.patch_of_load[None],
@@ -204,7 +182,7 @@ def solve_friction(
         )
     )
     total = found.load + f.preload
-    resistance = rub.grip * total + rub.own
+    resistance = rub.grip * total if rub.own is None else rub.grip * total + rub.own
     return FrictionSolution(
         a[0] + resistance @ a[1:] if len(a) > 1 else a[0],
         multipliers[0] + resistance @ multipliers[1:],

@@ -27,15 +27,14 @@ if TYPE_CHECKING:
     from ._cable_elements import Attachment, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
     from ._elasto_plastic import ElastoPlastic
     from ._element_bonds import ElementBond
-    from ._friction import CoulombFriction
+    from ._friction_force import BristleForce, FrictionForce
     from ._gear_pair import GearPair
     from ._generalised import GeneralisedEffort
     from ._hydraulic_cylinder import HydraulicCylinder
     from ._inextensible_cable import InextensibleCable
-    from ._joint_friction_models import AbstractJointFriction, BearingFriction, BrownMcPhee, JointLuGre, SmoothCoulomb
-    from ._lugre import LuGre
     from ._maxwell import Maxwell
     from ._motor import Motor
+    from ._old_friction import BearingFriction, BrownMcPhee, CoulombFriction, JointLuGre, LuGre, SmoothCoulomb
     from ._prony import Prony, PronyBushing
     from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
     from ._spring_damper import SpringDamper
@@ -55,7 +54,6 @@ if TYPE_CHECKING:
 __all__ = [
     "AbstractBodyLaw",
     "AbstractBodyStateLaw",
-    "AbstractJointFriction",
     "AbstractLaw",
     "AbstractPathLaw",
     "AbstractPoseLaw",
@@ -73,6 +71,7 @@ __all__ = [
     "BeamSection",
     "BearingFriction",
     "BevelGear",
+    "BristleForce",
     "BrownMcPhee",
     "BumpStop",
     "Bushing",
@@ -83,6 +82,7 @@ __all__ = [
     "ElementBond",
     "Eyelet",
     "Force",
+    "FrictionForce",
     "GearPair",
     "GeneralisedEffort",
     "Harmonic",

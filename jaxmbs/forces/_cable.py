@@ -9,11 +9,12 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
+from ..friction._groups import Groups
 from ..math._vector import Components, Vectors, cross, dot, norm
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
-from ._cable_friction import tension_ratios
+from ._cable_friction import friction_faults, friction_of_elements, tension_ratios
 from ._cable_path import CablePath, Layout
 from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
@@ -28,7 +29,7 @@ class Cable(CableRoute, AbstractPathLaw):
     Its tension is `k (length - free length) + pretension + c rate`; where `slack`, never below zero, with a smooth
     corner (C2).  The effort is that tension times the derivative of the length by the poses of all frames, so a
     motion without friction and damping keeps its energy.  With friction the tensions of the spans differ by
-    `exp(mu wrap tanh(slip / slip_speed))` at each element (Euler and Eytelwein), and their mean by length is the
+    `exp(mu(slip) wrap)` at each element (Euler and Eytelwein), and their mean by length is the
     tension of the elastic law: friction takes energy at every slip.  Wheels have no friction in their bearings unless
     their joints do.  A cable leaves a wheel between two points, goes straight past it and comes back; a wheel beside
     another one would pull at a cable that has left it, which `validity` says.
@@ -47,8 +48,8 @@ class Cable(CableRoute, AbstractPathLaw):
         free_length: length without tension [m]: a number, or a function of time for a winch that pays out at the
             first element; its work is then input.
         pretension: tension at the free length [N].
-        friction: (n,) coefficients at the elements; None for none.
-        slip_speed: speed of slip at which friction is at three quarters of its limit [m/s].
+        friction: models of `jaxmbs.friction` at the elements: a list (n,) of them with None where there is none, or
+            coefficients (n,) of `SmoothCoulomb`; None for none.
         transition: half of the stretch over which a cable becomes slack [m].
         drum_radius: of a drum at the first element that pays out `drum_radius` times the angle of its joint, and
             feels the tension of the first span times it [m], negative where it winds in; None for no drum.
@@ -60,8 +61,7 @@ class Cable(CableRoute, AbstractPathLaw):
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     free_length: Convertible[Callable] = eqx.field(converter=as_signal, default=1.0)
     pretension: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
-    friction: Convertible[Float[Array, " n"] | None] = eqx.field(converter=optional_number, default=None)
-    slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)
+    friction: Convertible[Groups | None] = eqx.field(converter=friction_of_elements, default=None)
     transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-4)
     drum_radius: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
 
@@ -172,10 +172,10 @@ class Cable(CableRoute, AbstractPathLaw):
         spans, arc, directions = path.mixed(layout)
         parting = dot(directions, second - first)
         bend = path.wrap + _bend_at_points(layout, directions)
-        grip = self.friction * jnp.where(bend > 0, bend, 0.0)
+        wrap = jnp.where(bend > 0, bend, 0.0)
         share = spans + sum(layout.ends(arc)) / 2
         share = share / jnp.sum(share)
-        ratios = tension_ratios(grip, share, parting, paid, self.slip_speed, self.closed)
+        ratios = tension_ratios(self.friction, wrap, share, parting, paid, self.closed)
         return tension * ratios / jnp.sum(share * ratios)
 
     def faults(self) -> list[str]:
@@ -191,17 +191,13 @@ class Cable(CableRoute, AbstractPathLaw):
                 isinstance(self.free_length, Constant) and not_positive(self.free_length.value),
                 "free_length must be positive",
             ),
-            (self.friction is not None and negative(self.friction), "friction must not be negative"),
-            (not_positive(self.slip_speed), "slip_speed must be positive"),
             (
                 self.drum_radius is not None and (self.is_wound or self.stiffness is None or self.closed),
                 "a cable on a drum is open and takes stiffness= and a free_length that is a number",
             ),
             (not_positive(self.transition), "transition must be positive"),
         )
-        wrong_size = self.friction is not None and self.friction.shape != (len(self.kinds),)
-        found += faults_if((wrong_size, f"friction has {len(self.kinds)} entries"))
-        return found + self.route_faults()
+        return found + friction_faults(self.friction, len(self.kinds), self.closed) + self.route_faults()
 
 
 class CablePull(NamedTuple):

@@ -13,7 +13,6 @@ from jaxtyping import Float
 from ..checks import any_concrete, faults_if, may_be_nonzero, negative, not_positive
 from ..typing import Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
-from ._friction_laws import tanh_over
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 from ._validity import Margin, tooth_margins
 
@@ -55,15 +54,15 @@ class AbstractPitchPointMesh(AbstractPathLaw):
     @property
     def dissipates(self) -> bool:
         """True for damping or friction."""
-        return may_be_nonzero(self.damping, self._friction()[0])
+        return self._friction() is not None or may_be_nonzero(self.damping)
 
     @abc.abstractmethod
     def _pitch_point(self, rotations, positions) -> PitchPoint:
         """The teeth of wheels in these poses, (2, 3, 3) and (2, 3)."""
 
     def _friction(self):
-        """Coefficient of friction of the flanks, and the speed of slip at which it is at three quarters."""
-        return 0.0, 1.0
+        """Model of the friction of the flanks, None for smooth ones."""
+        return None
 
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
         """Forces and moments of both flanks, and friction at the pitch point."""
@@ -71,13 +70,13 @@ class AbstractPitchPointMesh(AbstractPathLaw):
         rate = jax.vmap(frames.power)(on_x, on_turn)
         normal = self._normal_forces(teeth.approach, rate)
         force, moment = -jnp.einsum("s,snj->nj", normal, on_x), -jnp.einsum("s,snj->nj", normal, on_turn)
-        if teeth.point is None or teeth.sliding is None:
+        model = self._friction()
+        if teeth.point is None or teeth.sliding is None or model is None:
             return force, moment
-        mu, speed = self._friction()
         arms = teeth.point[None] - frames.positions
         velocity = frames.velocities + jnp.cross(frames.angular_velocities, arms)
-        slip = jnp.dot(teeth.sliding, velocity[0] - velocity[1]) / speed
-        push = jnp.sum(normal) * mu * tanh_over(slip * slip) * slip * teeth.sliding
+        slip = jnp.dot(teeth.sliding, velocity[0] - velocity[1])
+        push = jnp.sum(normal) * model.resistance(slip * slip) * slip * teeth.sliding
         rubbing = jnp.stack([-push, push])
         return force + rubbing, moment + jnp.cross(arms, rubbing)
 

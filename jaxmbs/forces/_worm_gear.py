@@ -4,9 +4,12 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from ..checks import faults_if, flag, negative, not_positive
+from ..checks import faults_if, flag, not_positive
+from ..friction import AbstractFriction, SmoothCoulomb
+from ..friction._places import as_optional_friction, model_faults
 from ..typing import Convertible, Scalar
-from ._fields import number
+from ._fields import number, optional_number
+from ._old_friction import warn_of_old_name
 from ._pitch_point_mesh import AbstractPitchPointMesh, PitchPoint, angle_about, within_a_tooth
 
 
@@ -23,7 +26,7 @@ class WormGear(AbstractPitchPointMesh):
     where the worm drives, so that bearings carry the right loads, the efficiency of the worm is
     `(cos(alpha) - mu tan(g)) / (cos(alpha) + mu cot(g))`, and with `mu > cos(alpha) tan(g)` the wheel cannot drive
     it.  The flanks approach by the angles of both, and by the relative place of their centres, along and across the
-    worm.  Friction rises with the speed of slip v as `tanh(v / slip_speed)`: at rest the worm creeps.
+    worm.  The coefficient mu is that of the friction's model at the slip of the flanks: at rest the worm creeps.
 
     Attributes:
         threads, teeth: of the worm and the wheel (static).
@@ -31,7 +34,9 @@ class WormGear(AbstractPitchPointMesh):
         radius: of the worm's pitch cylinder [m].
         left_handed: True for a worm that is no right-handed screw (static).
         pressure_angle: alpha, normal to the thread [rad].
-        friction: mu >= 0 of the flanks; slip_speed: of slip, at which friction is at three quarters of mu N [m/s].
+        friction: of the flanks, a model of `jaxmbs.friction` without bristles, or the coefficient of its
+            `SmoothCoulomb`; None for smooth ones.
+        slip_speed: deprecated; the `transition_speed` of `friction.SmoothCoulomb`, which `friction` takes.
         stiffness: k of the teeth along their normal [N/m]; damping: c >= 0 while they touch [N s/m].
         backlash: j >= 0, play along the normal of the teeth [m].
         phase: of the mesh [rad], 2 pi for a tooth: the teeth are in the middle of their play where it is zero, the x
@@ -45,8 +50,8 @@ class WormGear(AbstractPitchPointMesh):
     radius: Convertible[Scalar] = eqx.field(converter=number)  # type: ignore[misc]
     left_handed: bool = eqx.field(static=True, converter=flag("left_handed"), default=False)
     pressure_angle: Convertible[Scalar] = eqx.field(converter=number, default=np.pi / 9)
-    friction: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
-    slip_speed: Convertible[Scalar] = eqx.field(converter=number, default=1e-3)
+    friction: Convertible[AbstractFriction | None] = eqx.field(converter=as_optional_friction, default=None)
+    slip_speed: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     stiffness: Convertible[Scalar] = eqx.field(converter=number, default=1e8)
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     backlash: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
@@ -68,8 +73,14 @@ class WormGear(AbstractPitchPointMesh):
         """Nominal distance of the axes [m]."""
         return self.radius + self.wheel_radius
 
+    def __post_init__(self):
+        if self.slip_speed is not None:
+            warn_of_old_name("slip_speed of a WormGear", "friction=SmoothCoulomb(dynamic, transition_speed=)")
+            self.friction = SmoothCoulomb(self.friction, transition_speed=self.slip_speed)
+            self.slip_speed = None
+
     def _friction(self):
-        return self.friction, self.slip_speed
+        return self.friction
 
     def _pitch_point(self, rotations, positions):
         worm, wheel = rotations[0, :, 2], rotations[1, :, 2]
@@ -95,8 +106,7 @@ class WormGear(AbstractPitchPointMesh):
 
     def faults(self) -> list[str]:
         """Whole numbers of threads and teeth; positive module, radius and stiffness."""
-        return self._mesh_faults((self.threads, self.teeth)) + faults_if(
-            (not_positive(self.radius), "radius must be positive"),
-            (negative(self.friction), "friction must not be negative"),
-            (not_positive(self.slip_speed), "slip_speed must be positive"),
-        )
+        found = self._mesh_faults((self.threads, self.teeth))
+        if self.friction is not None:
+            found += model_faults(self.friction, "a worm gear", bristles=False, drag=False)
+        return found + faults_if((not_positive(self.radius), "radius must be positive"))

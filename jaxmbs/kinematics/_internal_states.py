@@ -10,6 +10,7 @@ from jax import Array
 
 from ..checks import is_concrete
 from ..errors import ModelError
+from ..friction._bristles import bend_scales, bristle_rates
 from ..model._entry_points import map_states
 from ..model._internal_states import (
     InternalStates,
@@ -21,12 +22,12 @@ from ..model._internal_states import (
     with_internal,
 )
 from ..model._system import System
-from ..runtime import gather_static, jit
+from ..runtime import jit
 from ._configuration import VelocityKinematics, at_state, with_velocities
 from ._element_flows import element_flows
 from ._sampling import with_held_outputs
 from ._signals import block_starts, signals_and_rates, with_driven
-from ._slips import bristle_rates, slips_of
+from ._slips import slips_of
 
 
 def group_rates(group, displacement, flow, t) -> dict[str, Array]:
@@ -51,7 +52,7 @@ def internal_rates(system: System, at: VelocityKinematics) -> Array:
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         return join_states(group, group_rates(group, displacement, flow, at.t))
 
-    bends = [bristle_rates(system.friction, slips_of(system, at))] if _has_bristles(system) else []
+    bends = [bristle_rates(system.friction, slips_of(system, at).slip)] if _has_bristles(system) else []
     return stacked([*(of_group(group) for group in system.forces if group.internal), *bends, *rates])
 
 
@@ -89,8 +90,7 @@ def internal_scale(system: System) -> Array:
     """Scales (ns,) of all internal states."""
     laws = [join_states(group, declared_scales(group)) for group in system.forces if group.internal]
     if _has_bristles(system):
-        f = system.friction
-        laws.append(gather_static(f.mu / f.stiffness, np.repeat(np.arange(len(f.names)), f.bristle_sizes)))
+        laws.append(bend_scales(system.friction))
     return stacked([*laws, *(join_states(e, block_scales(e)) for e in system.blocks if e.internal)])
 
 

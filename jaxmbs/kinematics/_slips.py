@@ -1,4 +1,4 @@
-"""Slip of the rubbing surfaces of joints, and the rates of the bristles that some of them have."""
+"""Slip of the rubbing surfaces of joints."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..forces._friction_laws import bristle_rate
+from ..friction._joint_friction import JointFriction
+from ..friction._surfaces import SurfaceRows, surface_rows
 from ..math._spatial import cross
-from ..model._friction import JointFriction
-from ..model._friction_surfaces import SurfaceRows, surface_rows
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
 from ._configuration import VelocityKinematics
@@ -74,28 +73,3 @@ def _in_world(f: JointFriction, at, surfaces, rows):
     inner = jnp.sum(basis[:, None] * both, axis=3)
     both = jnp.sum(R[:, None] * inner[:, :, None, :], axis=3)
     return both[:, 0], both[:, 1]
-
-
-def bristle_slips(f: JointFriction) -> np.ndarray:
-    """Places of the bristles among the components of the slips (static)."""
-    on = surface_rows(f.kinds, float).surface_of_slip
-    return np.flatnonzero(np.array([f.models[k] == "lugre" for k in on], bool))
-
-
-def bristle_rates(f: JointFriction, at: Slips) -> Array:
-    """Rates (ns,) of the bends of all bristles [m/s]."""
-    places = bristle_slips(f)
-    on = at.rows.surface_of_slip[places]
-    bump = 1.0 + (f.static_ratio - 1.0) * jnp.exp(-at.square / f.transition_speed**2)
-    bend = gather_static(f.mu * bump / f.stiffness, on)
-    moves = at.square > 0.0
-    speed = jnp.where(moves, jnp.sqrt(jnp.where(moves, at.square, 1.0)), 0.0)
-    return bristle_rate(gather_static(at.slip, places), gather_static(speed, on), f.bristles, bend)
-
-
-def bristle_storage(system: System, at: VelocityKinematics) -> Array:
-    """Power (n,) per unit load that bends the bristles of each surface [m/s], zero for those without."""
-    f = system.friction
-    on = surface_rows(f.kinds, float).surface_of_slip[bristle_slips(f)]
-    power = gather_static(f.stiffness, on) * f.bristles * bristle_rates(f, slips_of(system, at))
-    return segment_sum_static(power, on, len(f.joints))

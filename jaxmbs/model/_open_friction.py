@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 
 from ..checks import is_concrete
+from ..friction._surfaces import SURFACES, surface_rows
 from ._describe import COMPONENTS
-from ._friction_surfaces import SURFACES, surface_rows
 
 _TILT = 1e-6  # of axes, below which one does not see the components along the other
 

@@ -8,8 +8,8 @@ from jax import lax
 from ..dynamics._efforts import element_names
 from ..dynamics._energy import energies
 from ..dynamics._newton_euler import motion_with_friction
-from ..dynamics._normal_loads import spectral_radius
 from ..flexible._stiffening import squared_spins, stiffening_errors
+from ..friction._normal_loads import spectral_radius
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics, at_state, with_velocities
 from ..kinematics._state import State

@@ -165,7 +165,7 @@ def tree(p):
     ends = (("ground", np.array([0.2, -0.4, 0.6])), ("bob", p[16:19]))
     b.force("spring", mbs.SpringDamper(*p[12:16]), between=ends)
     b.force("stop", mbs.BumpStop(p[19], upper=p[21], exponent=p[20]), joint="hinge")
-    b.force("friction", mbs.CoulombFriction(p[22], 1.2, slip_speed=0.1), joint="hinge")
+    b.force("friction", mbs.forces.FrictionForce(mbs.friction.SmoothCoulomb(p[22], 1.2 * p[22], 0.1)), joint="hinge")
     b.force("bushing", mbs.Bushing((p[24], p[23])), between=("arm", "bob"))
     system = b.build()
     state = mbs.State(jnp.zeros(()), jnp.concatenate([p[25:26], jnp.array([1.0, 0, 0, 0])]), p[26:30])

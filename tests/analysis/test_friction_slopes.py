@@ -5,19 +5,25 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.friction import BearingFriction, SmoothCoulomb
 
 from ..dynamics.slider_cranks import slider_crank
 
-_MODELS = {"coulomb": mbs.forces.SmoothCoulomb(), "bearing": mbs.forces.BearingFriction(viscous=0.3, seal=0.5)}
+_MODELS = {"coulomb": {}, "bearing": {"viscous": 0.3, "seal": 0.5}}
 
 
-def crank(mu=0.1, load=-40.0, model=None, effort=0.0):
+def _model(mu, transition=0.01, **own):
+    kind = BearingFriction if own else SmoothCoulomb
+    return kind(mu, transition_speed=transition, **own)
+
+
+def crank(mu=0.1, load=-40.0, effort=0.0, own={}):  # noqa: B006
     """A slider-crank with friction in its pins and its guide."""
     b = slider_crank(load)
     b.force("push", mbs.Torque((0, 0, effort)), on="crank")
     for name in ("A", "B", "C"):
-        b.friction(f"rub {name}", name, mu, radius=0.02, model=model or _MODELS["coulomb"])
-    b.friction("rub guide", "guide", mu)
+        b.friction(f"rub {name}", name, _model(mu, **own), radius=0.02)
+    b.friction("rub guide", "guide", _model(mu))
     return b.build(independent=["A"])
 
 
@@ -32,11 +38,11 @@ def acceleration(system, angle=0.7, speed=3.0):
 @pytest.mark.long
 @pytest.mark.parametrize("model", _MODELS)
 def test_slopes_are_those_of_differences(model):
-    system, h = crank(model=_MODELS[model]), 1e-5
+    system, h = crank(own=_MODELS[model]), 1e-5
     found = mbs.linearise(system, at(system), inputs=["A"], outputs=["guide"], loads=["A"])
     by_angle = (acceleration(system, 0.7 + h) - acceleration(system, 0.7 - h)) / (2 * h)
     by_speed = (acceleration(system, speed=3.0 + h) - acceleration(system, speed=3.0 - h)) / (2 * h)
-    pushed = [acceleration(crank(model=_MODELS[model], effort=e)) for e in (1e-3, -1e-3)]
+    pushed = [acceleration(crank(own=_MODELS[model], effort=e)) for e in (1e-3, -1e-3)]
     assert found.state_space.A[1] == pytest.approx([by_angle, by_speed], rel=1e-7)
     assert found.state_space.B[1, 0] == pytest.approx((pushed[0] - pushed[1]) / 2e-3, rel=1e-7)
 
@@ -56,7 +62,7 @@ def pendulum(mu=0.3, model=None, transition=0.01):
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
     b.body("bob", mass=1.3, com=(0.4, 0, 0), inertia=(1e-3, 0.02, 0.02))
     b.joint("pin", mbs.Revolute("z"), "ground", "bob")
-    b.friction("rub", "pin", mu, radius=0.03, transition_speed=transition, model=model or _MODELS["coulomb"])
+    b.friction("rub", "pin", _model(mu, transition) if model is None else model, radius=0.03)
     return b.build()
 
 
@@ -80,7 +86,7 @@ def test_pendulum_that_slides():
 
 def test_joint_at_stick_is_refused_by_name():
     system = pendulum()
-    with pytest.raises(mbs.ModelError, match="joint 'pin' sticks.*JointLuGre"):
+    with pytest.raises(mbs.ModelError, match="joint 'pin' sticks.*LuGre"):
         mbs.linearise(system, mbs.State.at(system, pin=0.4))
 
 
@@ -93,7 +99,7 @@ def test_equilibrium_is_that_without_friction():
     with pytest.raises(mbs.ModelError, match="steady motion: no answer with friction in joints"):
         mbs.equilibrium(system, mbs.State.at(system, pin=-1.2, velocities={"pin": 1.0}), moving=["pin"])
     with pytest.raises(mbs.ModelError, match="bristles hold"):
-        held = pendulum(model=mbs.forces.JointLuGre(1e5, 300.0, 0.0))
+        held = pendulum(model=mbs.friction.LuGre(0.3, 1e5, 300.0, stribeck_speed=0.01))
         mbs.equilibrium(held, mbs.State.at(held, pin=-1.2))
 
 
@@ -114,7 +120,7 @@ def test_linearisation_in_a_trace_and_side_by_side():
 @pytest.mark.long
 def test_bristles_have_a_stiffness():
     """Where bristles hold, the pole is that of the mass on their stiffness."""
-    system = pendulum(model=mbs.forces.JointLuGre(1e5, 0.0, 0.0))
+    system = pendulum(model=mbs.friction.LuGre(0.3, 1e5, stribeck_speed=0.01))
     found = mbs.linearise(system, mbs.State.at(system, pin=-np.pi / 2))
     load, inertia = 1.3 * 9.81, 0.02 + 1.3 * 0.4**2
     stiffness = 1.3 * 9.81 * 0.4 + 1e5 * load * 0.03**2

@@ -15,7 +15,7 @@ def incline(angle, mu, ratio=1.0, like=None):
     b = mbs.SystemBuilder(gravity=(-9.81 * np.sin(angle), 0, -9.81 * np.cos(angle)))
     b.body("block", mass=2.0, inertia=1.0)
     b.joint("slide", mbs.Prismatic("x"), "ground", "block")
-    b.friction("rub", "slide", mu, static_ratio=ratio)
+    b.friction("rub", "slide", mbs.friction.SmoothCoulomb(mu, mu * ratio))
     return b.build(like=like)
 
 
@@ -24,7 +24,7 @@ def jack(mu, model=None):
     b.body("nut", mass=1.0, inertia=(1.0, 1.0, 1.0))
     b.joint("thread", mbs.Screw("z", pitch=LEAD / (2 * np.pi)), "ground", "nut")
     b.force("load", mbs.Force((0, 0, -LOAD)), on="nut")
-    b.friction("rub", "thread", mu, radius=RADIUS, model=model)
+    b.friction("rub", "thread", mu if model is None else model, radius=RADIUS)
     return b.build()
 
 
@@ -56,7 +56,7 @@ def test_screw_jack_locks_itself():
 
 @pytest.mark.long
 def test_screw_of_little_friction_turns_by_its_load():
-    smooth = jack(0.9 * LEAD / (2 * np.pi * RADIUS), mbs.forces.JointLuGre(1e4))
+    smooth = jack(None, mbs.friction.LuGre(0.9 * LEAD / (2 * np.pi * RADIUS), 1e4))
     assert not mbs.analysis.impending_motion(smooth, up(smooth, "thread"), ["thread"]).self_locking
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import forces as F
+from jaxmbs.friction import LuGre
 
 from .reading import check, coordinates, rates, run
 
@@ -16,7 +17,8 @@ X += (0.556110773603926, 0.6275831289808242, 0.6362928479408698, 0.9182797055524
 V = (2.7256017309519747e-06, 5.991668212667624e-06, 2.984218761601088e-05, 0.24831675220642754, 0.34154614992614774)
 V += (0.21961962930842815, 0.06780614092796854, 8.037657888818506e-06, 0.3695920352519039, 6.710689831749512e-05)
 SLIPS, LARGEST_SPEED, LARGEST_FRICTION = (7.5404, 10.0645, 13.90315), 0.36981599889915817, 1.47657294425001
-FRICTION = F.LuGre(1.0, 1e5, np.sqrt(1e5), static_ratio=1.5, viscous=0.4, stribeck_speed=1e-3)
+BRISTLES = LuGre(1.0, 1e5, np.sqrt(1e5), 0.4, static=1.5, stribeck_speed=1e-3)  # under a load of one
+FRICTION = F.BristleForce(BRISTLES)
 
 
 def pulled():
@@ -56,8 +58,8 @@ def test_stick_slip_of_bristles_under_the_load_of_the_guide():
     b.body("mass", mass=1.0)
     b.joint("x", mbs.Prismatic("x"), "ground", "mass")
     b.force("spring", mbs.PD(mbs.Ramp(0.0, 0.1), kp=2.0), joint="x")
-    model = F.JointLuGre(1e5 / weight, np.sqrt(1e5) / weight, 0.4 / weight)
-    b.friction("friction", "x", 1.0 / weight, 1.5, transition_speed=1e-3, model=model)
+    numbers = [x / weight for x in (1.0, 1e5, np.sqrt(1e5), 0.4, 1.5)]
+    b.friction("friction", "x", LuGre(*numbers, stribeck_speed=1e-3))
     system = b.build()
     options = dict(rtol=1e-9, atol=1e-10, solver=diffrax.Kvaerno5())
     motion = run(system, mbs.State.at(system, x=0.0), np.r_[0.0, TIMES], **options)

@@ -27,7 +27,7 @@ def slider_crank(mu=MU, like=None):
     b.joint("C", mbs.Revolute("z"), "rod", "slider", parent_frame=(ROD, 0, 0))
     b.force("load", mbs.Force((-400.0, 0, 0)), on="slider")
     for name, radius in (("A", 0.02), ("B", 0.015), ("C", 0.012), ("guide", None)):
-        b.friction(f"friction {name}", name, mu, radius=radius)
+        b.friction(f"friction {name}", name, mbs.friction.SmoothCoulomb(mu, transition_speed=0.01), radius=radius)
     return b.build(like=like)
 
 

@@ -9,9 +9,10 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from jaxmbs import contact as C
+from jaxmbs.friction import LuGre
 
 G, K, DAMPING = 9.81, 1e5, 2.0
-BRISTLES = C.ContactLuGre(0.3, 300.0, 6.0, 0.1, 1.3, 0.02)
+BRISTLES = LuGre(0.3, 300.0, 6.0, 0.1, 0.39, 0.02)
 RADIUS = 0.05
 POSES = {
     "spheres": (C.SphereOnSphere(0.1, 0.2), (0.1, 0.2, 0.199)),
@@ -118,7 +119,7 @@ def test_derivatives_of_a_motion(slope):
     _, z = block(slope=slope)
 
     def end(p):
-        system, _ = block(C.ContactLuGre(p[0], p[1], 6.0, 0.1, 1.3, 0.02), slope)
+        system, _ = block(LuGre(p[0], p[1], 6.0, 0.1, 1.3 * p[0], 0.02), slope)
         start = mbs.State.at(system, {"z": z}, {"x": p[2]})
         motion = mbs.simulate(system, start, ts=[0.1, 0.2], rtol=1e-10, atol=1e-13)
         return motion.states.coordinates[-1, 0]
@@ -138,7 +139,7 @@ def test_a_ball_that_rolls_through_a_tube_turns_its_bristles():
     b = mbs.SystemBuilder(gravity=(0.0, -G, 0.0))
     b.body("ball", 1.0, inertia=0.4 * radius**2)
     b.joint("ball", mbs.Planar("z"), "ground", "ball")
-    model = C.ContactLuGre(0.8, 2e5, 300.0)
+    model = LuGre(0.8, 2e5, 300.0)
     b.contact("tube", C.SphereInCylinder(radius, gap), "ball", "ground", C.HuntCrossley(1e7, 1.0, 0.2), model)
     system, a = b.build(), 0.5
     at = (gap + 9.81 * np.cos(a) / 1e7) * np.array([np.sin(a), -np.cos(a)])
@@ -154,18 +155,23 @@ def test_a_ball_that_rolls_through_a_tube_turns_its_bristles():
 
 def test_wrong_parts():
     force = C.HuntCrossley(1e6)
-    with pytest.raises(TypeError, match="friction must be ContactLuGre, got DryFriction"):
-        C.BristleContact(C.SphereOnPlane(0.1), force, C.DryFriction(0.3))
-    with pytest.raises(TypeError, match="friction must be DryFriction or None, got ContactLuGre"):
+    with pytest.raises(TypeError, match="friction must be a model with bristles, got SmoothCoulomb"):
+        C.BristleContact(C.SphereOnPlane(0.1), force, 0.3)
+    with pytest.raises(TypeError, match="LuGre has bristles: take BristleContact"):
         C.Contact(C.SphereOnPlane(0.1), force, BRISTLES)
     b = mbs.SystemBuilder()
     b.body("ball", 1.0)
     b.joint("ball", mbs.Free(), "ground", "ball")
-    wrong = C.ContactLuGre(0.0, -1.0, -1.0, -1.0, 0.5, 0.0)
+    wrong = LuGre(-1.0, -1.0, -1.0, -1.0, -2.0, 0.0)
     b.contact("a", C.SphereOnPlane(0.1), "ball", "ground", force, wrong)
     with pytest.raises(mbs.ModelError) as found:
         b.build()
-    for text in ("mu must be positive", "sigma0 must be positive", "sigma1 must not be", "sigma2 must not be"):
+    for text in (
+        "dynamic must not be negative",
+        "sigma0 must be positive",
+        "sigma1 must not be",
+        "sigma2 must not be",
+    ):
         assert f"force 'a': friction: {text}" in str(found.value)
-    assert "static_ratio must be at least 1" in str(found.value)
-    assert "transition_speed must be positive" in str(found.value)
+    assert "static must be at least dynamic" in str(found.value)
+    assert "stribeck_speed must be positive" in str(found.value)

@@ -13,6 +13,7 @@ from scipy.special import gamma
 import jaxmbs as mbs
 from jaxmbs import contact as C
 from jaxmbs.forces._ports import PosePort
+from jaxmbs.friction import BrownMcPhee, SmoothCoulomb
 
 TURN = Rotation.from_rotvec([0.03, -0.02, 0.4]).as_matrix()
 X = np.linspace(-1.0, 1.0, 9)
@@ -38,7 +39,7 @@ PAIRS = {  # a pair and a displacement about which it just touches, pressed alon
     ),
 }
 FORCE = C.HuntCrossley(1e6, 1.5, 0.3, transition=2e-4)
-FRICTION = C.DryFriction(0.3, 1.4, 0.01, "brown-mcphee")
+FRICTION = BrownMcPhee(0.3, 0.42, 0.01)
 DEPTHS = (-5e-4, 0.0, 1e-4, 2e-3)  # beyond the pose of PAIRS [m]: apart, grazing, at its beginning, pressed
 SPEEDS = (0.0, 1e-4, 4e-3, 1e-2, 0.5)  # sliding [m/s]: stick, slow and fast creep, the top of the curve, slide
 WEIGHTS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
@@ -138,7 +139,12 @@ def slope_with_ball(mu, slope=0.35, speed=1e-2):
     b.body("ball", 1.0, inertia=0.4 * 0.05**2)
     b.joint("ball", mbs.Free(), "ground", "ball")
     b.contact(
-        "slope", C.SphereOnPlane(0.05), "ball", "ground", C.HuntCrossley(1e6, 1.0), C.DryFriction(mu, 1.0, speed)
+        "slope",
+        C.SphereOnPlane(0.05),
+        "ball",
+        "ground",
+        C.HuntCrossley(1e6, 1.0),
+        SmoothCoulomb(mu, transition_speed=speed),
     )
     return b.build(), 9.81 * np.cos(slope) / 1e6
 
@@ -165,14 +171,14 @@ def test_a_ball_rolls_below_the_critical_slope_and_slides_beyond():
 def test_wrong_parts():
     with pytest.raises(TypeError, match="pair must be of AbstractPair"):
         C.Contact(0.1, FORCE)
-    with pytest.raises(TypeError, match="friction must be DryFriction"):
-        C.Contact(C.SphereOnPlane(0.1), FORCE, 0.3)
+    with pytest.raises(TypeError, match="friction must be a coefficient or a model"):
+        C.Contact(C.SphereOnPlane(0.1), FORCE, "rough")
     b = mbs.SystemBuilder()
     b.body("ball", 1.0)
     b.joint("ball", mbs.Free(), "ground", "ball")
     b.contact("a", C.SphereOnPlane(-0.1), "ball", "ground", C.HuntCrossley(-1.0, 0.5, transition=-1.0))
     b.contact("b", C.SphereOnPlane(0.1), "ball", "ground", None)
-    b.contact("c", C.SphereOnPlane(0.1), "ball", "ground", FORCE, C.DryFriction(-0.1, 0.5, 0.0), -1.0, -1.0)
+    b.contact("c", C.SphereOnPlane(0.1), "ball", "ground", FORCE, SmoothCoulomb(-0.1, -0.5, 0.0), -1.0, -1.0)
     with pytest.raises(mbs.ModelError) as found:
         b.build()
     for text in (
@@ -183,8 +189,8 @@ def test_wrong_parts():
             "contact 'b': force must be of HuntCrossley",
         ),
         *(
-            "friction: mu must not be negative",
-            "static_ratio must be at least 1",
+            "friction: dynamic must not be negative",
+            "static must be at least dynamic",
             "transition_speed must be positive",
         ),
         *("max_depth must be positive", "wear must not be negative"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.contact import Contact, DryFriction, HuntCrossley, JournalInBush, SphereOnPlane
+from jaxmbs.contact import Contact, HuntCrossley, JournalInBush, SphereOnPlane
 
 K, A, MU, WEAR, RADIUS = 1e7, 0.4, 0.3, 2e-15, 0.05
 
@@ -13,7 +13,7 @@ def model(pair, **options):
     b = mbs.SystemBuilder()
     b.body("part", 1.0, inertia=1e-3)
     b.joint("part", mbs.Free(), "ground", "part")
-    b.contact("touch", pair, "part", "ground", HuntCrossley(K, 1.5, A), DryFriction(MU, 1.0, 1e-3), **options)
+    b.contact("touch", pair, "part", "ground", HuntCrossley(K, 1.5, A), mbs.friction.SmoothCoulomb(MU), **options)
     return b.build()
 
 

@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import jaxmbs as mbs
+from jaxmbs.friction import SmoothCoulomb
 
 from .slider_cranks import slider_crank
 
@@ -37,7 +38,7 @@ def pendulum(mu=MU, like=None):
     b = mbs.SystemBuilder(gravity=(0, -GRAVITY, 0))
     b.body("bob", mass=MASS, com=(LEVER, 0, 0), inertia=(1e-3, INERTIA, INERTIA))
     b.joint("pin", mbs.Revolute("z"), "ground", "bob")
-    b.friction("rub", "pin", mu, radius=RADIUS, transition_speed=TRANSITION, static_ratio=1.2)
+    b.friction("rub", "pin", SmoothCoulomb(mu, 1.2 * mu, TRANSITION), radius=RADIUS)
     return b.build(like=like)
 
 
@@ -138,7 +139,7 @@ def by_kind(kind, **numbers):
     b.joint("joint", kind, "ground", "body")
     b.force("force", mbs.Force((3.0, 4.0, 12.0)), on="body")
     b.force("moment", mbs.Torque((0.3, 0.4, 0.0)), on="body")
-    b.friction("rub", "joint", 0.1, transition_speed=1e-3, **numbers)
+    b.friction("rub", "joint", 0.1, **numbers)
     return b.build()
 
 

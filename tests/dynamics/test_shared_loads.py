@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.friction import SmoothCoulomb
 
 MASS, LEVER, INERTIA, GRAVITY, SPEED, MU = 20.0, 0.4, 1.0, 9.81, 2.0, 0.3
 #: Distance of the hinges, height of the centre of mass over the lower one, and radii of the pins [m].
@@ -20,7 +21,7 @@ def door(mu=MU, solver="auto", like=None, handle=0.0):
         b.joint("weld", mbs.joints.Weld(), "door", "handle")
     for name, at, radius in (("near", 0.0, RADII[0]), ("far", SPAN, RADII[1])):
         b.joint(name, mbs.Revolute("z"), "ground", "door", parent_frame=(0, 0, at), child_frame=(0, 0, at))
-        b.friction(f"rub {name}", name, mu, radius=radius, transition_speed=1e-4)
+        b.friction(f"rub {name}", name, SmoothCoulomb(mu, transition_speed=1e-4), radius=radius)
     return b.build(linear_solver=solver, like=like)
 
 

@@ -23,6 +23,7 @@ from jaxmbs.forces import (
 )
 from jaxmbs.forces._cable_path import Circles
 from jaxmbs.forces._common_tangent import common_tangents
+from jaxmbs.friction import SmoothCoulomb
 from jaxmbs.math._rotation import rotation_matrix
 from jaxmbs.math._vector import Components, cross, dot
 
@@ -162,9 +163,8 @@ def test_a_belt_drives_by_friction():
         [Sheave("", 0.1), Sheave("", 0.2)],
         closed=True,
         free_length=2.0,
-        friction=0.25,
+        friction=SmoothCoulomb(0.25, transition_speed=1e-2),
         pretension=400.0,
-        slip_speed=1e-2,
     )
     R, x = at([[0, 0, 0], [0.6, 0, 0]])
     tilt = np.arcsin(0.1 / 0.6)

@@ -7,6 +7,7 @@ import pytest
 
 from jaxmbs import forces as F
 from jaxmbs.forces._element_bonds import CONSERVING, PORT, bond_sums, ends, kind_of
+from jaxmbs.friction import LuGre
 from jaxmbs.math._rotation import rotation_matrix
 
 POSE = rotation_matrix(jnp.array([0.3, -0.2, 0.5])), jnp.array([0.01, 0.02, -0.01])
@@ -19,7 +20,7 @@ LAWS = {
     "Maxwell": (F.Maxwell(300.0, 20.0), {"stretch": 0.02}),
     "Zener": (F.Zener(300.0, 20.0, 50.0, 0.1), {"stretch": 0.02}),
     "Prony": (F.Prony(10.0, [5.0, 3.0], [0.1, 2.0]), {"stretch": jnp.array([0.1, -0.2])}),
-    "LuGre": (F.LuGre(3.0, 1e4, 50.0, 1.4, 0.3, 0.5), {"bristle": 1e-4}),
+    "BristleForce": (F.BristleForce(LuGre(1.5, 5e3, 25.0, 0.15, 2.1, 0.5), 2.0, 0.7), {"bristle": 1e-4}),
     "ElastoPlastic": (F.ElastoPlastic(1e3, 20.0, 0.1), {"elastic": 0.015}),
     "Motor": (F.Motor(12.0, 1.5, 0.05, 0.3, ratio=2.0), {"current": 2.0}),
     "lossy Motor": (F.Motor(12.0, 1.5, 0.05, 0.3, 0.32, max_voltage=10.0, max_torque=1.0), {"current": 2.0}),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from jaxmbs import forces as F
+from jaxmbs.friction import BearingFriction, SmoothCoulomb
 
 
 def torque_curve(x, v, t):
@@ -28,7 +29,7 @@ LAWS = {
     "table_spring": F.Table([-1.0, 1.0], [-5.0, 5.0]),
     "bump_stop": F.BumpStop(1e3, lower=-0.2, upper=0.3, exponent=1.5, damping=0.4),
     "one_stop": F.BumpStop(1e3, upper=0.3),
-    "friction": F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.01, viscous=0.2),
+    "friction": F.FrictionForce(BearingFriction(5.0, 7.0, 0.01, viscous=0.2)),
     "actuator": F.Actuator(torque_curve),
     "actuator_module": F.Actuator(Gain(jnp.array(2.0))),
     "servo": F.PD(F.Harmonic(amplitude=0.5), kp=30.0, kd=2.0),
@@ -131,7 +132,7 @@ def test_numbers_are_leaves_and_faults_empty(name):
 def test_laws_are_built_under_tracing():
     def effort(k, c):
         laws = [F.SpringDamper(k, c), F.Table([-1.0, 1.0], [-k, k]), F.BumpStop(k, upper=0.1, damping=c)]
-        laws += [F.CoulombFriction(k, slip_speed=c), F.PD(k, kp=k, kd=c)]
+        laws += [F.FrictionForce(SmoothCoulomb(k, transition_speed=c)), F.PD(k, kp=k, kd=c)]
         assert all(law.faults() == [] for law in laws)
         return sum(law.effort(0.3, 0.2, 0.0) for law in laws)
 
@@ -147,11 +148,11 @@ def test_numbers_and_signs():
     np.testing.assert_allclose(stop.effort(0.5, -9.0, 0.0), -100 * 0.04)
     np.testing.assert_allclose(stop.effort(-0.3, -2.0, 0.0), 100 * 0.01 * 2.0)
     assert stop.effort(0.29, 5.0, 0.0) == 0.0
-    np.testing.assert_allclose(F.CoulombFriction(5.0).effort(0.0, 1.0, 0.0), -5.0)
-    bump = F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.01, viscous=0.2, stribeck_speed=0.5)
+    np.testing.assert_allclose(F.FrictionForce(5.0).effort(0.0, 1.0, 0.0), -5.0)
+    bump = F.FrictionForce(BearingFriction(5.0, 7.0, 0.01, 0.5, viscous=0.2))
     by_hand = -5.0 * (1 + 0.4 * np.exp(-((0.3 / 0.5) ** 2))) * np.tanh(30.0) - 0.2 * 0.3
     np.testing.assert_allclose(bump.effort(0.0, 0.3, 0.0), by_hand, rtol=1e-12)
-    by_default = F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.01).effort(0.0, 0.1, 0.0)
+    by_default = F.FrictionForce(SmoothCoulomb(1.0, 1.4, 0.01), 5.0).effort(0.0, 0.1, 0.0)
     np.testing.assert_allclose(by_default, -5.0 * (1 + 0.4 * np.exp(-1.0)) * np.tanh(10.0), rtol=1e-12)
     np.testing.assert_allclose(F.PD(1.0, kp=2.0, kd=3.0).effort(0.5, 1.0, 0.0), 1.0 - 3.0)
     assert F.Actuator(torque_curve).is_source and not F.SpringDamper().is_source
@@ -191,10 +192,12 @@ FAULTY = [
     (F.BumpStop(1.0, lower=1.0, upper=0.0), "lower must not exceed upper"),
     (F.BumpStop(1.0, damping=-1.0), "damping must not be negative"),
     (F.BumpStop(1.0, transition=-1.0), "transition must not be negative"),
-    (F.CoulombFriction(-1.0), "effort_limit"),
-    (F.CoulombFriction(1.0, static_ratio=0.5), "static_ratio"),
-    (F.CoulombFriction(1.0, slip_speed=0.0), "slip_speed"),
-    (F.CoulombFriction(1.0, viscous=-1.0), "viscous"),
+    (F.FrictionForce(-1.0), "dynamic"),
+    (F.FrictionForce(SmoothCoulomb(1.0, 0.5)), "static must be at least dynamic"),
+    (F.FrictionForce(SmoothCoulomb(1.0, transition_speed=0.0)), "transition_speed"),
+    (F.FrictionForce(BearingFriction(1.0, viscous=-1.0)), "viscous"),
+    (F.FrictionForce(1.0, -1.0), "load must not be negative"),
+    (F.FrictionForce(1.0, radius=0.0), "radius must be positive"),
     (F.PD(F.Step(duration=0.0), kp=1.0), "target: duration must be positive"),
     (F.PD(0.0, kp=-1.0), "kp"),
 ]

@@ -22,7 +22,7 @@ def atwood(light=3.0, heavy=5.0, radius=R, length=4.0, like=None, solver="auto",
     path = [Attachment("light"), Sheave("wheel", radius, side="+", axis="y"), Attachment("heavy")]
     b.cable("rope", path, free_length=length, inextensible=True)
     if rub:
-        b.friction("bearing", "pin", 0.2, radius=0.03, transition_speed=1e-3)
+        b.friction("bearing", "pin", 0.2, radius=0.03)
     return b.build(like=like, linear_solver=solver)
 
 

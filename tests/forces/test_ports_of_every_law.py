@@ -14,6 +14,7 @@ from jaxmbs import forces as F
 from jaxmbs.bondgraph import junction_residual
 from jaxmbs.dynamics.paper._ports import compliance_effort, resistance_effort, source_effort
 from jaxmbs.forces._ports import PosePort
+from jaxmbs.friction import BearingFriction
 
 X, V, T = 0.5, 0.3, 0.4  # where the laws are asked: distance or coordinate [m], its rate [m/s], time [s]
 M, HOLD, HOME = 2.0, 60.0, 0.45  # mass of a block [kg], rate [N/m] and free length [m] of the spring that holds it
@@ -27,7 +28,7 @@ LAWS = {
     "SpringDamper": F.SpringDamper(40.0, damping=0.7, free_length=0.3, preload=-2.0),
     "Table": F.Table([0.1, 0.9], [-4.0, 8.0], [-1.0, 1.0], [-3.0, 3.0]),
     "BumpStop": F.BumpStop(900.0, lower=0.2, upper=0.4, exponent=2.0, damping=0.5),
-    "CoulombFriction": F.CoulombFriction(5.0, static_ratio=1.4, slip_speed=0.1, viscous=0.2),
+    "FrictionForce": F.FrictionForce(BearingFriction(1.0, 1.4, 0.1, viscous=0.2), 5.0),
     "AirSpring": F.AirSpring(2e-3, 3e4, 0.4, exponent=1.3, ambient=1e4, length=0.3),
     "Actuator": F.Actuator(oil),
     "PD": F.PD(F.Harmonic(mean=0.6, amplitude=0.1, omega=2.0), kp=30.0, kd=2.0),
@@ -78,7 +79,7 @@ def rest(name, x, v, t):
                 + np.maximum(0.2 - x, 0.0) ** 2 * np.minimum(v, 0.0)
             )
         )
-    if name == "CoulombFriction":
+    if name == "FrictionForce":
         return -5.0 * (1.0 + 0.4 * np.exp(-(v**2))) * np.tanh(v / 0.1) - 0.2 * v
     if name == "Actuator":
         return 6.0 * np.cos(t) - 9.0 * x**2 - 0.4 * v

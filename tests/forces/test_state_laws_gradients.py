@@ -10,13 +10,14 @@ from scipy.linalg import expm
 
 import jaxmbs as mbs
 from jaxmbs import forces as F
+from jaxmbs.friction import LuGre
 from tests.forces.test_element_bonds import CYLINDER, SIZES
 
 LAWS = {
     "Maxwell": F.Maxwell(300.0, 20.0),
     "Zener": F.Zener(300.0, 20.0, 50.0, 0.1),
     "Prony": F.Prony(10.0, [50.0, 30.0], [0.1, 0.5]),
-    "LuGre": F.LuGre(3.0, 1e3, 5.0, 1.4, 0.3, 0.5),
+    "BristleForce": F.BristleForce(LuGre(1.0, 1e3 / 3, 5.0 / 3, 0.1, 1.4, 0.5), 3.0),
     "ElastoPlastic": F.ElastoPlastic(200.0, 4.0, 0.1),
     "Motor": F.Motor(12.0, 1.5, 0.05, 0.3, 0.32, max_voltage=10.0),
     "HydraulicCylinder": F.HydraulicCylinder(

@@ -7,6 +7,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.forces import PathKinematics, WormGear
+from jaxmbs.friction import LuGre, SmoothCoulomb
 from tests.differences import check_slopes
 
 THREADS, TEETH, MODULE, RADIUS, ALPHA, MU = 2, 30, 4e-3, 0.02, np.radians(20.0), 0.08
@@ -93,18 +94,29 @@ def test_effort_is_minus_the_derivative_of_the_energy():
 
 
 def test_slopes_against_differences():
-    home = {"pressure_angle": ALPHA, "friction": MU, "stiffness": 1e7, "backlash": 1e-5, "slip_speed": 1.0}
+    home = {"pressure_angle": ALPHA, "mu": MU, "stiffness": 1e7, "backlash": 1e-5, "speed": 1.0}
 
     def torque(values):
-        return forces(worm(**values, damping=100.0), 8e-3, 50.0)[1][0, 2]
+        model = SmoothCoulomb(values["mu"], transition_speed=values["speed"])
+        others = {name: values[name] for name in ("pressure_angle", "stiffness", "backlash")}
+        return forces(worm(**others, friction=model, damping=100.0), 8e-3, 50.0)[1][0, 2]
 
     check_slopes(torque, home)
 
 
+def test_an_earlier_name_warns_and_is_the_same():
+    with pytest.warns(DeprecationWarning, match="slip_speed of a WormGear"):
+        old = worm(friction=MU, slip_speed=0.5)
+    assert float(old.friction.transition_speed) == 0.5 and old.slip_speed is None
+    new = worm(friction=SmoothCoulomb(MU, transition_speed=0.5))
+    np.testing.assert_allclose(forces(old, 8e-3, 50.0), forces(new, 8e-3, 50.0), rtol=1e-14)
+
+
 def test_faults():
     for values, message in (
-        ({"friction": -0.1}, "friction must not be negative"),
-        ({"slip_speed": 0.0}, "slip_speed must be positive"),
+        ({"friction": -0.1}, "dynamic must not be negative"),
+        ({"friction": LuGre(0.1, 1e3)}, "a worm gear has no state for the bristles of LuGre"),
+        ({"friction": SmoothCoulomb(MU, transition_speed=0.0)}, "transition_speed must be positive"),
         ({"backlash": 1e-2}, "half a tooth pitch"),
     ):
         assert any(message in fault for fault in worm(**values).faults()), message

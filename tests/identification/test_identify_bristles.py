@@ -6,6 +6,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import forces as F
+from jaxmbs.friction import LuGre
 from jaxmbs.identification import identify
 
 TRUTH = {"limit": 1.0, "stiffness": 1e5, "ratio": 1.5}
@@ -21,7 +22,7 @@ def test_bristles_from_a_noisy_record():
         b.body("mass", mass=1.0)
         b.joint("x", mbs.Prismatic("x"), "ground", "mass")
         b.force("spring", mbs.PD(mbs.Ramp(0.0, 0.1), kp=2.0), joint="x")
-        law = F.LuGre(u["limit"], u["stiffness"], 316.2, static_ratio=u["ratio"], viscous=0.4, stribeck_speed=1e-3)
+        law = F.BristleForce(LuGre(u["limit"], u["stiffness"], 316.2, 0.4, u["ratio"] * u["limit"]))
         b.force("friction", law, joint="x")
         return b.build(like=like)
 

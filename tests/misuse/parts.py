@@ -9,8 +9,6 @@ import jaxmbs as mbs
 from jaxmbs import fem, hydraulics
 from jaxmbs.contact import (
     ClosedCurve,
-    ContactLuGre,
-    DryFriction,
     HeightField,
     HuntCrossley,
     RollerOnCurve,
@@ -51,6 +49,13 @@ def _joint(kind):
 
 
 def _rub(model):
+    b = _two_bodies()
+    b.joint("wrist", mbs.Revolute("z"), "arm", "hand")
+    b.friction("rub", "wrist", model, radius=0.02)
+    return b.build()
+
+
+def _rub_by_old_name(model):
     b = _two_bodies()
     b.joint("wrist", mbs.Revolute("z"), "arm", "hand")
     b.friction("rub", "wrist", 0.1, radius=0.02, model=model)
@@ -176,6 +181,11 @@ def on_joint(arguments, *fine, positive=""):
     return case(arguments, *fine, positive=positive, through=_through(_law(joint="wrist")))
 
 
+def _model(arguments, more=""):
+    """A model of friction: its numbers by the names that all models share."""
+    return case(arguments, positive=f"dynamic static transition_speed {more}", through=_through(_rub))
+
+
 def pair(arguments, *fine, positive=""):
     return case(arguments, *fine, positive=positive, through=_through(_contact))
 
@@ -268,11 +278,30 @@ CASES = {
         positive="mu static_ratio transition_speed",
         through=_through(lambda friction: _contact(SphereOnPlane(0.5), friction=friction)),
     ),
-    **{f"forces.{name}": case(lambda z: call(), through=_through(_rub)) for name in ("SmoothCoulomb", "BrownMcPhee")},
-    "forces.BearingFriction": case(lambda z: call(2.0, 0.5), positive="viscous seal", through=_through(_rub)),
-    "forces.JointLuGre": case(lambda z: call(1e4, 2.0, 0.5), positive="sigma0 sigma1 sigma2", through=_through(_rub)),
+    **{
+        f"forces.{name}": case(lambda z: call(), through=_through(_rub_by_old_name))
+        for name in ("SmoothCoulomb", "BrownMcPhee")
+    },
+    "forces.BearingFriction": case(
+        lambda z: call(2.0, 0.5), positive="viscous seal", through=_through(_rub_by_old_name)
+    ),
+    "forces.JointLuGre": case(
+        lambda z: call(1e4, 2.0, 0.5), positive="sigma0 sigma1 sigma2", through=_through(_rub_by_old_name)
+    ),
+    "friction.SmoothCoulomb": _model(lambda z: call(0.5, 0.75, 0.25, 2.0), "stribeck_speed"),
+    "friction.BearingFriction": _model(lambda z: call(0.5, 0.75, 0.25, 2.0, 3.0, 4.0), "stribeck_speed viscous seal"),
+    "friction.BrownMcPhee": _model(lambda z: call(0.5, 0.75, 0.25)),
+    "friction.LuGre": case(
+        lambda z: call(0.5, 1e3, 2.0, 0.25, 0.75, 0.125),
+        positive="dynamic sigma0 sigma1 sigma2 static stribeck_speed",
+        through=_through(_rub),
+    ),
+    "forces.FrictionForce": on_joint(
+        lambda z: call(mbs.friction.SmoothCoulomb(0.5), 2.0, 0.25), positive="load radius"
+    ),
+    "forces.BristleForce": on_joint(lambda z: call(mbs.friction.LuGre(0.5, 1e3), 2.0, 0.25), positive="load radius"),
     "contact.Contact": case(
-        lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), DryFriction(0.5), 0.25, 0.5),
+        lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), mbs.friction.SmoothCoulomb(0.5), 0.25, 0.5),
         "friction none: smooth surfaces",
         "max_depth none: no bound",
         positive="max_depth wear",
@@ -284,7 +313,7 @@ CASES = {
         through=_through(lambda friction: _contact(SphereOnPlane(0.5), friction=friction)),
     ),
     "contact.BristleContact": case(
-        lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), ContactLuGre(0.5, 1e3), 0.25, 0.5),
+        lambda z: call(SphereOnPlane(0.5), HuntCrossley(2.0), mbs.friction.LuGre(0.5, 1e3), 0.25, 0.5),
         "max_depth none: no bound",
         positive="max_depth wear",
         through=_through(_law(between=("ground", "hand"))),
@@ -400,9 +429,10 @@ CASES = {
         positive="module stiffness damping backlash transition",
     ),
     "forces.WormGear": case(
-        lambda z: call(2, 30, 2e-3, 0.02, False, 0.35, 0.25, 0.5, 2.0, 0.5, 1e-4, 0.25, 1e-3),
+        lambda z: call(2, 30, 2e-3, 0.02, False, 0.35, 0.25, None, 2.0, 0.5, 1e-4, 0.25, 1e-3),
+        "slip_speed none: deprecated",
         through=_through(_law(between=("arm", "hand"))),
-        positive="module radius friction slip_speed stiffness damping backlash transition",
+        positive="module radius friction stiffness damping backlash transition",
     ),
     "forces.Attachment": case(lambda z: call("arm"), through=_through(_cable)),
     "forces.Winch": case(lambda z: call(("ground", (0.0, 0.0, 1.0)), "shoulder", 0.5), through=_through(_cable)),

@@ -108,6 +108,8 @@ LONG = """
     forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
     linear.equilibrium experiment.decouple dynamics.joint_friction
     analysis.impending_motion forces.BearingFriction forces.BrownMcPhee forces.JointLuGre forces.SmoothCoulomb
+    friction.BearingFriction friction.BrownMcPhee friction.LuGre friction.SmoothCoulomb forces.BristleForce
+    forces.FrictionForce
     blocks.Delay blocks.FirstOrder blocks.Function blocks.LookUp blocks.PI blocks.PID blocks.RateLimit
     blocks.Saturation blocks.StateSpace blocks.TransferFunction hydraulics.Accumulator hydraulics.CheckValve
     hydraulics.Line hydraulics.Orifice hydraulics.Pump hydraulics.ReliefValve hydraulics.Tank hydraulics.Valve

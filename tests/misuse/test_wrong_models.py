@@ -6,6 +6,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import hydraulics
+from jaxmbs.friction import SmoothCoulomb
 from tests.models import four_bar
 
 PIN, SLIDE, BALL = mbs.Revolute(axis="z"), mbs.Prismatic(axis="x"), mbs.Spherical()
@@ -58,8 +59,8 @@ def constraint(law, **ends):
     return lambda b: b.constraint("tie", law, **ends)
 
 
-def friction(joint="wrist", mu=0.1, **options):
-    return lambda b: b.friction("rub", joint, mu, **({"radius": 0.01} | options))
+def friction(joint="wrist", model=0.1, **options):
+    return lambda b: b.friction("rub", joint, model, **({"radius": 0.01} | options))
 
 
 def rub_twice(b):
@@ -171,10 +172,14 @@ MODELS = [
     case("rubs twice", rub_twice, "friction 'more': joint 'wrist' has the friction 'rub' already"),
     case("rubbing weld", rub_on_weld, "friction 'rub': joint 'hang' is a Weld; friction is for"),
     case("slide with radius", rub_on_slide, "friction 'rub': joint 'hang' is a Prismatic, which does not turn"),
-    case("negative mu", friction(mu=-0.1), "friction 'rub': mu must not be negative"),
-    case("many mus", friction(mu=np.ones(2)), "friction 'rub': mu must be one finite number"),
-    case("weak start", friction(static_ratio=0.9), "friction 'rub': static_ratio must be at least 1"),
-    case("no transition", friction(transition_speed=0.0), "friction 'rub': transition_speed must be positive"),
+    case("negative mu", friction(model=-0.1), "friction 'rub': dynamic must not be negative"),
+    case("many mus", friction(model=np.ones(2)), "friction 'rub': every number of SmoothCoulomb must be one number"),
+    case("weak start", friction(model=SmoothCoulomb(0.1, 0.09)), "friction 'rub': static must be at least dynamic"),
+    case(
+        "no transition",
+        friction(model=SmoothCoulomb(0.1, transition_speed=0.0)),
+        "friction 'rub': transition_speed must be positive",
+    ),
     case("endless bearing", friction(length=np.inf), "friction 'rub': length must be one finite number"),
     case("no shaft", pump(PUMP, "elbow"), "'pump': shaft: there is no joint 'elbow'"),
     case("driven shaft", pump(PUMP, "wrist", signal=1.0), "'pump': give its speed as a signal, or the joint"),

@@ -9,7 +9,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs import bondgraph, dynamics, kinematics
-from jaxmbs.contact import DryFriction, HuntCrossley, SphereOnPlane
+from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.forces import Attachment
 from jaxmbs.model._changes import Changes
 from tests.models import four_bar, four_bar_state
@@ -28,7 +28,7 @@ def machine():
     b.force("lag", mbs.forces.Maxwell(50.0, 3.0), joint="shoulder")
     b.friction("rub", "elbow", 0.2, radius=0.05)
     b.cable("rope", [Attachment(("ground", (0.5, 0.0, 3.0))), Attachment("tip")], stiffness=200.0, free_length=1.0)
-    b.contact("touch", SphereOnPlane(0.3), "tip", ("ground", (0, 0, 0.4)), HuntCrossley(1e4), DryFriction(0.3))
+    b.contact("touch", SphereOnPlane(0.3), "tip", ("ground", (0, 0, 0.4)), HuntCrossley(1e4), 0.3)
     return b.build()
 
 

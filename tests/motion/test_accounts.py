@@ -46,7 +46,11 @@ def declare():
     b.joint("second", mbs.Prismatic(axis=(1.0, 1.0, 0.5)), "first", "second", parent_frame=(0.3, 0.0, 0.0))
     b.force("spring", mbs.SpringDamper(2.0, 0.05, 0.2, 0.3), joint="first")
     b.force("motor", mbs.Actuator(_motor), joint="first")
-    b.force("friction", mbs.CoulombFriction(0.6, static_ratio=1.3, slip_speed=0.05, viscous=0.1), joint="second")
+    b.force(
+        "friction",
+        mbs.forces.FrictionForce(mbs.friction.BearingFriction(0.6, 0.78, 0.05, viscous=0.1)),
+        joint="second",
+    )
     b.force("stop", mbs.BumpStop(500.0, lower=-0.1, upper=0.1, damping=0.2), joint="second")
     b.force("servo", mbs.PD(_swing, kp=5.0, kd=0.5), joint="second")
     return b.build()

@@ -120,7 +120,7 @@ def test_bristles_of_a_joint_beside_a_law_with_many_states():
     b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
     b.body("block", mass=1.0, inertia=0.1)
     b.joint("x", mbs.Prismatic("x"), "ground", "block")
-    b.friction("floor", "x", 0.3, model=F.JointLuGre(2e3, 20.0, 0.0))
+    b.friction("floor", "x", mbs.friction.LuGre(0.3, 2e3, 20.0, stribeck_speed=0.01))
     b.force("pull", mbs.Actuator(lambda x, v, t: 5.0 * t - 2.0 * x), joint="x")
     b.force("rubber", F.Prony(1.0, 2.0 * np.ones(6), np.geomspace(0.01, 1.0, 6)), joint="x")
     system = b.build()

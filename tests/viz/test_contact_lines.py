@@ -32,7 +32,7 @@ def test_lines_of_every_pair(name):
     b = mbs.SystemBuilder()
     b.body("part", 1.0, inertia=1e-3)
     b.joint("part", mbs.Free(), "ground", "part")
-    b.contact("touch", pair, "part", "ground", C.HuntCrossley(1e5, 1.0), C.DryFriction(0.3))
+    b.contact("touch", pair, "part", "ground", C.HuntCrossley(1e5, 1.0), 0.3)
     system = b.build()
     state = mbs.State.at(system, {"part": (*place, 1.0, 0.0, 0.0, 0.0)}, {"part": (0.1, 0, 0, 0, 0, 0)})
     (found,) = contact_lines(system, frame_trajectory(system, state))

@@ -11,14 +11,19 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs import contact as C
 from jaxmbs import forces as F
+from jaxmbs import friction as R
 
 G = 9.81
 MODELS = {
-    "joint": [F.SmoothCoulomb(), F.BrownMcPhee(), F.BearingFriction(0.3, 0.5)],
-    "joint bristles": [F.JointLuGre(1e3, 10.0, 0.1)],
-    "contact": [C.DryFriction(0.3), C.DryFriction(0.3, model="brown-mcphee")],
-    "contact bristles": [C.ContactLuGre(0.3, 300.0, 6.0, 0.1, 1.3, 0.02)],
-    "law bristles": [F.LuGre(1.0, 100.0, 1.0)],
+    "joint": [
+        R.SmoothCoulomb(0.3, transition_speed=0.01),
+        R.BrownMcPhee(0.3, transition_speed=0.01),
+        R.BearingFriction(0.3, transition_speed=0.01, viscous=0.3, seal=0.5),
+    ],
+    "joint bristles": [R.LuGre(0.3, 1e3, 10.0, 0.1, stribeck_speed=0.01)],
+    "contact": [R.SmoothCoulomb(0.3), R.BrownMcPhee(0.3)],
+    "contact bristles": [R.LuGre(0.3, 300.0, 6.0, 0.1, 0.39, 0.02)],
+    "law bristles": [F.BristleForce(R.LuGre(1.0, 100.0, 1.0))],
 }
 
 
@@ -31,7 +36,7 @@ def pendulum(family, model):
     if family == "law bristles":
         b.force("rub", model, joint="pin")
     else:
-        b.friction("rub", "pin", 0.3, radius=0.03, transition_speed=0.01, model=model)
+        b.friction("rub", "pin", model, radius=0.03)
     return b.build(), {"pin": 0.4}, {"pin": 0.5}
 
 
@@ -113,7 +118,7 @@ QUESTIONS = {
 }
 
 RUBS = r"no answer with friction in joints \('pin' by 'rub'\); .{20}"
-CREEPS = "joint 'pin' sticks: .* linearise at a state that slides, give it model=JointLuGre"
+CREEPS = "joint 'pin' sticks: .* linearise at a state that slides, give it friction.LuGre"
 NO_JOINT = "no joint rubs: declare friction by SystemBuilder.friction"
 REFUSED = {  # by family, question and state ("" for both); all else is answered
     ("joint", "linearise", "rests"): CREEPS,

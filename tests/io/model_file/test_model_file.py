@@ -70,11 +70,11 @@ MORE = {
     "zener": mbs.forces.Zener(40.0, 0.3, 7.0, 0.1),
     "rubber": mbs.forces.Prony(3.0, [40.0, 2.0], [0.1 + 0.2, 5.0], 0.1),
     "mount of rubber": mbs.forces.PronyBushing(np.arange(1.0, 7.0), np.ones((2, 6)), [0.3, 5.0]),
-    "bristles": mbs.forces.LuGre(1.0, 1e5, 300.0, 1.5, 0.4, 1e-3),
-    "pin friction": mbs.forces.SmoothCoulomb(),
-    "drawer friction": mbs.forces.BrownMcPhee(),
-    "bearing": mbs.forces.BearingFriction(1 / 3, 0.1),
-    "joint bristles": mbs.forces.JointLuGre(1e5, 1 / 3, 0.1),
+    "bristles": mbs.forces.BristleForce(mbs.friction.LuGre(1.0, 1e5, 300.0, 0.4, 1.5)),
+    "pin friction": mbs.friction.SmoothCoulomb(1 / 3),
+    "drawer friction": mbs.friction.BrownMcPhee(0.3, 0.4),
+    "bearing": mbs.friction.BearingFriction(0.3, viscous=1 / 3, seal=0.1),
+    "joint bristles": mbs.friction.LuGre(0.3, 1e5, 1 / 3, 0.1),
     "yielding": mbs.forces.ElastoPlastic(1e4, 200.0, 0.05, 3.0, 0.1),
     "motor": mbs.forces.Motor(mbs.Ramp(0.0, 3.0), 1.5, 0.05, 0.3, ratio=2.0),
     "jack": mbs.forces.HydraulicCylinder((4e-3, 3e-3), (1e-3, 2e-3), 1.5e9, 0.5, 2e-6, 2e7, varying=True),
@@ -100,10 +100,13 @@ MORE = {
     "gears": mbs.forces.GearPair((20, 60), 2e-3, 0.35, 0.1, True, 1e8, 1e3, 1e-5),
     "pose": mbs.Pose((1.0, 2.0, 3.0)),
     "touch": mbs.contact.Contact(
-        mbs.contact.SphereOnPlane(0.1 + 0.2), mbs.contact.HuntCrossley(2e8), mbs.contact.DryFriction(0.3), wear=1e-14
+        mbs.contact.SphereOnPlane(0.1 + 0.2),
+        mbs.contact.HuntCrossley(2e8),
+        mbs.friction.SmoothCoulomb(0.3),
+        wear=1e-14,
     ),
     "touch of bristles": mbs.contact.BristleContact(
-        mbs.contact.SphereOnPlane(0.3), mbs.contact.HuntCrossley(2e8), mbs.contact.ContactLuGre(0.3, 1e5, 1 / 3)
+        mbs.contact.SphereOnPlane(0.3), mbs.contact.HuntCrossley(2e8), mbs.friction.LuGre(0.3, 1e5, 1 / 3)
     ),
     "spheres": mbs.contact.SphereOnSphere(0.1, 0.3),
     "tube": mbs.contact.SphereInCylinder(0.1, 0.3),

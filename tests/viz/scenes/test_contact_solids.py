@@ -23,7 +23,7 @@ def a_part_on(pair, place, rotation=(1.0, 0.0, 0.0, 0.0)):
     b = mbs.SystemBuilder()
     b.body("part", 1.0, inertia=1e-3)
     b.joint("part", mbs.Free(), "ground", "part")
-    b.contact("touch", pair, "part", "ground", C.HuntCrossley(1e5, 1.0), C.DryFriction(0.3))
+    b.contact("touch", pair, "part", "ground", C.HuntCrossley(1e5, 1.0), 0.3)
     system = b.build()
     return system, mbs.State.at(system, {"part": (*place, *rotation)}, {"part": (0.1, 0, 0, 0, 0, 0)})
 

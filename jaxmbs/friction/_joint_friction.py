@@ -6,24 +6,23 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from ..errors import ModelError
+from ._groups import Groups
+from ._surfaces import SURFACES
 
 
 class JointFriction(eqx.Module):
-    """Rubbing surfaces of a system, their parameters stacked: one of each joint, two of a universal joint.
+    """Rubbing surfaces of a system, their numbers stacked: one of each joint, two of a universal joint.
 
     Attributes:
         names: of the surfaces, those of the friction elements; joints: index of each joint.
-        kinds: key of each surface's geometry in `model._friction_surfaces`; models: key of each surface's model.
+        kinds: key of each surface's geometry in `_surfaces`.
         axes, points: frames whose axes and whose origin each surface has; parents, children: frames of the joint.
+        models: the models of all surfaces.
         basis: (n, 3, 3) from the surface's axes, z along its own axis, to those of its frame.
-        mu, static_ratio: sliding coefficient, and breakaway over sliding friction.
         radius: at which a rotation rubs [m]; length: between the two ends of the bearing [m].
-        preload: load that is there without any other [N]; transition_speed: below which the surface creeps [m/s].
+        preload: load that is there without any other [N].
         pitch: advance of a screw [m/rad], zero for all others.
-        viscous, seal, stiffness, damping: of `forces.BearingFriction` and `forces.JointLuGre`, zero for all
-            others, but a stiffness of one.
         bristles: (ns,) their bends [m], None where none has bristles or their state is not given.
-        bristle_sizes: components of the slip of each surface with bristles, zero for all others.
         is_shared: true where redundant constraints leave the load of a surface open: by least compliance it is
             shared.
     """
@@ -35,22 +34,20 @@ class JointFriction(eqx.Module):
     points: tuple[int, ...] = eqx.field(static=True)
     parents: tuple[int, ...] = eqx.field(static=True)
     children: tuple[int, ...] = eqx.field(static=True)
-    models: tuple[str, ...] = eqx.field(static=True)
-    bristle_sizes: tuple[int, ...] = eqx.field(static=True)
+    models: Groups
     basis: Float[Array, "n 3 3"]
-    mu: Float[Array, " n"]
-    static_ratio: Float[Array, " n"]
     radius: Float[Array, " n"]
     length: Float[Array, " n"]
     preload: Float[Array, " n"]
-    transition_speed: Float[Array, " n"]
     pitch: Float[Array, " n"]
-    viscous: Float[Array, " n"]
-    seal: Float[Array, " n"]
-    stiffness: Float[Array, " n"]
-    damping: Float[Array, " n"]
     bristles: Float[Array, " ns"] | None = None
     is_shared: bool = eqx.field(static=True, default=False)
+
+    @property
+    def bristle_sizes(self) -> tuple[int, ...]:
+        """Components of the slip of each surface with bristles, zero for all others."""
+        bristly = {k for group in self.models if group.model.has_bristles for k in group.surfaces}
+        return tuple(len(SURFACES[kind].slips) if k in bristly else 0 for k, kind in enumerate(self.kinds))
 
     @property
     def groups(self) -> tuple["BristleGroup", ...]:

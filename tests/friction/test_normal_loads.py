@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from jaxmbs.dynamics._normal_loads import LoadMap, contracts, normal_loads, spectral_radius
+from jaxmbs.friction._normal_loads import LoadMap, contracts, normal_loads, spectral_radius
 
 
 def solved(R, G, preload, patches=None):

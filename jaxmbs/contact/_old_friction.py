@@ -1,0 +1,39 @@
+"""Earlier names of models of friction in contacts; they warn and go with the next release."""
+
+from ..forces._old_friction import warn_of_old_name
+from ..friction import AbstractFriction, BrownMcPhee, LuGre, SmoothCoulomb
+from ..friction._places import as_friction
+from ..typing import ArrayLike
+
+
+def DryFriction(
+    mu: ArrayLike, static_ratio: ArrayLike = 1.0, transition_speed: ArrayLike = 1e-3, model: str = "coulomb"
+) -> AbstractFriction:
+    """Deprecated: `friction.SmoothCoulomb` or, as model "brown-mcphee", `friction.BrownMcPhee`.
+
+    Args: mu: `dynamic`; static_ratio: `static` over it; transition_speed: as there.
+    """
+    if model not in ("coulomb", "brown-mcphee"):
+        raise ValueError(f"model must be 'coulomb' or 'brown-mcphee', not {model!r}")
+    warn_of_old_name(
+        "contact.DryFriction(...)", "friction.SmoothCoulomb or BrownMcPhee(dynamic, static, transition_speed)"
+    )
+    kind = SmoothCoulomb if model == "coulomb" else BrownMcPhee
+    return kind(mu, as_friction(mu).breakaway * static_ratio, transition_speed)
+
+
+def ContactLuGre(
+    mu: ArrayLike,
+    sigma0: ArrayLike,
+    sigma1: ArrayLike = 0.0,
+    sigma2: ArrayLike = 0.0,
+    static_ratio: ArrayLike = 1.0,
+    transition_speed: ArrayLike = 1e-3,
+) -> LuGre:
+    """Deprecated: `friction.LuGre(dynamic, sigma0, sigma1, sigma2, static, stribeck_speed)`.
+
+    Args: mu: `dynamic`; sigma0, sigma1, sigma2: as there; static_ratio: `static` over mu; transition_speed:
+        `stribeck_speed`.
+    """
+    warn_of_old_name("contact.ContactLuGre(...)", "friction.LuGre(dynamic, sigma0, sigma1, sigma2, static)")
+    return LuGre(mu, sigma0, sigma1, sigma2, as_friction(mu).breakaway * static_ratio, transition_speed)

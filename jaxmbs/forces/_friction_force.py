@@ -1,0 +1,112 @@
+"""Friction of a given load, as a force law of its own."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..checks import faults_if, negative, not_positive
+from ..friction import AbstractBristles, AbstractFriction
+from ..friction._places import as_friction, model_faults
+from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractLaw, AbstractScalarLaw
+from ._element_bonds import Bonds, ElementBond
+from ._fields import number
+from ._state_laws import AbstractScalarStateLaw, InternalState, States
+
+
+class AbstractFrictionForce(AbstractLaw):
+    """Common to both: the model, its load and the radius of its slip."""
+
+    friction: Convertible[AbstractFriction] = eqx.field(converter=as_friction)
+    load: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
+    radius: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
+
+    def faults(self) -> list[str]:
+        """Those of the model; the load presses."""
+        return [
+            *model_faults(self.friction, "a force law", shape=jnp.shape(self.load)),
+            *super().faults(),
+            *faults_if(
+                (negative(self.load), "load must not be negative"),
+                (not_positive(self.radius), "radius must be positive"),
+            ),
+        ]
+
+
+class FrictionForce(AbstractFrictionForce, AbstractScalarLaw):
+    """Friction under a load that is given: `effort = -radius (load mu(s) + drag(s))` at the slip s = radius v.
+
+    On a sliding joint v is the rate of its coordinate; on a hinge give the radius at which it rubs.  Between two
+    points it is the rate of their distance, as of the seals of a strut, and the effort lies along their line.  With a
+    load of one, the default, the coefficient of the model is the force.  It creeps at rest; `BristleForce` holds.
+
+    Attributes:
+        friction: a model of `jaxmbs.friction` without bristles, or the coefficient of its `SmoothCoulomb`.
+        load: that presses the surfaces >= 0 [N].
+        radius: of the slip > 0 [m]; one for a slide.
+    """
+
+    def __check_init__(self):
+        if self.friction.has_bristles:
+            raise TypeError(f"{type(self.friction).__name__} has bristles: take BristleForce")
+
+    def effort(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Scalar:
+        """Friction against the flow, a resistor of the bond graph."""
+        slip = self.radius * v
+        resistance, drag = self.load * self.friction.resistance(slip * slip), self.friction.drag(slip * slip)
+        resistance = resistance if drag is None else resistance + drag
+        return -self.radius * resistance * slip
+
+
+class BristleForce(AbstractFrictionForce, AbstractScalarStateLaw):
+    """`FrictionForce` of a model with bristles, which sticks, breaks away and slides.
+
+    The bend of the bristles is the internal state "bristle" [m].  Stiff: take an implicit solver, or loose
+    tolerances.
+
+    Attributes:
+        friction: a model with bristles, `friction.LuGre`.
+        load: that presses the surfaces >= 0 [N].
+        radius: of the slip > 0 [m]; one for a slide.
+    """
+
+    def __check_init__(self):
+        if not isinstance(self.friction, AbstractBristles):
+            raise TypeError(f"friction must be a model with bristles, got {type(self.friction).__name__}")
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        return {"bristle": InternalState(unit="m", scale=self.friction.bend_scale)}
+
+    def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
+        """Rate of the bend [m/s]."""
+        return {"bristle": self._bristles(v, s)[2][0]}
+
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+        """Minus what bend, its rate and slip give under the load [N or N m]."""
+        slip, bend, rate = self._bristles(v, s)
+        return -self.radius * self.load * self.friction.traction(bend, rate, slip)[0]
+
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+        """Energy of the bent bristles [J]."""
+        return self.load * self.friction.energy(jnp.asarray(s["bristle"])[None])
+
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+        """Bristles that bend and slip at the force that they share, and the viscous part beside them."""
+        (slip, bend, rate), at_radius = self._bristles(v, s), self.radius * self.load
+        both = at_radius * self.friction.bristle_force(bend, rate)[0]
+        spring = at_radius * jax.grad(self.friction.energy)(bend)[0]
+        bending = rate[0] / self.radius
+        return {
+            "1:port -> R:viscous": ElementBond(at_radius * self.friction.viscous_force(slip)[0], v),
+            "1:port -> 0:contact": ElementBond(both, v),
+            "0:contact -> R:slip": ElementBond(both, v - bending),
+            "0:contact -> 1:bending": ElementBond(both, bending),
+            "1:bending -> C:bristles": ElementBond(spring, bending),
+            "1:bending -> R:bristles": ElementBond(both - spring, bending),
+        }
+
+    def _bristles(self, v, s):
+        """Slip, bend and its rate, (1,) each."""
+        slip, bend = (jnp.asarray(x)[None] for x in (self.radius * v, s["bristle"]))
+        return slip, bend, self.friction.rate(bend, slip)
