@@ -71,17 +71,15 @@ FACES = {
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
     """,
     "jaxmbs": """
-        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force Free
-        Harmonic Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute
-        Screw SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table
-        Torque Universal UnknownNameError Weld adapters analysis as_block batch batching blocks blocksparse
-        bondgraph cache check contact coupling design dynamics elements equilibrium experiment export_fmu
-        fatigue fem flexible forces forward_dynamics
-        frequency_response friction hydraulics identification identify inertia inverse_dynamics io jit joints kinematics
-        linear linearise load_model
-        mass_matrix minimise model modes motion ode position qualification random_response
-        reaction reactions reductions rotation rotations runtime save_model shock_spectrum signals
-        simulate statics stiffness studies sweep vector_field velocity vibration viz
+        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force Free Harmonic
+        Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute Screw
+        SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table Torque Universal
+        UnknownNameError Weld adapters analysis as_block batch batching blocks blocksparse bondgraph cache check
+        contact coupling design dynamics elements equilibrium experiment export_fmu fatigue fem flexible forces
+        forward_dynamics frequency_response friction hydraulics identification identify inertia inverse_dynamics io
+        jit joints kinematics linear linearise load_model mass_matrix minimise model modes motion ode position
+        qualification random_response reaction reactions reductions rotation rotations runtime save_model
+        shock_spectrum signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.adapters": """
         SystemBlock as_block fmi openmdao tesseract
@@ -149,13 +147,13 @@ FACES = {
         stresses
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw
-        AbstractPoseLaw AbstractPoseStateLaw AbstractScalarLaw AbstractScalarStateLaw AbstractSignal
-        AbstractStateLaw AbstractSystemLaw AbstractSystemStateLaw Actuator AirSpring Attachment
-        BeamElement BeamSection BearingFriction BevelGear BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction
-        ElastoPlastic ElementBond Eyelet Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable
-        InternalState JointLuGre LuGre Margin Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp
-        Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
+        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw
+        AbstractScalarLaw AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw
+        AbstractSystemStateLaw Actuator AirSpring Attachment BeamElement BeamSection BearingFriction BevelGear
+        BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic ElementBond Eyelet
+        Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
+        JointLuGre LuGre Margin Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave
+        SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.friction": """
         AbstractBristles AbstractFriction BearingFriction BrownMcPhee LuGre SmoothCoulomb

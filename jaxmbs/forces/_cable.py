@@ -9,12 +9,11 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
-from ..friction._groups import Groups
 from ..math._vector import Components, Vectors, cross, dot, norm
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
-from ._cable_friction import friction_faults, friction_of_elements, tension_ratios
+from ._cable_friction import Models, friction_faults, friction_of_elements, tension_ratios
 from ._cable_path import CablePath, Layout
 from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
@@ -61,7 +60,7 @@ class Cable(CableRoute, AbstractPathLaw):
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     free_length: Convertible[Callable] = eqx.field(converter=as_signal, default=1.0)
     pretension: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
-    friction: Convertible[Groups | None] = eqx.field(converter=friction_of_elements, default=None)
+    friction: Convertible[Models | None] = eqx.field(converter=friction_of_elements, default=None)
     transition: Convertible[Scalar] = eqx.field(converter=number, default=1e-4)
     drum_radius: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
 

@@ -24,7 +24,7 @@ class AbstractFrictionForce(AbstractLaw):
     def faults(self) -> list[str]:
         """Those of the model; the load presses."""
         return [
-            *model_faults(self.friction, "a force law", shape=jnp.shape(self.load)),
+            *model_faults(self.friction, "a force law"),
             *super().faults(),
             *faults_if(
                 (negative(self.load), "load must not be negative"),

@@ -37,13 +37,12 @@ def as_optional_friction(value: Any) -> AbstractFriction | None:
     return None if value is None else as_friction(value)
 
 
-def model_faults(model: Any, place: str, bristles: bool = True, drag: bool = True, shape: tuple = ()) -> list[str]:
+def model_faults(model: Any, place: str, bristles: bool = True, drag: bool = True) -> list[str]:
     """Sentences about a model that does not go with a place; those about its numbers are its own `faults`.
 
     Args:
         place: "a cable", for the sentences; bristles, drag: True if it takes models with bristles, and friction that
             follows no load.
-        shape: of every number.
     """
     if not isinstance(model, AbstractFriction):
         return [f"friction must be a coefficient or a model of jaxmbs.friction, not {model!r}"]
@@ -51,10 +50,8 @@ def model_faults(model: Any, place: str, bristles: bool = True, drag: bool = Tru
     if model.has_bristles and not bristles:
         return [f"{place} has no state for the bristles of {name}; take a model without, such as SmoothCoulomb"]
     leaves = [leaf for leaf in jax.tree.leaves(model) if eqx.is_array(leaf)]
-    shapes = {jnp.shape(leaf) for leaf in leaves} - {shape}
-    if shapes:
-        wanted = "one number" if shape == () else f"of shape {shape}"
-        return [f"every number of {name} must be {wanted}, got shape {next(iter(shapes))}"]
+    if shapes := {jnp.shape(leaf) for leaf in leaves} - {()}:
+        return [f"every number of {name} must be one number, got shape {next(iter(shapes))}"]
     if not drag and not _follows_load(model):
         return [
             f"{place} takes friction that follows its load alone; {name} has a part that does not (viscous, seal): "
@@ -67,16 +64,14 @@ def _follows_load(model):
     """True if no part of the friction is there without load, or that is traced."""
     if type(model).drag is AbstractFriction.drag:
         return True
-    square = np.ones(jnp.shape(jax.tree.leaves(model)[0]))
-    drag = model.drag(square)
+    drag = model.drag(1.0)
     return drag is None or isinstance(drag, jax.core.Tracer) or not may_be_nonzero(drag)
 
 
 def grows_with_slip(model: AbstractFriction) -> bool:
-    """True if coefficients of stacked models never fall as the slip grows, or are traced: a belt has one speed."""
-    along = lambda one: jax.vmap(one.coefficient)(jnp.asarray(_SPEEDS))  # noqa: E731
-    values = jax.vmap(along, out_axes=1)(model)
+    """True if the coefficient never falls as the slip grows, or is traced: a belt has one speed."""
+    values = jax.vmap(model.coefficient)(jnp.asarray(_SPEEDS))
     if isinstance(values, jax.core.Tracer):
         return True
     values = np.asarray(values)
-    return bool(np.all(np.diff(values, axis=0) >= -_ROUNDING * np.max(np.abs(values), initial=0.0)))
+    return bool(np.all(np.diff(values) >= -_ROUNDING * np.max(np.abs(values), initial=0.0)))

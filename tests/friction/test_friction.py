@@ -181,10 +181,10 @@ def test_what_a_place_takes():
 
 
 def test_friction_that_falls_with_the_slip():
-    alone = lambda model: jax.tree.map(lambda x: jnp.asarray(x)[None], model)  # noqa: E731
-    assert grows_with_slip(alone(SmoothCoulomb(0.3))) and grows_with_slip(alone(Viscous(jnp.asarray(2.0))))
-    assert grows_with_slip(alone(SmoothCoulomb(0.3, 0.3)))
-    assert not grows_with_slip(alone(SmoothCoulomb(0.3, 0.4))) and not grows_with_slip(alone(BrownMcPhee(0.3, 0.4)))
+    for grows in (SmoothCoulomb(0.3), Viscous(jnp.asarray(2.0)), SmoothCoulomb(0.3, 0.3), BrownMcPhee(0.3)):
+        assert grows_with_slip(grows)
+    for falls in (SmoothCoulomb(0.3, 0.4), BrownMcPhee(0.3, 0.4)):
+        assert not grows_with_slip(falls)
 
 
 def test_breakaway_and_creep():

@@ -25,7 +25,6 @@ from ... import (
 )
 from ...builder import _declarations as declarations
 from ...builder._elastic import ElasticDeclaration
-from ...friction._groups import ModelGroup
 from ...model._elastic import ElasticBody, GeometricStiffening
 from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
@@ -33,16 +32,7 @@ from ..robots._springs import ServoEffort
 
 _ROOMS = (joints, friction, forces, contact, blocks, hydraulics, elements, reductions)
 _OTHER_CLASSES = (
-    *(
-        ModelGroup,
-        model.Pose,
-        ElasticBody,
-        GeometricStiffening,
-        linear.LinearSystem,
-        fem.Structure,
-        fem.Group,
-        design.Limit,
-    ),
+    *(model.Pose, ElasticBody, GeometricStiffening, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
     *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),
 )
 #: The class of the rows of every table of a builder.
