@@ -9,6 +9,7 @@ import numpy as np
 from jax import Array
 
 from ..runtime import gather_static, segment_sum_static
+from ..typing import RowsLike
 from ._base import AbstractFriction
 
 
@@ -34,12 +35,12 @@ def group_models(models: Sequence[AbstractFriction], stack: Callable) -> Groups:
     )
 
 
-def at_surfaces(x: Array, places: Sequence[int]) -> Array:
+def at_surfaces(x: Array, places: RowsLike) -> Array:
     """Rows of x at static places."""
     return x if list(places) == list(range(len(x))) else gather_static(x, np.array(places))
 
 
-def joined(parts: Sequence[Array], places: Sequence[Sequence[int]]) -> Array:
+def joined(parts: Sequence[Array], places: Sequence[RowsLike]) -> Array:
     """One array of the rows of all parts, each of which has the rows of its places."""
     if len(parts) == 1:
         return parts[0]
