@@ -35,7 +35,7 @@ def joint_model(friction: Any, mu: Any, static_ratio: Any, transition_speed: Any
         raise TypeError("give friction=, a coefficient or a model of jaxmbs.friction")
     if not isinstance(model, OldModel | None):
         raise TypeError(f"model must be one of jaxmbs.friction, got {model!r}")
-    coefficient = as_friction(dynamic).breakaway
+    coefficient: Any = as_friction(dynamic).breakaway
     static = None if static_ratio is None else coefficient * static_ratio
     old = OldModel(SmoothCoulomb, {}) if model is None else model
     return old.model(coefficient, static, _SPEED if transition_speed is None else transition_speed)

@@ -12,7 +12,6 @@ from ..checks import may_be_nonzero, negative, not_positive
 from ..forces._base import AbstractLaw, AbstractPoseLaw
 from ..forces._fields import number, optional_number
 from ..forces._validity import Margin
-from ..friction import AbstractFriction
 from ..friction._places import as_optional_friction, model_faults
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._hunt_crossley import HuntCrossley
@@ -35,7 +34,7 @@ class AbstractContact(AbstractLaw):
 
     pair: WordedError[AbstractPair]
     force: WordedError[HuntCrossley]
-    friction: WordedError[AbstractFriction | None] = eqx.field(converter=as_optional_friction, default=None)
+    friction: WordedError[Any] = eqx.field(converter=as_optional_friction, default=None)
     max_depth: Convertible[Scalar | None] = eqx.field(converter=optional_number, default=None)
     wear: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     is_source: ClassVar[bool] = False

@@ -2,7 +2,7 @@
 
 from ..forces._old_friction import warn_of_old_name
 from ..friction import AbstractFriction, BrownMcPhee, LuGre, SmoothCoulomb
-from ..friction._places import as_friction
+from ..runtime import as_array
 from ..typing import ArrayLike
 
 
@@ -19,7 +19,7 @@ def DryFriction(
         "contact.DryFriction(...)", "friction.SmoothCoulomb or BrownMcPhee(dynamic, static, transition_speed)"
     )
     kind = SmoothCoulomb if model == "coulomb" else BrownMcPhee
-    return kind(mu, as_friction(mu).breakaway * static_ratio, transition_speed)
+    return kind(mu, as_array(mu) * as_array(static_ratio), transition_speed)
 
 
 def ContactLuGre(
@@ -36,4 +36,4 @@ def ContactLuGre(
         `stribeck_speed`.
     """
     warn_of_old_name("contact.ContactLuGre(...)", "friction.LuGre(dynamic, sigma0, sigma1, sigma2, static)")
-    return LuGre(mu, sigma0, sigma1, sigma2, as_friction(mu).breakaway * static_ratio, transition_speed)
+    return LuGre(mu, sigma0, sigma1, sigma2, as_array(mu) * as_array(static_ratio), transition_speed)

@@ -56,6 +56,10 @@ class Rubbing(NamedTuple):
     own: Array | None
     thread: Array
 
+    def resistance(self, total: Array) -> Array:
+        """Resistance (n,) under loads (n,) with their preloads."""
+        return self.grip * total if self.own is None else self.grip * total + self.own
+
 
 class FrictionSolution(NamedTuple):
     """Motion with friction: accelerations (nv,), multipliers (rows,), gaps (rows,) of the rows, loads of the surfaces
@@ -182,7 +186,7 @@ def solve_friction(
         )
     )
     total = found.load + f.preload
-    resistance = rub.grip * total if rub.own is None else rub.grip * total + rub.own
+    resistance = rub.resistance(total)
     return FrictionSolution(
         a[0] + resistance @ a[1:] if len(a) > 1 else a[0],
         multipliers[0] + resistance @ multipliers[1:],

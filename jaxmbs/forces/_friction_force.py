@@ -1,13 +1,15 @@
 """Friction of a given load, as a force law of its own."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
 from ..checks import faults_if, negative, not_positive
-from ..friction import AbstractBristles, AbstractFriction
+from ..friction import AbstractBristles
 from ..friction._places import as_friction, model_faults
-from ..typing import Convertible, Scalar, ScalarLike
+from ..typing import Convertible, Scalar, ScalarLike, WordedError
 from ._base import AbstractLaw, AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
@@ -17,7 +19,7 @@ from ._state_laws import AbstractScalarStateLaw, InternalState, States
 class AbstractFrictionForce(AbstractLaw):
     """Common to both: the model, its load and the radius of its slip."""
 
-    friction: Convertible[AbstractFriction] = eqx.field(converter=as_friction)
+    friction: WordedError[Any] = eqx.field(converter=as_friction)
     load: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
     radius: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
 

@@ -4,7 +4,7 @@ import warnings
 from typing import NamedTuple
 
 from .. import friction as models
-from ..friction._places import as_friction
+from ..runtime import as_array
 from ..typing import ArrayLike
 from ._friction_force import BristleForce, FrictionForce
 
@@ -71,7 +71,7 @@ def CoulombFriction(
     warn_of_old_name(
         "CoulombFriction(...)", "forces.FrictionForce(friction.BearingFriction(dynamic, static, ...), load)"
     )
-    static = as_friction(effort_limit).breakaway * static_ratio
+    static = as_array(effort_limit) * as_array(static_ratio)
     return FrictionForce(models.BearingFriction(effort_limit, static, slip_speed, stribeck_speed, viscous))
 
 
@@ -89,6 +89,6 @@ def LuGre(
         `sigma2`; static_ratio: `static` over `dynamic`; stribeck_speed: as there.
     """
     warn_of_old_name("forces.LuGre(...)", "forces.BristleForce(friction.LuGre(dynamic, sigma0, ...), load)")
-    static = as_friction(effort_limit).breakaway * static_ratio
+    static = as_array(effort_limit) * as_array(static_ratio)
     numbers = (effort_limit, bristle_stiffness, bristle_damping, viscous, static, stribeck_speed)
     return BristleForce(models.LuGre(*numbers))

@@ -192,7 +192,7 @@ def balance_with_friction(
     )
     found = solve_friction(system, at, rub, loads[0], a[None], multipliers, compliance)
     # every part of the balance is linear in the efforts needed
-    share = jnp.concatenate([jnp.ones(1, a.dtype), found.surfaces.grip * found.total + found.surfaces.own])
+    share = jnp.concatenate([jnp.ones(1, a.dtype), found.surfaces.resistance(found.total)])
     tau = share @ efforts
     gap = _balance_gap(system, each, tau, free @ share)
     return Balance(tau, tau @ _columns_of(columns, need), share @ multipliers, gap), found
