@@ -26,6 +26,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "datasets",
         "reports",
         "palette",
+        "drawings",
         "atomic_write",
         "runtime",
         "math",

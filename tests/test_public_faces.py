@@ -45,10 +45,10 @@ FACES = {
         with_library_calls warn_of_wrong_release without_tricks without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
-        CableResult ContactLoad FrictionLoads Validity acceleration angular_acceleration cable_states
-        compliance_effort contact_load forward_dynamics generalised_momentum gravity_effort gyristor_field
-        gyristor_field_direct
-        hamiltonian hamiltonian_slopes independent_rates inertia_field joint_friction kinetic_energy mass_matrix
+        CableResult ContactLoad ElementReports FrictionLoads Validity acceleration angular_acceleration cable_states
+        compliance_effort contact_load element_reports forward_dynamics generalised_momentum gravity_effort
+        gyristor_field gyristor_field_direct hamiltonian hamiltonian_slopes independent_rates inertia_field
+        joint_friction kinetic_energy mass_matrix
         potential_energy resistance_effort resistance_field
         source_effort spring_displacement spring_kic spring_kic_second spring_vector state_equations
         total_effort validity
@@ -149,10 +149,11 @@ FACES = {
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw
         AbstractScalarLaw AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw
-        AbstractSystemStateLaw Actuator AirSpring Attachment BeamElement BeamSection BearingFriction BevelGear
+        AbstractSystemStateLaw Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
         BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic ElementBond Eyelet
         Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
-        JointLuGre LuGre Margin Maxwell Motor PD PathKinematics Polynomial Prony PronyBushing Ramp Sheave
+        JointLuGre LuGre Margin Maxwell Motor PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp
+        Reading Sheave
         SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.friction": """

@@ -11,11 +11,9 @@ import numpy as np
 from jax import lax
 
 from ..checks import distinct_names, is_concrete, no_such
-from ..contact import BristleContact
 from ..dynamics._bodies import total_mass
 from ..dynamics._validity import has_ends, validity
 from ..errors import ModelError, SimulationError
-from ..forces import BristleForce
 from ..friction._joint_friction import bristle_groups, refuse_friction, without_friction
 from ..kinematics._kic import independent_columns
 from ..kinematics._mobility import is_determined, with_mobility_at
@@ -25,6 +23,7 @@ from ..math._nan import nan_where
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
+from ..model._signals import law_of
 from ..model._system import System
 from ..runtime import jit, lapack, note
 from ..status import Status
@@ -164,27 +163,24 @@ def _failure(system, state, result, held):
 
 
 def _advice(system, held):
-    """Advice after a failed search: bristles are named, as they hold at any pose of a band."""
-    open_bends = [bend for bend in _bends(system) if bend not in held]
-    if open_bends:
-        names = ", ".join(repr(bend.removesuffix(".bristle")) for bend in open_bends)
+    """Advice after a failed search: states that rest at any value of a band, such as bristles, are named."""
+    resting = [name for name in _holding(system) if name not in held]
+    if resting:
         return (
-            f"the bristles of {names} hold at any pose of a band; give held={open_bends} for the balance at the "
-            "bends of the state, or simulate until the motion has died out"
+            f"{', '.join(map(repr, resting))} may rest at any value of a band, as bristles do; give held={resting} "
+            "for the balance at the values of the state, or simulate until the motion has died out"
         )
     hold = ", give held= the internal states that may have any value at rest" if system.topology.internal else ""
     return f"start from a state that is closer{hold}, or add damping and simulate until the motion has died out"
 
 
-def _bends(system):
-    """Names of the bends of bristles of contacts and of friction laws."""
-    laws = [(group, getattr(group.law, "law", group.law)) for group in system.forces]
-    return [
-        f"{name}.bristle"
-        for group, law in laws
-        if isinstance(law, BristleForce | BristleContact)
-        for name in group.names
-    ]
+def _holding(system):
+    """Names of the internal states that may rest at any value, as their laws and blocks say."""
+    own = [(element.name, element.block) for element in system.blocks if element.internal]
+    for group in (group for group in system.forces if group.internal):
+        each = enumerate(group.names)
+        own += [(name, jax.tree.map(lambda x, k=k: x[k], law_of(group.law))) for k, name in each]
+    return [f"{name}.{state}" for name, thing in own for state in thing.holds]
 
 
 def _equilibrium_on_sets(system, state, moving, held):

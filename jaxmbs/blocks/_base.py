@@ -37,6 +37,11 @@ class AbstractBlock(eqx.Module):
         """Declaration of the states by name; shapes may follow from those of the parameters."""
         return {}
 
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Names of the states that may rest at any value; by default none."""
+        return ()
+
     def start(self, u: Float[Array, "..."], t: ScalarLike) -> States:
         """Initial values by name; those that are left out are zero."""
         return {}

@@ -4,7 +4,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ..contact._bristle_contact import BristleContactAt
 from ..dynamics._efforts import efforts_and_storage_powers, state_power
 from ..dynamics._newton_euler import motion_with_friction
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
@@ -22,7 +21,7 @@ from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..runtime import jit
 from ._circuits import circuit_powers
-from ._inner_graph import declares_bonds, group_bonds
+from ._inner_graph import group_bonds
 
 
 class ElementPowers(Reported, eqx.Module):
@@ -127,9 +126,9 @@ def _group_powers(system, group, at):
     mechanical = jnp.sum(efforts * flow, axis=1)
     if group.internal:
         stored = stored + state_power(group, displacement, flow, at.t)
-    if isinstance(group.law, BristleContactAt):
-        stored = stored + _bristle_power(group, displacement, flow, at.t)
-    bonds = group_bonds(group, displacement, flow, at.t) if declares_bonds(group) else {}
+    if group.law.has_storage_beside:
+        stored = stored + _asked(group, displacement, flow, at.t, "storage_beside")
+    bonds = group_bonds(group, displacement, flow, at.t) if group.law.has_bonds else {}
     if bonds:
         heat, supplied, exchanged, _ = jax.vmap(bond_sums)(bonds)
         domains = jax.vmap(_supplied_by_domain)(bonds)
@@ -142,12 +141,13 @@ def _group_powers(system, group, at):
     return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
 
 
-def _bristle_power(group, displacement, flow, t):
-    """Power (n,) that bends the bristles of contacts."""
+def _asked(group, displacement, flow, t, method):
+    """Powers (n,) that a method of the law gives, of the arguments of its effort; zero where it gives none."""
 
     def of_one(law, x, f):
-        x, v = group.port.arguments(x, f)
-        return law.bristle_power(*x, *v, t)
+        law, arguments = group.port.law_and_arguments(law, x, f)
+        found = getattr(law, method)(*arguments, t)
+        return jnp.zeros(()) if found is None else found
 
     return jax.vmap(of_one)(group.law, displacement, flow)
 
@@ -185,16 +185,7 @@ def _supplied_by_domain(bonds):
 
 def _split_rest(group, displacement, flow, t, rest):
     """Heat and supply (n,) of laws without bonds, from their power beside what they store."""
-    law = getattr(group.law, "law", group.law)
-    if not law.is_source:
+    if not group.law.is_source:
         return -rest, jnp.zeros_like(rest)
-    heat = jnp.zeros_like(rest)
-    if group.internal:
-
-        def of_one(law, x, f):
-            x, v = group.port.arguments(x, f)
-            found = law.dissipated(*x, *v, t)
-            return jnp.zeros(()) if found is None else found
-
-        heat = jax.vmap(of_one)(group.law, displacement, flow)
+    heat = _asked(group, displacement, flow, t, "dissipated") if group.internal else jnp.zeros_like(rest)
     return heat, rest + heat

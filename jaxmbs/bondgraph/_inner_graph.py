@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from ..forces._base import AbstractLaw
 from ..forces._element_bonds import PORT, Bonds, ends
-from ..forces._ports import FramePort, LinePort, PosePort, SystemPort
 from ..kinematics._element_flows import element_flows
 from ..math._linalg import direction
+from ..model._signals import law_of
 from ..model._system import System
 
 
@@ -27,18 +26,12 @@ class InnerBond(NamedTuple):
     domain: str
 
 
-def declares_bonds(group) -> bool:
-    """True if the law of a group declares the bonds inside its elements."""
-    law = getattr(group.law, "law", group.law)
-    return type(law).bonds is not AbstractLaw.bonds
-
-
 def group_bonds(group, displacement, flow, t) -> Bonds:
     """Bonds by name of all elements of a group, each with leading axis (n,); its laws are at their states."""
 
     def of_one(law, displacement, flow):
-        x, v = group.port.arguments(displacement, flow)
-        return law.bonds(*x, *v, t)
+        law, arguments = group.port.law_and_arguments(law, displacement, flow)
+        return law.bonds(*arguments, t)
 
     return jax.vmap(of_one)(group.law, displacement, flow)
 
@@ -48,12 +41,14 @@ def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[Inner
 
     Args: joined: names in the graph of the ports in whose place a circuit has its bonds.
     """
-    if not declares_bonds(group):
+    if not group.law.has_bonds:
         return []
-    law = jax.tree.map(lambda x: x[i], getattr(group.law, "law", group.law))
+    law = jax.tree.map(lambda x: x[i], law_of(group.law))
     if group.internal:
         law = law.at({name: jnp.zeros(shape) for name, shape, _ in group.internal})
-    shapes = jax.eval_shape(lambda: law.bonds(*_zeros(system, group.port), jnp.zeros(())))
+    top = system.topology
+    still = group.port.still(top.num_coordinates, top.num_velocities)
+    shapes = jax.eval_shape(lambda: law.bonds(*still, jnp.zeros(())))
     found = [
         InnerBond(*ends(name), max(bond.effort.size, bond.flow.size), bond.domain)
         for name, bond in shapes.items()
@@ -61,15 +56,6 @@ def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[Inner
     ]
     order = {name: k for k, name in enumerate(from_port(found))}
     return sorted(found, key=lambda bond: sorted((order[bond.tail], order[bond.head]), reverse=True))
-
-
-def _zeros(system, port):
-    """Arguments of a law's effort before the time, as zeros."""
-    if isinstance(port, SystemPort):
-        return jnp.zeros(system.topology.num_coordinates), jnp.zeros(system.topology.num_velocities)
-    if isinstance(port, PosePort | FramePort):
-        return jnp.eye(3), jnp.zeros(3), jnp.zeros(3), jnp.zeros(3)
-    return jnp.zeros(()), jnp.zeros(())
 
 
 def from_port(bonds, ports=(PORT,)) -> list[str]:
@@ -85,7 +71,7 @@ def inner_name(group, i: int, element: str) -> str:
     """Name in the graph of the mechanism of an element inside element i of a group."""
     name = group.names[i]
     if element == PORT:
-        return f"1:{name}.port" if isinstance(group.port, LinePort) else f"rate:{name}"
+        return f"1:{name}.port" if group.port.is_on_line else f"rate:{name}"
     kind, _, label = element.partition(":")
     return f"{kind}:{name}.{label}"
 
@@ -106,7 +92,7 @@ def inner_values(system: System, at, joined=frozenset()) -> InnerValues:
     """
     found = InnerValues({}, {}, {})
     for group in system.forces:
-        if not declares_bonds(group):
+        if not group.law.has_bonds:
             continue
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         bonds = group_bonds(group, displacement, flow, at.t)
@@ -115,7 +101,7 @@ def inner_values(system: System, at, joined=frozenset()) -> InnerValues:
                 tail, head = (inner_name(group, i, end) for end in ends(bond))
                 if not {tail, head} & joined:
                     found.bonds[f"{tail} -> {head}"] = vectors(bonds[bond].effort[i], bonds[bond].flow[i])
-            if isinstance(group.port, LinePort):
+            if group.port.is_on_line:
                 n = direction(displacement[0][i])
                 found.modulus[f"n:{name}"], found.flow[f"1:{name}.port"] = n[None], (n @ flow[i])[None]
     return found

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..forces._ports import JointPort, SystemPort
 from ..kinematics._kic import dependent_columns, independent_columns
 from ..model._system import System
 from ._elastic import NUM_RIGID, elastic_names
@@ -93,8 +92,8 @@ def _name_forces(system, group, values, result):
         else:
             conservative, rest = stored[i], total[i] - stored[i]
         result.effort.update({f"C:{name}": -conservative, f"R:{name}": -rest, f"Se:{name}": rest})
-        _store_modulus(system, result, name, modulus[i], "Gamma" if isinstance(group.port, SystemPort) else "G", "B")
-        if isinstance(group.port, JointPort):
+        _store_modulus(system, result, name, modulus[i], group.port.modulus, "B")
+        if group.port.is_on_joint:
             column = group.first[i]
             at = independent_columns if joint_junction(system, column) == "phi_dot" else dependent_columns
             row = (at(system) == column).astype(float)[None]

@@ -13,7 +13,6 @@ import jax.numpy as jnp
 from ..checks import may_be_nonzero
 from ..errors import ModelError
 from ..forces._element_bonds import PORT
-from ..forces._ports import JointPort, LinePort, SystemPort
 from ..kinematics._kic import dependent_columns
 from ..kinematics._signals import with_driven
 from ..model._system import System
@@ -173,7 +172,7 @@ class _GraphBuilder:
         """The graph inside a force element, behind the junction of its flow."""
         name = group.names[i]
         self.port(group, i, size, f"rate:{name}", f"v {name}", "1")
-        if isinstance(group.port, LinePort):
+        if group.port.is_on_line:
             self.add("MTF", f"n:{name}", f"n {name}", 1)
             self.bond(f"rate:{name}", f"n:{name}", size)
             self.bond(f"n:{name}", self.add("1", inner_name(group, i, PORT), f"v {name}", 1), 1)
@@ -220,9 +219,8 @@ class _GraphBuilder:
     def port(self, group, i, size, name, label, kind):
         """The junction or one-port of a force element; joint laws hang on their own coordinate."""
         element = group.names[i]
-        if not isinstance(group.port, JointPort):
-            symbol = "Gamma" if isinstance(group.port, SystemPort) else "G"
-            self.junction(name, label, size, f"{symbol}:{element}", f"B:{element}", kind)
+        if not group.port.is_on_joint:
+            self.junction(name, label, size, f"{group.port.modulus}:{element}", f"B:{element}", kind)
             return
         junction = joint_junction(self.system, group.first[i])
         outward = kind != "Se"

@@ -7,7 +7,8 @@ import numpy as np
 
 from ..checks import is_concrete
 from ..forces._fields import as_function
-from ..forces._ports import JointPort, PathPort, WinchPort, port_of
+from ..forces._path_ports import PathPort, WinchPort
+from ..forces._ports import JointPort, port_of
 from ..forces._signals import as_signal
 from ..forces._state_laws import internal_layout
 from ..friction._joint_friction import bristle_groups
@@ -158,6 +159,8 @@ def _joint_records(joints, joint_frames, nodes, cuts, index):
                 labels=joint.kind.labels if mine else (),
                 is_hidden=joint.is_hidden,
                 is_elastic=joint.is_elastic,
+                symbol=joint.kind.symbol,
+                units=joint.kind.units if mine else (),
             )
         )
     return tuple(records)

@@ -16,7 +16,8 @@ from ..forces import (
     AbstractSystemLaw,
     AbstractSystemStateLaw,
 )
-from ..forces._ports import JointPort, LinePort, PathPort, SystemPort, WinchPort, port_of
+from ..forces._path_ports import PathPort, WinchPort
+from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import Driven, as_signal
 from ..joints import AbstractClosure, AbstractJoint, AbstractRows
 from ..runtime import as_array, explain_error

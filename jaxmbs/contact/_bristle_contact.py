@@ -78,7 +78,7 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
         against = found.normal[:, None] * jax.vmap(self.friction.traction)(bend, slip, found.sliding)
         return found._replace(friction=-against)
 
-    def bristle_power(
+    def storage_beside(  # type: ignore[override]
         self,
         rotation: Matrix3,
         displacement: Vector3,
@@ -91,6 +91,11 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
         found, bend, slip = self._bristles((rotation, displacement, angular_velocity, velocity), s)
         power = jax.vmap(lambda z, rate: jax.jvp(self.friction.energy, (z,), (rate,))[1])(bend, slip)
         return jnp.sum(found.normal * power)
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Its bristles."""
+        return ("bristle",)
 
     def at(self, s: States) -> "BristleContactAt":
         """The contact at bends of its bristles."""
@@ -113,7 +118,3 @@ class BristleContactAt(PoseLawAt):
     def point_forces(self, *motion: Any) -> PointForces:
         """Forces at the points of contact, of the motion of the frames."""
         return self.law.point_forces(*motion, self.s)
-
-    def bristle_power(self, *args: Any) -> Scalar:
-        """Power [W] that bends the bristles, of (x, v, t)."""
-        return self.law.bristle_power(*self._with_states(args))

@@ -56,8 +56,8 @@ class ClosedCurve(eqx.Module):
         normal = direction(tangent)[::-1] * np.array((1.0, -1.0), place.dtype)
         return jnp.dot(place - point, normal), normal
 
-    def curvatures(self) -> Float[Array, " 2n"]:
-        """Curvatures (2 n,) at the points and half way between [1/m], positive where the solid is convex."""
+    def curvatures(self) -> Float[Array, " k"]:
+        """Curvatures (k,), k = 2 n, at the points and half way between [1/m], positive where the solid is convex."""
         _, first, second = self._samples()
         return (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / jnp.sum(first**2, axis=1) ** 1.5
 

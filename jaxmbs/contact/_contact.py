@@ -9,8 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import may_be_nonzero, negative, not_positive
+from ..drawings import Drawing, Marks
 from ..forces._base import AbstractLaw, AbstractPoseLaw
 from ..forces._fields import number, optional_number
+from ..forces._readings import PointLoads
 from ..forces._validity import Margin
 from ..friction._places import as_optional_friction, model_faults
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
@@ -65,6 +67,24 @@ class AbstractContact(AbstractLaw):
             return ends
         left = self.max_depth - jnp.max(self.pair.touch(rotation, displacement).depth)
         return ends | {"depth": Margin(left, "m", "is pressed deeper than its max_depth")}
+
+    def point_loads(self, *args: Any) -> PointLoads:
+        """Loads at all points, of the arguments of `wrench`."""
+        *motion, _ = args
+        found = self.point_forces(*motion)
+        area = self.pair.area(jnp.maximum(found.touch.depth, 0.0))
+        at = found.touch
+        return PointLoads(
+            at.depth, found.rate, at.point, at.normal, found.normal, found.friction, found.sliding, area, self.wear
+        )
+
+    def point_forces(self, *motion: Any) -> PointForces:
+        """Forces at the points of contact, of the arguments of `wrench` before the time."""
+        raise NotImplementedError
+
+    def drawing(self) -> Drawing:
+        """The surfaces, and the points where they touch."""
+        return *self.pair.drawing(), Marks(self.pair.touch_points)
 
     @property
     def has_ends(self) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 from jax import Array
 
 from ..checks import faults_if, not_positive
+from ..drawings import Cylinder, Drawing, Plane, Tube
 from ..forces._fields import number
 from ..forces._validity import Margin
 from ..math._linalg import direction, safe_norm
@@ -42,6 +43,9 @@ class CylinderOnPlane(AbstractPair):
         """Angle of the axis to that of the plane, less a hundredth [rad]."""
         angle = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2]))
         return {"tilt": Margin(angle - 0.01, "rad", "has an end on the plane, no point of whose rim is lowest")}
+
+    def drawing(self) -> Drawing:
+        return Plane(0), Cylinder(self.radius, self.length, 1)
 
     def area(self, depth: Array) -> Array:
         """Half of the chord times half of the length, `L sqrt(2 r d) / 2`, at each rim."""
@@ -83,6 +87,9 @@ class JournalInBush(AbstractPair):
         depth = jax.vmap(safe_norm)(across) - self.clearance
         point = centres + (self.radius - depth / 2)[:, None] * outwards
         return Touch(depth, -outwards, point, jnp.asarray(shares, displacement.dtype))
+
+    def drawing(self) -> Drawing:
+        return Tube(self.radius + self.clearance, self.length, 0), Cylinder(self.radius, self.length, 1)
 
     def area(self, depth: Array) -> Array:
         """The projected area of each section, `2 r L` times its share."""

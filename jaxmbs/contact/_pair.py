@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..drawings import Drawing
 from ..forces._fields import value_faults
 from ..forces._validity import Margin
 from ..typing import Matrix3, Vector3
@@ -47,6 +48,15 @@ class AbstractPair(eqx.Module):
     @abc.abstractmethod
     def area(self, depth: Float[Array, " k"]) -> Float[Array, " k"]:
         """Area [m^2] by which each force is divided to have a mean pressure, of positive depths."""
+
+    def touch_points(self, rotation: Matrix3, displacement: Vector3) -> Float[Array, "k 3"]:
+        """Points where the surfaces touch, NaN where they are apart; arguments as of `touch`."""
+        found = self.touch(rotation, displacement)
+        return jnp.where(found.depth[:, None] > 0.0, found.point, jnp.nan)
+
+    def drawing(self) -> Drawing:
+        """Shapes (`jaxmbs.drawings`) of both surfaces, in frames 0 (A) and 1 (B); none by default."""
+        return ()
 
     def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
         """Margins of the pose to the ends of the model by name; none by default."""

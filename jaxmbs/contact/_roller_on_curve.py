@@ -1,14 +1,19 @@
 """A roller on a closed curve: cams."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..checks import any_concrete, faults_if, not_positive
+from ..drawings import Drawing, Outline, Wheel
 from ..forces._fields import number
 from ..typing import Convertible, Matrix3, Scalar, Vector3, WordedError
 from ._closed_curve import ClosedCurve
 from ._pair import AbstractPair, Touch, round_touch
+
+_DRAWN = 6  # points of the drawn curve for each of its own
 
 
 class RollerOnCurve(AbstractPair):
@@ -34,6 +39,11 @@ class RollerOnCurve(AbstractPair):
         distance, normal = self.curve.distance(displacement[:2])
         upright = jnp.concatenate([normal, jnp.zeros_like(normal[:1])])
         return round_touch(displacement, upright, self.radius - distance, self.radius)
+
+    def drawing(self) -> Drawing:
+        n = len(self.curve.points)
+        points = jax.vmap(lambda s: self.curve.at(s)[0])(np.arange(_DRAWN * n) / _DRAWN)
+        return Outline(np.asarray(points), 0), Wheel(self.radius, frame=1)
 
     def area(self, depth: Array) -> Array:
         """The chord of the roller times the width, `2 b sqrt(2 r d)`."""

@@ -6,6 +6,7 @@ import numpy as np
 from jax import Array
 
 from ..checks import any_concrete, faults_if, not_positive
+from ..drawings import Ball, Drawing, Plane, Tube
 from ..forces._fields import number
 from ..forces._validity import Margin
 from ..math._linalg import direction, safe_norm
@@ -25,6 +26,9 @@ class SphereOnPlane(AbstractPair):
     def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:
         normal = jnp.asarray(np.array((0.0, 0.0, 1.0)), displacement.dtype)
         return round_touch(displacement, normal, self.radius - displacement[2], self.radius)
+
+    def drawing(self) -> Drawing:
+        return Plane(0), Ball(self.radius, 1)
 
     def area(self, depth: Array) -> Array:
         """The circle of Hertz, `pi r d`."""
@@ -56,6 +60,9 @@ class SphereOnSphere(AbstractPair):
         apart = safe_norm(displacement) - 1e-3 * (self.radius + self.other_radius)
         return {"centres": Margin(apart, "m", "has both centres at one place, which gives no direction")}
 
+    def drawing(self) -> Drawing:
+        return Ball(self.other_radius, 0, is_clear=True), Ball(self.radius, 1)
+
     def area(self, depth: Array) -> Array:
         """The circle of Hertz, `pi r d` of the radius r of both: `1/r = 1/r1 + 1/r2`."""
         return np.pi * self.radius * self.other_radius / (self.radius + self.other_radius) * depth
@@ -85,6 +92,9 @@ class SphereInCylinder(AbstractPair):
         across = displacement * np.array((1.0, 1.0, 0.0), displacement.dtype)
         depth = safe_norm(across) - self.clearance
         return round_touch(displacement, -direction(across), depth, self.radius)
+
+    def drawing(self) -> Drawing:
+        return Tube(self.radius + self.clearance, None, 0), Ball(self.radius, 1)
 
     def area(self, depth: Array) -> Array:
         """A square of the chord, `8 r d`: the sphere nearly fills the tube."""

@@ -6,6 +6,7 @@ import numpy as np
 from jax import Array, lax
 
 from ..checks import any_concrete, faults_if, is_concrete
+from ..drawings import Ball, Drawing, HeightSurface
 from ..forces._fields import number
 from ..typing import Convertible, Matrix3, Scalar, Vector3, WordedError
 from ._height_field import HeightField
@@ -38,6 +39,9 @@ class WheelOnRoad(AbstractPair):
         normal = steep / jnp.sqrt(jnp.sum(steep * steep))
         distance = jnp.dot(displacement - jnp.concatenate([foot, height[None]]), normal)
         return round_touch(displacement, normal, self.radius - distance, self.radius)
+
+    def drawing(self) -> Drawing:
+        return HeightSurface(self.road, (self.road.x[0], self.road.x[-1]), 0), Ball(self.radius, 1)
 
     def area(self, depth: Array) -> Array:
         """The circle of Hertz on a plane, `pi r d`."""

@@ -8,6 +8,7 @@ from ..lazy import import_when_asked
 if TYPE_CHECKING:
     from ._cable_states import CableResult, cable_states
     from ._contact_load import ContactLoad, contact_load
+    from ._element_reports import ElementReports, element_reports
     from ._energy import kinetic_energy, potential_energy
     from ._friction_verdict import FrictionLoads, joint_friction
     from ._newton_euler import forward_dynamics, mass_matrix
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CableResult",
     "ContactLoad",
+    "ElementReports",
     "FrictionLoads",
     "Validity",
     "acceleration",
@@ -44,6 +46,7 @@ __all__ = [
     "cable_states",
     "compliance_effort",
     "contact_load",
+    "element_reports",
     "forward_dynamics",
     "generalised_momentum",
     "gravity_effort",

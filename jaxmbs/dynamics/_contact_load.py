@@ -1,15 +1,11 @@
 """Loads of a contact: depth, forces, sliding, pressure times speed and wear at each of its points."""
 
-from typing import Any
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
-from ..contact._contact import AbstractContact, PointForces
 from ..errors import ModelError
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
@@ -80,43 +76,34 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
 
     Raises: ModelError where no contact has the name.
     """
-    contacts = {one: (group, k) for group in contact_groups(system) for k, one in enumerate(group.names)}
+    groups = [group for group in system.forces if group.law.has_points]
+    contacts = {one: (group, k) for group in groups for k, one in enumerate(group.names)}
     if name not in contacts:
         raise ModelError([f"there is no contact {name!r}; there are: {', '.join(contacts) or 'none'}"])
     group, k = contacts[name]
     at = with_velocities(system, at_state(system, state), state.velocities)
-    law, found, a = _forces(system, at, group, k)
+    found, (R, place) = _point_loads(system, at, group, k)
     speed = jnp.sqrt(jnp.sum(found.sliding**2, axis=-1))
-    area = law.pair.area(jnp.maximum(found.touch.depth, 0.0))
-    bears = (found.normal > 0) & (area > 0)
-    pressure = jnp.where(bears, found.normal / jnp.where(bears, area, 1.0), 0.0)
+    bears = (found.normal_force > 0) & (found.area > 0)
+    pressure = jnp.where(bears, found.normal_force / jnp.where(bears, found.area, 1.0), 0.0)
     return ContactLoad(
-        found.touch.depth,
+        found.depth,
         found.rate,
-        (at.origin + a.x)[None] + found.touch.point @ a.R.T,
-        found.touch.normal @ a.R.T,
-        found.normal,
-        found.friction @ a.R.T,
-        found.sliding @ a.R.T,
+        (at.origin + place)[None] + found.point @ R.T,
+        found.normal @ R.T,
+        found.normal_force,
+        found.friction @ R.T,
+        found.sliding @ R.T,
         pressure,
         pressure * speed,
-        law.wear * found.normal * speed,
+        found.wear * found.normal_force * speed,
         at.t,
     )
 
 
-def contact_groups(system: System) -> list:
-    """Groups of force elements that are contacts."""
-    return [group for group in system.forces if isinstance(contact_of(group.law), AbstractContact)]
-
-
-def contact_of(law):
-    """The law, or that of a law at internal states."""
-    return getattr(law, "law", law)
-
-
-def _forces(system, at, group, k) -> tuple[AbstractContact, PointForces, Any]:
-    """The k-th contact of a group, the forces at its points, and the motion of its frame A."""
+def _point_loads(system, at, group, k):
+    """Loads at the points of the k-th element of a group, and the axes and the place of its first frame."""
     parts = element_flows(system, group, at, at.V, at.u)
-    law, (a, _), displacement, flow = jax.tree.map(lambda x: x[k], (group.law, *parts))
-    return contact_of(law), law.point_forces(*displacement, flow[:3], flow[3:]), a
+    law, seen, displacement, flow = jax.tree.map(lambda x: x[k], (group.law, *parts))
+    law, arguments = group.port.law_and_arguments(law, displacement, flow)
+    return law.point_loads(*arguments, at.t), group.port.reference(*seen)

@@ -4,6 +4,8 @@ Force elements, blocks and elastic bodies say where their models end by margins,
 (`AbstractLaw.validity`).  Motions evaluate them at every saved time and at the end, where all kinematics are at hand.
 """
 
+import operator
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,12 +13,8 @@ import numpy as np
 from jax import Array, lax
 from jaxtyping import Bool, Float
 
-from ..forces import PathKinematics
 from ..forces._validity import Margin
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
-from ..kinematics._element_flows import element_flows
-from ..kinematics._poses import frame_twists
-from ..kinematics._rows import at_frames
 from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
@@ -25,7 +23,7 @@ from ..quantities import Axis, Quantity
 from ..reports import Report, Reported, faults_in_short
 from ..runtime import jit
 from ._bodies import bodies_of
-from ._newton_euler import accelerations
+from ._law_answers import force_answers, row_answers
 
 
 class Validity(Reported, eqx.Module):
@@ -151,12 +149,7 @@ def is_outside(system: System, at: VelocityKinematics, ends: list) -> Array:
 
 def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> list:
     """(names, margins by name, stacked (parts, ...)) of all parts; the system is at its internal states."""
-    found = []
-    for group in system.forces:
-        if group.law.has_ends:
-            _, x, flow = element_flows(system, group, at, at.V, at.u)
-            margins = lambda law, x, f, port=group.port: port.validity(law, x, f, at.t)  # noqa: E731
-            found.append((group.names, jax.vmap(margins)(group.law, x, flow)))
+    found = [answers[:2] for answers in force_answers(system, at, _has_ends, _validity_of)]
     found += [bodies.validity(system, at) for bodies in bodies_of(system)]
     return found + _of_blocks(system, at) + _of_rows(system, at, multipliers)
 
@@ -169,18 +162,7 @@ def _of_blocks(system, at):
 
 def _of_rows(system, at, multipliers=None):
     """Margins of rows such as inextensible cables, whose tensions are multipliers of the motion."""
-    groups = [group for group in system.rows if group.law.has_ends]
-    if not groups:
-        return []
-    multipliers = accelerations(system, at)[1] if multipliers is None else multipliers
-    twist = frame_twists(system, at.V)
+    return [answers[:2] for answers in row_answers(system, at, _has_ends, _validity_of, multipliers)]
 
-    def of(law, R, x, V, loads):
-        return law.validity(PathKinematics.of_twists(R, x, V), loads)
 
-    found = []
-    for group in groups:
-        frames = at_frames(group, at.R, at.x, twist)
-        margins = jax.vmap(of)(group.law, *frames, multipliers[np.array(group.places)])
-        found.append((group.names, margins))
-    return found
+_has_ends, _validity_of = operator.attrgetter("has_ends"), operator.attrgetter("validity")

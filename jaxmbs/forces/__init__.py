@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ._motor import Motor
     from ._old_friction import BearingFriction, BrownMcPhee, CoulombFriction, JointLuGre, LuGre, SmoothCoulomb
     from ._prony import Prony, PronyBushing
+    from ._readings import Arrows, PointLoads, Reading
     from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
     from ._spring_damper import SpringDamper
     from ._state_laws import (
@@ -66,6 +67,7 @@ __all__ = [
     "AbstractSystemStateLaw",
     "Actuator",
     "AirSpring",
+    "Arrows",
     "Attachment",
     "BeamElement",
     "BeamSection",
@@ -96,10 +98,12 @@ __all__ = [
     "Motor",
     "PD",
     "PathKinematics",
+    "PointLoads",
     "Polynomial",
     "Prony",
     "PronyBushing",
     "Ramp",
+    "Reading",
     "Sheave",
     "SmoothCoulomb",
     "Spline",

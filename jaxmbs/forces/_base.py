@@ -17,16 +17,22 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..drawings import Drawing, Symbol
 from ..math._linalg import direction, safe_norm, skew
 from ..math._spatial import cross
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._element_bonds import Bonds
 from ._fields import value_faults
+from ._readings import Arrows, PointLoads, Reading, is_own
 from ._validity import Margin
 
 
 class AbstractLaw(eqx.Module):
     """Common to all laws.
+
+    A law speaks for itself: `drawing`, `report`, `validity`, `bonds`, `arrows` and `point_loads` are what pictures,
+    tables, statuses and bond graphs ask it for; each has a default.  All but the drawing take the arguments of its
+    effort.
 
     `unbounded` names the fields that may be infinite, `inputs` those that are functions of time and may be driven by
     a block; the potential must not depend on these.
@@ -63,7 +69,56 @@ class AbstractLaw(eqx.Module):
     @property
     def has_ends(self) -> bool:
         """True if `validity` has margins."""
-        return type(self).validity is not AbstractLaw.validity
+        return is_own(self, "validity", AbstractLaw)
+
+    @property
+    def has_bonds(self) -> bool:
+        """True if the law declares `bonds`."""
+        return is_own(self, "bonds", AbstractLaw)
+
+    def drawing(self) -> Drawing:
+        """Shapes (`jaxmbs.drawings`) in the frames that the law acts on; by default none.  Its numbers are known."""
+        return ()
+
+    def report(self, *args: Any) -> dict[str, Reading]:
+        """Results by name for `dynamics.element_reports`; by default those at points of contact."""
+        found = self.point_loads(*args)
+        return {} if found is None else found.readings
+
+    def arrows(self, *args: Any) -> Arrows | None:
+        """Forces that pictures show as arrows, by default those at points of contact; in the axes of the arguments,
+        from their origin."""
+        found = self.point_loads(*args)
+        return None if found is None else found.arrows
+
+    def point_loads(self, *args: Any) -> PointLoads | None:
+        """Loads at points of contact between two frames, for `dynamics.contact_load`; none where nothing touches."""
+        return None
+
+    @property
+    def has_points(self) -> bool:
+        """True if `point_loads` has some."""
+        return is_own(self, "point_loads", AbstractLaw)
+
+    @property
+    def has_arrows(self) -> bool:
+        """True if `arrows` has some."""
+        return self.has_points or is_own(self, "arrows", AbstractLaw)
+
+    @property
+    def has_report(self) -> bool:
+        """True if `report` has results."""
+        return self.has_points or is_own(self, "report", AbstractLaw)
+
+    @property
+    def has_storage_beside(self) -> bool:
+        """True if `storage_beside` has some."""
+        return is_own(self, "storage_beside", AbstractLaw)
+
+    def storage_beside(self, *args: Any) -> Scalar | None:
+        """Power [W] that the law stores beside its potential, as in bristles whose energy follows a normal force;
+        None where it stores all in the potential."""
+        return None
 
     @property
     def has_corners(self) -> bool:
@@ -73,6 +128,13 @@ class AbstractLaw(eqx.Module):
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""
         return value_faults(self)
+
+
+def drawing_of_scalar(law: AbstractLaw) -> Drawing:
+    """Symbol of a law on one coordinate: a spring if it stores energy, a damper if it has damping."""
+    if law.stores:
+        return (Symbol("spring"),)
+    return (Symbol("damper" if hasattr(law, "damping") else "actuator"),)
 
 
 class AbstractScalarLaw(AbstractLaw):
@@ -119,6 +181,10 @@ class AbstractScalarLaw(AbstractLaw):
         """Faults of the values for use between two points, whose distance is never negative."""
         return []
 
+    def drawing(self) -> Drawing:
+        """A spring, a damper or an actuator."""
+        return drawing_of_scalar(self)
+
 
 class AbstractPoseLaw(AbstractLaw):
     """Law between frames A and B. Zero configuration: B coincides with A."""
@@ -140,6 +206,10 @@ class AbstractPoseLaw(AbstractLaw):
     def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
         """Stored energy [J]."""
         return jnp.zeros((), displacement.dtype)
+
+    def drawing(self) -> Drawing:
+        """A bushing."""
+        return (Symbol("bushing"),)
 
 
 class AbstractBodyLaw(AbstractLaw):

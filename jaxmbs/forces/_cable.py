@@ -1,7 +1,7 @@
 """Elastic cable over points, sheaves, cylinders and spheres: tension from its length, capstan friction."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,11 +13,13 @@ from ..math._vector import Components, Vectors, cross, dot, norm
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
+from ._cable_drawing import middles
 from ._cable_friction import Models, friction_faults, friction_of_elements, tension_ratios
 from ._cable_path import CablePath, Layout
 from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
+from ._readings import Arrows, Reading
 from ._signals import Constant, as_signal, value_and_rate
 from ._validity import Margin
 
@@ -132,6 +134,16 @@ class Cable(CableRoute, AbstractPathLaw):
         """Length, tensions and wrap."""
         pull = self.pull(frames, t)
         return CableState.of(self.layout, pull.path, pull.rate, pull.tension, pull.each_tension)
+
+    def report(self, *args: Any) -> dict[str, Reading]:
+        """Length, tensions and wrap, of the arguments of `wrench`."""
+        return self.state(*args).readings
+
+    def arrows(self, *args: Any) -> Arrows:
+        """Forces on the bodies of all elements, of the arguments of `wrench`."""
+        frames, t = args
+        pull = self.pull(frames, t)
+        return Arrows(middles(self.layout, pull.path), pull.wrench(self.layout, frames)[0])
 
     def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
         """Margins of the path."""

@@ -9,14 +9,17 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, not_positive
+from ..drawings import Drawing
 from ..math._vector import Components, Vectors, dot
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar
 from ._base import PathKinematics
+from ._cable_drawing import cable_course, cable_drawing
 from ._cable_margins import path_margins
 from ._cable_path import CablePath, Circles, Layout, cable_path
 from ._cable_slopes import length_slopes
 from ._fields import number
+from ._readings import Reading
 from ._validity import Margin
 
 
@@ -39,6 +42,21 @@ class CableState(NamedTuple):
     wrap: Array
     points: Array
     is_tangent: Array
+
+    @property
+    def readings(self) -> dict[str, Reading]:
+        """The numbers with their units."""
+        spans, elements = (
+            tuple(f"{name} {k}" for k in range(part.shape[0]))
+            for name, part in (("span", self.tensions), ("element", self.wrap))
+        )
+        return {
+            "length": Reading(self.length, "m"),
+            "rate": Reading(self.rate, "m/s"),
+            "tension": Reading(self.tension, "N"),
+            "tension of": Reading(self.tensions, "N", spans),
+            "wrap about": Reading(self.wrap, "rad", elements),
+        }
 
     @classmethod
     def of(cls, layout: Layout, path: CablePath, rate, tension, tensions) -> "CableState":
@@ -94,6 +112,16 @@ class CableRoute(eqx.Module):
     def path(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]) -> CablePath:
         """The path through frames of these poses."""
         return cable_path(self.layout, self._circles(rotations, positions))
+
+    def course(
+        self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
+    ) -> tuple[Float[Array, "m 2 3"], Float[Array, "k 3"]]:
+        """Ends of the straight parts, and points along the whole cable, for pictures."""
+        return cable_course(self.layout, self.path(rotations, positions), positions)
+
+    def drawing(self) -> Drawing:
+        """The cable and its wheels."""
+        return cable_drawing(self)
 
     def length_and_slopes(
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]

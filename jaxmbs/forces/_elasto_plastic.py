@@ -35,6 +35,11 @@ class ElastoPlastic(AbstractScalarStateLaw):
     def internal_states(self) -> dict[str, InternalState]:
         return {"elastic": InternalState(unit="m or rad", scale=self.yield_force / self.stiffness)}
 
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Its elastic stretch, which plastic stretch leaves at any value."""
+        return ("elastic",)
+
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """The elastic share of the velocity [m/s or rad/s]."""
         z, limit = s["elastic"], self.yield_force / self.stiffness

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from ..checks import faults_if, negative, not_positive
+from ..drawings import Drawing, Symbol
 from ..friction import AbstractBristles
 from ..friction._places import as_friction, model_faults
 from ..typing import Convertible, Scalar, ScalarLike, WordedError
@@ -22,6 +23,10 @@ class AbstractFrictionForce(AbstractLaw):
     friction: WordedError[Any] = eqx.field(converter=as_friction)
     load: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
     radius: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
+
+    def drawing(self) -> Drawing:
+        """A damper."""
+        return (Symbol("damper"),)
 
     def faults(self) -> list[str]:
         """Those of the model; the load presses."""
@@ -79,6 +84,11 @@ class BristleForce(AbstractFrictionForce, AbstractScalarStateLaw):
     @property
     def internal_states(self) -> dict[str, InternalState]:
         return {"bristle": InternalState(unit="m", scale=self.friction.bend_scale)}
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Its bristles."""
+        return ("bristle",)
 
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """Rate of the bend [m/s]."""

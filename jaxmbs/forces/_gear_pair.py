@@ -1,6 +1,6 @@
 """Spur and helical gears in mesh: forces along the line of action, backlash, mesh stiffness and damping."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -10,11 +10,13 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, flag, is_concrete, may_be_nonzero, negative, not_positive
+from ..drawings import Drawing, Tube, Wheel
 from ..math._linalg import safe_norm, skew
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._fields import number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
+from ._readings import Reading
 from ._validity import Margin, tooth_margins
 
 
@@ -32,6 +34,7 @@ class MeshState(NamedTuple):
     pressure_angle: Array
 
 
+_WIDTH = 0.4  # of drawn wheels over the smaller radius
 #: Angle between the axes of two gears up to which they count as parallel [rad].
 MOST_TILT = 0.1
 
@@ -100,6 +103,17 @@ class GearPair(AbstractPathLaw):
     def transverse_angle(self) -> Array:
         """Pressure angle across the axes [rad]."""
         return jnp.arctan(jnp.tan(self.pressure_angle) / jnp.cos(self.helix_angle))
+
+    def drawing(self) -> Drawing:
+        """Wheels of the pitch radii, of a ring gear a tube."""
+        first, second = map(float, np.asarray(self.radii))
+        width = _WIDTH * min(first, second)
+        return Wheel(first, width, 0), Tube(second, width, 1) if self.internal else Wheel(second, width, 1)
+
+    def report(self, *args: Any) -> dict[str, Reading]:
+        """Approach and normal force of both sides of the teeth, of the arguments of `wrench`."""
+        found, sides = self.state(*args), ("drive", "coast")
+        return {"approach": Reading(found.approach, "m", sides), "tooth force": Reading(found.force, "N", sides)}
 
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "2 3"], Float[Array, "2 3"]]:
         """Forces and moments of both sides of the teeth."""

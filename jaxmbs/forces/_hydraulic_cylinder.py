@@ -8,13 +8,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, faults_if, flag, negative, not_positive
+from ..checks import any_concrete, faults_if, flag, may_be_nonzero, negative, not_positive
+from ..drawings import Drawing, Symbol
 from ..math._signed_root import signed_root
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond, fluid
 from ._fields import as_law_function, number
-from ._signals import AbstractSignal, as_signal
+from ._signals import AbstractSignal, Constant, as_signal
 from ._state_laws import AbstractScalarStateLaw, InternalState, States
 from ._validity import Margin
 
@@ -81,6 +82,17 @@ class HydraulicCylinder(AbstractScalarStateLaw):
     @property
     def internal_states(self) -> dict[str, InternalState]:
         return {name: InternalState(unit="Pa", scale=1e6) for name in ("p0", "p1")}
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Both pressures, of chambers that are known to be shut."""
+        opening = self.valve.value if isinstance(self.valve, Constant) else 1.0
+        is_shut = self.inflow is None and not (may_be_nonzero(opening) and may_be_nonzero(self.flow_gain))
+        return ("p0", "p1") if is_shut else ()
+
+    def drawing(self) -> Drawing:
+        """An actuator."""
+        return (Symbol("actuator"),)
 
     def start(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> States:
         """Pressures of the tank."""

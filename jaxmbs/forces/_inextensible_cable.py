@@ -12,7 +12,9 @@ from ..joints._rows import AbstractRows
 from ..math._spatial import cross
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import PathKinematics
+from ._cable_drawing import middles
 from ._cable_route import CableRoute, CableState
+from ._readings import Arrows, Reading
 from ._signals import Constant, as_signal
 from ._validity import Margin
 
@@ -29,6 +31,8 @@ class InextensibleCable(CableRoute, AbstractRows):  # type: ignore[override]
     """
 
     has_ends: ClassVar[bool] = True
+    has_arrows: ClassVar[bool] = True
+    has_report: ClassVar[bool] = True
 
     free_length: Convertible[Callable] = eqx.field(converter=as_signal, default=1.0)
 
@@ -79,6 +83,15 @@ class InextensibleCable(CableRoute, AbstractRows):  # type: ignore[override]
         """The cable under a tension."""
         path, rate, *_ = self.length_and_rate(frames)
         return CableState.of(self.layout, path, rate, tension, jnp.broadcast_to(tension, path.spans.shape))
+
+    def report(self, frames: PathKinematics, multipliers: Float[Array, "1"]) -> dict[str, Reading]:
+        """Length, tension and wrap."""
+        return self.state(frames, multipliers[0]).readings
+
+    def arrows(self, frames: PathKinematics, multipliers: Float[Array, "1"]) -> Arrows:
+        """Forces on the bodies of all elements."""
+        path, on_x, _ = self.length_and_slopes(frames.rotations, frames.positions)
+        return Arrows(middles(self.layout, path), -multipliers[0] * on_x.rows)
 
     def validity(self, frames: PathKinematics, multipliers: Float[Array, "1"]) -> dict[str, Margin]:
         """Margins of the path, and the tension [N]."""

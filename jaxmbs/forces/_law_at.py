@@ -4,9 +4,11 @@ from typing import Any
 
 import jax
 
+from ..drawings import Drawing
 from ..typing import Scalar, ScalarLike
 from ._base import AbstractBodyLaw, AbstractLaw, AbstractPoseLaw, AbstractScalarLaw, AbstractSystemLaw
 from ._element_bonds import Bonds
+from ._readings import Arrows, PointLoads, Reading
 from ._validity import Margin
 
 #: Internal states of one element by name: arrays.
@@ -54,10 +56,55 @@ class LawAt(AbstractLaw):
         """Margins of the law, of (x, v, t)."""
         return self.law.validity(*self._with_states(args))
 
+    def drawing(self) -> Drawing:
+        """That of the law."""
+        return self.law.drawing()
+
+    def report(self, *args: Any) -> dict[str, Reading]:
+        """Results of the law, of (x, v, t)."""
+        return self.law.report(*self._with_states(args))
+
+    def arrows(self, *args: Any) -> Arrows | None:
+        """Forces of the law, of (x, v, t)."""
+        return self.law.arrows(*self._with_states(args))
+
+    def point_loads(self, *args: Any) -> PointLoads | None:
+        """Loads at points of contact, of (x, v, t)."""
+        return self.law.point_loads(*self._with_states(args))
+
+    def storage_beside(self, *args: Any) -> Scalar | None:
+        """Power stored beside the potential, of (x, v, t)."""
+        return self.law.storage_beside(*self._with_states(args))
+
     @property
     def has_ends(self) -> bool:
         """That of the law."""
         return self.law.has_ends
+
+    @property
+    def has_bonds(self) -> bool:
+        """That of the law."""
+        return self.law.has_bonds
+
+    @property
+    def has_storage_beside(self) -> bool:
+        """That of the law."""
+        return self.law.has_storage_beside
+
+    @property
+    def has_points(self) -> bool:
+        """That of the law."""
+        return self.law.has_points
+
+    @property
+    def has_arrows(self) -> bool:
+        """That of the law."""
+        return self.law.has_arrows
+
+    @property
+    def has_report(self) -> bool:
+        """That of the law."""
+        return self.law.has_report
 
     def state_power(self, x: tuple, rates: States, t: ScalarLike) -> Scalar:
         """Power [W] that goes into the stored energy by the rates of the states, at constant x and time."""

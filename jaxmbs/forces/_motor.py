@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ..checks import faults_if, negative, not_positive
+from ..drawings import Drawing, Symbol
 from ..typing import Convertible, Scalar, ScalarLike
 from ._element_bonds import Bonds, ElementBond, electric
 from ._fields import number, optional_number
@@ -52,6 +53,10 @@ class Motor(AbstractScalarStateLaw):
     @property
     def internal_states(self) -> dict[str, InternalState]:
         return {"current": InternalState(unit="A")}
+
+    def drawing(self) -> Drawing:
+        """An actuator."""
+        return (Symbol("actuator"),)
 
     def rate(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> States:
         """Rate of the current [A/s]."""

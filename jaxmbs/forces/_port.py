@@ -7,7 +7,7 @@ ports only and no law.  Methods treat one element, except `gather` and `spread`.
 
 import abc
 import dataclasses
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -21,11 +21,26 @@ class AbstractPort(abc.ABC):
     """One kind of port; it has no numbers of its own."""
 
     num_flows: ClassVar[int | None]  # None: as many as velocities
+    is_on_joint: ClassVar[bool] = False  # its element acts on a joint, its flow is this one's velocity
+    is_on_line: ClassVar[bool] = False  # its element acts along the line between two points
+    modulus: ClassVar[str] = "G"  # symbol of the transformer to its flow, S2 (56)
 
     @abc.abstractmethod
     def gather(self, group, at, V, u) -> tuple:
         """Inputs of `displacement` and `flow` for all elements, from the twists V (frames, 6) of the frames' bodies
         and the velocities u (nv,)."""
+
+    def frames_of(self, group, k: int) -> tuple[int, ...]:
+        """Frames that element k acts on; none of a joint or of the whole system."""
+        return (group.first[k], group.second[k])
+
+    def reference(self, *seen) -> tuple[Array, Array]:
+        """Axes (3, 3) and place (3,) from the common origin of what a law says in space; those of its arguments."""
+        raise NotImplementedError(f"a law on a {type(self).__name__} acts at no place")
+
+    @abc.abstractmethod
+    def still(self, num_coordinates: int, num_velocities: int) -> tuple:
+        """Arguments of the effort before the time, at rest where it starts: for their shapes."""
 
     @abc.abstractmethod
     def displacement(self, *seen) -> tuple:
@@ -74,10 +89,15 @@ class AbstractPort(abc.ABC):
         """Part (num_flows,) of the effort that derives from the potential; only the shape of the flow is used."""
         return -jax.grad(lambda flow: self.storage_power(law, displacement, flow, t))(jnp.zeros_like(flow))
 
+    def law_and_arguments(self, law, displacement, flow) -> tuple[Any, tuple]:
+        """The law as it acts now, and the arguments of its effort before the time."""
+        x, v = self.arguments(displacement, flow)
+        return law, (*x, *v)
+
     def validity(self, law, displacement, flow, t) -> dict[str, Margin]:
         """Margins of the law by name."""
-        x, v = self.arguments(displacement, flow)
-        return law.validity(*x, *v, t)
+        law, arguments = self.law_and_arguments(law, displacement, flow)
+        return law.validity(*arguments, t)
 
     def potential_and_validity(self, law, displacement, flow, t) -> tuple[Array, dict[str, Margin]]:
         """Both, where they share costly parts in one evaluation."""

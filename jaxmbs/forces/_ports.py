@@ -4,44 +4,26 @@ Source: S2 (56)-(67), (72) on points, (76) at one frame.
 """
 
 import abc
-import dataclasses
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from ..math._linalg import direction, safe_norm, skew
-from ..math._spatial import cross, to_public_order
+from ..math._spatial import to_public_order
 from ..runtime import gather_static, segment_sum_static
-from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractScalarLaw, PathKinematics
+from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractScalarLaw
+from ._frame_motion import frame_motions
+from ._path_ports import PathPort
 from ._port import AbstractPort
 from ._state_laws import AbstractBodyStateLaw, AbstractPoseStateLaw, AbstractScalarStateLaw
-
-
-class FrameMotion(NamedTuple):
-    """A frame: rotation (3, 3), position (3,) and twist (6,) of its body, all about one origin."""
-
-    R: Array
-    x: Array
-    V: Array
-
-    @property
-    def spin(self):
-        return self.V[:3]
-
-    @property
-    def velocity(self):
-        """Velocity of the frame's own origin."""
-        return self.V[3:] + skew(self.V[:3]) @ self.x
 
 
 class _BetweenFrames(AbstractPort):
     """Ports on frames; their law's wrench acts on the body of B, the opposite one on that of A."""
 
     def gather(self, group, at, V, u):
-        return tuple(_frame_motions(side, at, V) for side in (group.first, group.second))
+        return tuple(frame_motions(side, at, V) for side in (group.first, group.second))
 
     @abc.abstractmethod
     def wrench(self, a, b, effort):
@@ -56,6 +38,13 @@ class LinePort(_BetweenFrames):
     """Two points: the flow is the velocity of B from A, the effort the force on B."""
 
     num_flows = 3
+    is_on_line = True
+
+    def still(self, num_coordinates, num_velocities):
+        return jnp.zeros(()), jnp.zeros(())
+
+    def reference(self, a, b):
+        return a.R, a.x
 
     def displacement(self, a, b):
         return (b.x - a.x,)
@@ -95,6 +84,12 @@ class PosePort(_BetweenFrames):
 
     num_flows = 6
 
+    def still(self, num_coordinates, num_velocities):
+        return jnp.eye(3), jnp.zeros(3), jnp.zeros(3), jnp.zeros(3)
+
+    def reference(self, a, b):
+        return a.R, a.x
+
     def displacement(self, a, b):
         return a.R.T @ b.R, a.R.T @ (b.x - a.x)
 
@@ -128,8 +123,17 @@ class FramePort(_BetweenFrames):
 
     num_flows = 6
 
+    def frames_of(self, group, k):
+        return (group.first[k],)
+
+    def still(self, num_coordinates, num_velocities):
+        return jnp.eye(3), jnp.zeros(3), jnp.zeros(3), jnp.zeros(3)
+
+    def reference(self, a, place):
+        return jnp.eye(3, dtype=place.dtype), a.x - place
+
     def gather(self, group, at, V, u):
-        return _frame_motions(group.first, at, V), gather_static(at.x, np.asarray(group.first)) + at.origin[None]
+        return frame_motions(group.first, at, V), gather_static(at.x, np.asarray(group.first)) + at.origin[None]
 
     def displacement(self, a, place):
         return a.R, place
@@ -158,6 +162,13 @@ class JointPort(AbstractPort):
     """One joint coordinate and its velocity."""
 
     num_flows = 1
+    is_on_joint = True
+
+    def frames_of(self, group, k):
+        return ()
+
+    def still(self, num_coordinates, num_velocities):
+        return jnp.zeros(()), jnp.zeros(())
 
     def gather(self, group, at, V, u):
         return gather_static(at.psi, np.asarray(group.second)), gather_static(u, np.asarray(group.first))
@@ -188,6 +199,13 @@ class SystemPort(AbstractPort):
     """All coordinates and velocities of a system."""
 
     num_flows = None
+    modulus = "Gamma"
+
+    def frames_of(self, group, k):
+        return ()
+
+    def still(self, num_coordinates, num_velocities):
+        return jnp.zeros(num_coordinates), jnp.zeros(num_velocities)
 
     def gather(self, group, at, V, u):
         n = len(group.names)
@@ -215,139 +233,6 @@ class SystemPort(AbstractPort):
         return None, jnp.sum(efforts, axis=0)
 
 
-@dataclasses.dataclass(frozen=True)
-class PathPort(AbstractPort):
-    """Several frames: the flow is the angular velocity and the velocity of the origin of each, in world axes."""
-
-    num_frames: int = 2
-
-    @property
-    def num_flows(self):
-        return 6 * self.num_frames
-
-    def gather(self, group, at, V, u):
-        return (_frame_motions(group.frames, at, V),)
-
-    def displacement(self, frames):
-        return frames.R, frames.x
-
-    def flow(self, frames):
-        spin = frames.V[:, :3]
-        return jnp.concatenate([spin, frames.V[:, 3:] + cross(spin, frames.x)], axis=1).reshape(-1)
-
-    def rate(self, displacement, flow):
-        spin, velocity = _spins_and_velocities(flow)
-        return jax.vmap(skew)(spin) @ displacement[0], velocity
-
-    def arguments(self, displacement, flow):
-        return displacement, _spins_and_velocities(flow)
-
-    def effort(self, law, displacement, flow, t):
-        law, frames = self.law_and_motion(law, displacement, flow)
-        return _moments_first(law.wrench(frames, t))
-
-    def storage_power(self, law, displacement, flow, t):
-        law, frames = self.law_and_motion(law, displacement, flow)
-        return law.storage_power(frames, t)
-
-    def effort_and_storage_power(self, law, displacement, flow, t):
-        law, frames = self.law_and_motion(law, displacement, flow)
-        wrench, storing = law.wrench_and_storage_power(frames, t)
-        return _moments_first(wrench), storing
-
-    def validity(self, law, displacement, flow, t):
-        law, frames = self.law_and_motion(law, displacement, flow)
-        return law.validity(frames, t)
-
-    def potential_and_validity(self, law, displacement, flow, t):
-        law, frames = self.law_and_motion(law, displacement, flow)
-        return law.potential_and_validity(frames, t)
-
-    def law_and_motion(self, law, displacement, flow):
-        """The law as it acts now, and the motion of its frames."""
-        return law, PathKinematics(*displacement, *_spins_and_velocities(flow))
-
-    def reading(self, seen, effort):
-        return jax.vmap(to_public_order)(effort.reshape(-1, 6)).reshape(-1), None, None
-
-    def spread(self, group, seen, efforts, owners, num_velocities):
-        wrenches = efforts.reshape(-1, 6)
-        places = seen[0].x.reshape(-1, 3)
-        moments, forces = wrenches[:, :3], wrenches[:, 3:]
-        about_origin = jnp.concatenate([moments + cross(places, forces), forces], axis=1)
-        return owners.collect(np.asarray(group.frames).reshape(-1), about_origin), None
-
-    def stiffness(self, law, displacement, flow, t):
-        return self.slope(law, displacement, flow, t)
-
-
-@dataclasses.dataclass(frozen=True)
-class WinchPort(PathPort):
-    """The frames of a path and the joint of a drum, whose angle and rate come last in displacement and flow.
-
-    Attributes:
-        velocity, coordinate: places of the joint's own.
-    """
-
-    velocity: int = 0
-    coordinate: int = 0
-
-    @property
-    def num_flows(self):
-        return 6 * self.num_frames + 1
-
-    def gather(self, group, at, V, u):
-        drum = jnp.stack([at.psi[self.coordinate], u[self.velocity]])
-        return *super().gather(group, at, V, u), jnp.broadcast_to(drum, (len(group.names), 2))
-
-    def displacement(self, frames, drum):
-        return *super().displacement(frames), drum[0]
-
-    def flow(self, frames, drum):
-        return jnp.append(super().flow(frames), drum[1])
-
-    def rate(self, displacement, flow):
-        return *super().rate(displacement[:2], flow[:-1]), flow[-1]
-
-    def arguments(self, displacement, flow):
-        return displacement, (*_spins_and_velocities(flow[:-1]), flow[-1])
-
-    def law_and_motion(self, law, displacement, flow):
-        *poses, turned = displacement
-        return law.paid_out(turned, flow[-1]), PathKinematics(*poses, *_spins_and_velocities(flow[:-1]))
-
-    def potential(self, law, displacement, t):
-        *poses, turned = displacement
-        return law.paid_out(turned, jnp.zeros_like(turned)).potential(*poses, t)
-
-    def effort(self, law, displacement, flow, t):
-        return self.effort_and_storage_power(law, displacement, flow, t)[0]
-
-    def storage_power(self, law, displacement, flow, t):
-        return self.effort_and_storage_power(law, displacement, flow, t)[1]
-
-    def effort_and_storage_power(self, law, displacement, flow, t):
-        now, frames = self.law_and_motion(law, displacement, flow)
-        pull = now.pull(frames, t)
-        drum = law.drum_radius * pull.each_tension[0]
-        storing = pull.elastic * (pull.rate - law.drum_radius * flow[-1])
-        return jnp.append(_moments_first(pull.wrench(law.layout, frames)), drum), storing
-
-    def reading(self, seen, effort):
-        on_frames = super().reading(seen, effort[:-1])[0]
-        return jnp.append(on_frames, effort[-1]), None, None
-
-    def spread(self, group, seen, efforts, owners, num_velocities):
-        on_frames, _ = super().spread(group, seen, efforts[:, :-1], owners, num_velocities)
-        return on_frames, jnp.zeros(num_velocities, efforts.dtype).at[self.velocity].add(jnp.sum(efforts[:, -1]))
-
-
-def _spins_and_velocities(flow):
-    """Angular velocities (n, 3) and velocities (n, 3) of the frames of a path."""
-    twists = flow.reshape(-1, 6)
-    return twists[:, :3], twists[:, 3:]
-
-
 def port_of(law) -> AbstractPort:
     """The port of a law that acts on frames or on the whole system."""
     if isinstance(law, AbstractPathLaw):
@@ -360,21 +245,10 @@ def port_of(law) -> AbstractPort:
     return next((port() for kind, port in kinds if isinstance(law, kind)), SystemPort())
 
 
-def _moments_first(wrench):
-    """Wrenches of all frames of a path (6 n,), moment first, from forces and moments (n, 3)."""
-    force, moment = wrench
-    return jnp.concatenate([moment, force], axis=1).reshape(-1)
-
-
 def _moment_first(wrench):
     """Wrench (moment, force) (6,), the order inside the library, from the pair (force, moment) of a law."""
     force, moment = wrench
     return jnp.concatenate([moment, force])
-
-
-def _frame_motions(side, at, V):
-    """The frames of all elements on one side."""
-    return FrameMotion(*(gather_static(part, np.asarray(side)) for part in (at.R, at.x, V)))
 
 
 def _wrench_at(x, moment, force):

@@ -13,8 +13,9 @@ from typing import Any, ClassVar, NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..drawings import Drawing, Symbol
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
-from ._base import AbstractLaw
+from ._base import AbstractLaw, drawing_of_scalar
 from ._element_bonds import bond_sums
 from ._law_at import BodyLawAt, LawAt, PoseLawAt, ScalarLawAt, States, SystemLawAt
 
@@ -50,6 +51,12 @@ class AbstractStateLaw(AbstractLaw):
     def rate(self, *args: Any) -> States:
         """Rates `ds/dt` by name, of (x, v, s, t)."""
 
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Names of the states that may rest at any value of a band, such as bends of bristles: at rest their rates
+        say nothing.  By default none."""
+        return ()
+
     def start(self, *args: Any) -> States:
         """Initial values by name, of (x, v, t); those that are left out are zero."""
         return {}
@@ -76,6 +83,10 @@ class AbstractScalarStateLaw(AbstractStateLaw):
         """Stored energy [J], that of the internal states included."""
         return jnp.zeros((), jnp.result_type(x, float))
 
+    def drawing(self) -> Drawing:
+        """A spring, a damper or an actuator."""
+        return drawing_of_scalar(self)
+
     def at(self, s: States) -> ScalarLawAt:
         """The law of effort at internal states s."""
         return ScalarLawAt(self, s)
@@ -99,6 +110,10 @@ class AbstractPoseStateLaw(AbstractStateLaw):
     def potential(self, rotation: Matrix3, displacement: Vector3, s: States, t: ScalarLike) -> Scalar:
         """Stored energy [J], that of the internal states included."""
         return jnp.zeros((), displacement.dtype)
+
+    def drawing(self) -> Drawing:
+        """A bushing."""
+        return (Symbol("bushing"),)
 
     def at(self, s: States) -> PoseLawAt:
         """The law of effort at internal states s."""

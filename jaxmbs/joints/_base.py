@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
+from ..drawings import Drawing
 from ..runtime import as_array
 from ..typing import Matrix3, Scalar, ScalarLike
 
@@ -19,6 +20,10 @@ class Node(NamedTuple):
 
     kind: str
     axis: str = "z"
+
+
+#: Units of the coordinates of simple joints.
+UNITS = {"revolute": ("rad",), "screw": ("rad",), "prismatic": ("m",), "ball": ("",) * 4}
 
 
 class AbstractJoint(eqx.Module):
@@ -31,7 +36,8 @@ class AbstractJoint(eqx.Module):
     speeds that vanish though no coordinate does.  `labels` names the coordinates, `row_units` gives each row's unit,
     closure rows before slips.  `is_reversible`: True if the run of nodes with its axis reversed is the same joint
     traversed from child to parent, so that the tree may have it either way.  `may_depend_on_time`: True if the rows
-    are those of `closure_at`, which follow a path in time.
+    are those of `closure_at`, which follow a path in time.  `symbol`: how pictures show the joint, one of
+    `drawings.JOINT_SYMBOLS`.
 
     Coordinates are those of the child frame in the parent frame, positive along the axis or right-handed about it,
     and zero (a quaternion one) where the two frames agree: the zero pose of a mechanism is drawn by its frames alone.
@@ -44,11 +50,17 @@ class AbstractJoint(eqx.Module):
     num_slips: ClassVar[int] = 0
     is_reversible: ClassVar[bool] = False
     may_depend_on_time: ClassVar[bool] = False
+    symbol: ClassVar[str] = "point"
 
     @property
     def num_rows(self) -> int:
         """Number of velocity rows: closure rows and slips."""
         return len(self.row_units)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the coordinates; those of a quaternion have none."""
+        return tuple(unit for node in self.nodes for unit in UNITS[node.kind])
 
     def basis(self) -> Matrix3:
         """Rotation (3, 3) from canonical axes to the axes of the joint frame."""
@@ -70,6 +82,10 @@ class AbstractJoint(eqx.Module):
         """Speeds (num_slips,) [m/s] that vanish, linear in the relative angular velocity omega [rad/s] and velocity v
         of the child frame's origin, in the canonical axes of the parent frame."""
         raise NotImplementedError(f"{type(self).__name__} has no slips")
+
+    def drawing(self) -> Drawing:
+        """Shapes (`jaxmbs.drawings`) beside the symbol, in the frames 0 of the parent and 1 of the child."""
+        return ()
 
     def faults(self) -> list[str]:
         """Faults of concrete values, one sentence each; none when traced."""

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, is_concrete
+from ..drawings import Drawing, Symbol
 from ..runtime import KnownFunction, as_array
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import AbstractJoint
@@ -29,6 +30,9 @@ class Distance(AbstractClosure):
     row_units: ClassVar[tuple[str, ...]] = ("m",)
 
     length: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
+
+    def drawing(self) -> Drawing:
+        return (Symbol("rod"),)
 
     def closure(self, R: Array, d: Array) -> Array:
         return ((jnp.dot(d, d) / self.length - self.length) / 2.0)[None]

@@ -1,15 +1,14 @@
 """Units of the coordinates of a joint, for what is shown and written."""
 
 from ._all import ALL
-
-_UNITS = {"revolute": ("rad",), "screw": ("rad",), "prismatic": ("m",), "ball": ("",) * 4}
+from ._base import UNITS
 
 
 def coordinate_units(kind: str, count: int) -> tuple[str, ...]:
     """Units of `count` coordinates of a joint by the name of its class; those of a quaternion have none."""
     for joint in ALL:
         if joint.__name__ == kind:
-            return tuple(unit for node in joint.nodes for unit in _UNITS[node.kind])
+            return tuple(unit for node in joint.nodes for unit in UNITS[node.kind])
     return ("m or rad",) * count
 
 
@@ -17,6 +16,6 @@ def velocity_units(kind: str, count: int) -> tuple[str, ...]:
     """Units of `count` velocities of a joint by the name of its class."""
     for joint in ALL:
         if joint.__name__ == kind:
-            units = [("rad",) * 3 if node.kind == "ball" else _UNITS[node.kind] for node in joint.nodes]
+            units = [("rad",) * 3 if node.kind == "ball" else UNITS[node.kind] for node in joint.nodes]
             return tuple(f"{unit}/s" for own in units for unit in own)
     return ("m/s or rad/s",) * count

@@ -20,6 +20,7 @@ class Cylindrical(AbstractJoint):
     labels = ("distance", "angle")
     row_units = ("m", "m", "rad", "rad")
     is_reversible = True
+    symbol = "sleeve"
 
     axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

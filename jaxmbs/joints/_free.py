@@ -14,3 +14,4 @@ class Free(AbstractJoint):
 
     nodes = (Node("prismatic", "x"), Node("prismatic", "y"), Node("prismatic", "z"), Node("ball"))
     labels = ("x", "y", "z", "qw", "qx", "qy", "qz")
+    symbol = "free"

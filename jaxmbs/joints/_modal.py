@@ -11,11 +11,17 @@ class Modal(AbstractJoint):
     Coordinates: amplitudes of fixed-interface modes of unit modal mass [m kg^1/2].
     """
 
+    symbol = "none"
+
     count: int = eqx.field(static=True)
 
     @property
     def nodes(self):
         return (Node("prismatic"),) * self.count
+
+    @property
+    def units(self):
+        return ("m kg^1/2",) * self.count
 
     @property
     def labels(self):

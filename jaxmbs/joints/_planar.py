@@ -21,6 +21,7 @@ class Planar(AbstractJoint):
     nodes = (Node("prismatic", "x"), Node("prismatic", "y"), Node("revolute"))
     labels = ("x", "y", "angle")
     row_units = ("m", "rad", "rad")
+    symbol = "plane"
 
     normal: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

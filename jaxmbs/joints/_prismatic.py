@@ -22,6 +22,7 @@ class Prismatic(AbstractJoint):
     labels = ("distance",)
     row_units = ("m", "m", "rad", "rad", "rad")
     is_reversible = True
+    symbol = "slide"
 
     axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

@@ -22,6 +22,7 @@ class Revolute(AbstractJoint):
     labels = ("angle",)
     row_units = ("m", "m", "m", "rad", "rad")
     is_reversible = True
+    symbol = "pin"
 
     axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
 

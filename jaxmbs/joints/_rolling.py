@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
+from ..drawings import Ball, Drawing, Wheel
+from ..palette import STEEL
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis, Convertible
 from ._base import axis_faults, axis_vector
@@ -49,6 +51,9 @@ class RollingSphere(AbstractRolling):
 
     radius: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
+    def drawing(self) -> Drawing:
+        return (Ball(self.radius, 1, is_clear=True, color=STEEL),)
+
     def contact(self, R: Array) -> Array:
         return jnp.zeros(3).at[2].set(-self.radius)
 
@@ -71,6 +76,9 @@ class RollingDisk(AbstractRolling):
     def __init__(self, radius: ArrayLike, axle: Axis = "y") -> None:
         self.radius = as_array(radius)
         self.axle = axis_vector(axle)
+
+    def drawing(self) -> Drawing:
+        return (Wheel(self.radius, 0.12 * self.radius, 1, self.axle, STEEL),)
 
     def contact(self, R: Array) -> Array:
         axle = R @ (self.axle / jnp.sqrt(jnp.sum(self.axle**2)))

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
+from ..drawings import Drawing
 from ..math._linalg import skew
 from ..typing import ScalarLike
 
@@ -26,9 +27,10 @@ class AbstractRows(eqx.Module):
     each.  `prescribes`: each row holds one coordinate at a value in time; `is_nonholonomic`: the rows restrict
     velocities alone; `reads_all`: they are functions of all coordinates and velocities of the mechanism;
     `has_ends`: the law has a `validity(frames, multipliers)`, of a `forces.PathKinematics` and its loads (rows,),
-    which gives `forces.Margin`s by name; `has_corners`: its slopes change at some poses at once, beside which numbers
-    (n,) of `sides_of_corners(rotations, positions)` are constant; `takes`: arguments of a function of the user's that
-    the law calls, `gives_one`: which gives one number.
+    which gives `forces.Margin`s by name; `has_report`, `has_arrows`: so it has a `report` of `forces.Reading`s by
+    name, and `arrows`, a `forces.Arrows`; `has_corners`: its slopes change at some poses at once, beside which
+    numbers (n,) of `sides_of_corners(rotations, positions)` are constant; `takes`: arguments of a function of the
+    user's that the law calls, `gives_one`: which gives one number.
     """
 
     num_frames: ClassVar[int] = 0
@@ -37,6 +39,8 @@ class AbstractRows(eqx.Module):
     is_nonholonomic: ClassVar[bool] = False
     reads_all: ClassVar[bool] = False
     has_ends: ClassVar[bool] = False
+    has_report: ClassVar[bool] = False
+    has_arrows: ClassVar[bool] = False
     has_corners: ClassVar[bool] = False
     takes: ClassVar[str] = ""
     gives_one: ClassVar[bool] = False
@@ -48,6 +52,10 @@ class AbstractRows(eqx.Module):
     def called(self, q: Array, u: Array, t: ScalarLike) -> Any:
         """Value of the function of the user's, if the law calls one, in the shape that it has."""
         raise NotImplementedError
+
+    def drawing(self) -> Drawing:
+        """Shapes (`jaxmbs.drawings`) in the frames that the rows act on; none by default."""
+        return ()
 
     def faults(self) -> list[str]:
         """Faults of concrete values, one sentence each; none when traced."""

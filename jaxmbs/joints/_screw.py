@@ -24,6 +24,7 @@ class Screw(AbstractJoint):
     labels = ("angle",)
     row_units = ("m", "m", "m", "rad", "rad")
     is_reversible = True
+    symbol = "screw"
 
     axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
     pitch: Convertible[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0, kw_only=True)

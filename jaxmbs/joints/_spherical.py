@@ -17,6 +17,7 @@ class Spherical(AbstractJoint):
     nodes = (Node("ball"),)
     labels = ("w", "x", "y", "z")
     row_units = ("m", "m", "m")
+    symbol = "ball"
 
     def closure(self, R: Array, d: Array) -> Array:
         return jnp.asarray(d)

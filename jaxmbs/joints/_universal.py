@@ -23,6 +23,7 @@ class Universal(AbstractJoint):
     nodes = (Node("revolute", "x"), Node("revolute", "y"))
     labels = ("first", "second")
     row_units = ("m", "m", "m", "rad")
+    symbol = "cross"
 
     axes: Convertible[Float[Array, "2 3"]] = eqx.field(
         converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")

@@ -14,6 +14,7 @@ class Weld(AbstractJoint):
 
     row_units = ("m", "m", "m", "rad", "rad", "rad")
     is_reversible = True
+    symbol = "weld"
 
     def closure(self, R: Array, d: Array) -> Array:
         return jnp.concatenate([d, alignment_rows(R)])

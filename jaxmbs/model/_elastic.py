@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete
+from ..drawings import Drawing, Symbol
 from ..elements._base import as_real
 from ..math._rotation import rotation_vector, rotation_vector_rate
 from ..typing import Convertible, Scalar, Vector3
@@ -168,6 +169,10 @@ class ElasticBody(eqx.Module):
             return q
         bent = 0.5 * (self.stiffening.interfaces @ q @ q)
         return q.at[: len(bent)].add(-bent)
+
+    def drawing(self) -> Drawing:
+        """Rods from the first interface to the others, where no mesh of the body is given."""
+        return tuple(Symbol("rod", (0, k)) for k in range(1, len(self.interfaces)))
 
     def faults(self) -> list[str]:
         """Shapes that do not agree, and numbers that are not finite."""

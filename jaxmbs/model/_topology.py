@@ -13,6 +13,7 @@ from ._tree import Tree
 class JointRecord:
     """One declared joint.  `parent` and `child` are body indices as in the tree (-1 ground); slices into the
     coordinates and velocities are empty for a cut joint.  `frames` are its (parent, child) frame indices.
+    `symbol`: how pictures show it; `units`: of its coordinates.
     `is_hidden`: a weld inside a body that the builder split; no bearing, so it has no compliance of its own.
     `is_elastic`: its motion is a deformation of an elastic body or of a beam."""
 
@@ -29,6 +30,8 @@ class JointRecord:
     labels: tuple[str, ...] = ()
     is_hidden: bool = False
     is_elastic: bool = False
+    symbol: str = "point"
+    units: tuple[str, ...] = ()
 
     @property
     def coordinates(self) -> slice:

@@ -1,20 +1,17 @@
 """Drawable parts of a mechanism: points of bodies, sliding joints, elements between two points, torsion springs."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
-from ..dynamics._contact_load import contact_groups
-from ..forces._cable_route import CableRoute
-from ..forces._ports import JointPort, LinePort, PosePort
-from ..joints import Distance
+from ._things import Thing
 
-SLIDES = ("Prismatic", "Cylindrical")
+SLIDES = ("slide", "sleeve")  # symbols of joints
 
 
 class Span(NamedTuple):
-    """An element between two frames: "spring", "damper", "actuator", "bushing", "rod" or "cable"."""
+    """An element between two frames: a symbol of `drawings.SYMBOLS`."""
 
     name: str
     kind: str
@@ -34,41 +31,16 @@ class Slide(NamedTuple):
     is_telescope: bool
 
 
-def spans(system) -> list[Span]:
-    """All laws but contacts between two frames or on a slide, rods of constant length, elastic bodies between
-    interfaces, and cables from each element to the next."""
-    top, found = system.topology, []
-    sliding = {j.first_velocity: j.frames for j in top.joints if j.kind in SLIDES and j.num_velocities}
-    touching = [id(group) for group in contact_groups(system)]
-    for group in system.forces:
-        if id(group) in touching:
-            continue
-        for k, (name, a, b) in enumerate(zip(group.names, group.first, group.second, strict=True)):
-            kind = _law_kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
-            if isinstance(group.port, LinePort | PosePort):
-                found.append(Span(name, kind, (a, b)))
-            elif isinstance(group.port, JointPort) and kind in ("spring", "damper") and a in sliding:
-                found.append(Span(name, kind, sliding[a]))
-    for group in system.closures:
-        if isinstance(group.kind, Distance):
-            ends = zip(group.names, group.first, group.second, strict=True)
-            found += [Span(name, "rod", (a, b)) for name, a, b in ends]
-    for group in system.elastic:
-        for name, frames in zip(group.names, group.frames, strict=True):
-            found += [Span(name, "rod", (frames[0], other)) for other in frames[1:]]
-    for name, law, frames in cables(system):
-        following = (*frames[1:], frames[0]) if law.closed else frames[1:]
-        found += [Span(name, "cable", pair) for pair in zip(frames, following, strict=False)]
-    return found
-
-
-def cables(system) -> list[tuple]:
-    """All cables: name, law, and frames of the elements."""
+def spans(things: Iterable[Thing]) -> list[Span]:
+    """Symbols between two frames, and springs and dampers on slides."""
     found = []
-    for group in (*system.rows, *system.forces):
-        if isinstance(group.law, CableRoute):
-            each = zip(group.names, group.frames, strict=True)
-            found += [(name, jax.tree.map(lambda x, k=k: x[k], group.law), f) for k, (name, f) in enumerate(each)]
+    for thing in things:
+        for symbol in thing.symbols:
+            if thing.joint is None:
+                a, b = symbol.frames
+                found.append(Span(thing.name, symbol.kind, (thing.frames[a], thing.frames[b])))
+            elif thing.joint.symbol in SLIDES and symbol.kind in ("spring", "damper"):
+                found.append(Span(thing.name, symbol.kind, thing.joint.frames))
     return found
 
 
@@ -80,32 +52,22 @@ class Torsion(NamedTuple):
     joint: object
 
 
-def torsions(system) -> list[Torsion]:
+def torsions(things: Iterable[Thing]) -> list[Torsion]:
     """All springs and dampers on revolute joints, S2 Figs 5 and 6."""
-    turning = {j.first_velocity: j for j in system.topology.joints if j.kind == "Revolute" and j.num_velocities}
-    found = []
-    for group in system.forces:
-        for k, (name, a) in enumerate(zip(group.names, group.first, strict=True)):
-            if isinstance(group.port, JointPort) and a in turning:
-                kind = _law_kind(group, jax.tree.map(lambda x, k=k: x[k], group.law))
-                found += [Torsion(name, kind, turning[a])] if kind in ("spring", "damper") else []
-    return found
-
-
-def _law_kind(group, law):
-    """Symbol of a law: a spring if it stores energy, a damper if it only dissipates."""
-    if isinstance(group.port, PosePort):
-        return "bushing"
-    if law.stores:
-        return "spring"
-    return "damper" if hasattr(law, "damping") else "actuator"
+    return [
+        Torsion(thing.name, symbol.kind, thing.joint)
+        for thing in things
+        if thing.joint is not None and thing.joint.symbol == "pin"
+        for symbol in thing.symbols
+        if symbol.kind in ("spring", "damper")
+    ]
 
 
 def body_frames(topology, names=None) -> dict[int, list[int]]:
     """Frames drawn on each body (-1 ground): its ends of joints, then the named ones (default: all)."""
     shown: dict[int, list[int]] = {body: [] for body in (-1, *range(topology.bodies.size))}
     for joint in topology.joints:
-        if joint.kind == "Modal":  # moves no frame
+        if joint.symbol == "none":  # moves no frame
             continue
         for body, frame in zip((joint.parent, joint.child), joint.frames, strict=True):
             shown[body].append(frame)
@@ -122,7 +84,7 @@ def slides(system, film) -> list[Slide]:
     top, found = system.topology, []
     points = {body: _points_in_body(film, top, frames) for body, frames in body_frames(top).items()}
     for joint in top.joints:
-        if joint.kind not in SLIDES or joint.name not in film.axes:
+        if joint.symbol not in SLIDES or joint.name not in film.axes:
             continue
         a, b = joint.frames
         axis = film.axes[joint.name]

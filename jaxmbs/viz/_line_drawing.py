@@ -6,11 +6,12 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..palette import COLORS
-from ._cable_lines import cable_lines
-from ._contact_lines import contact_lines
 from ._drawable import body_frames, slides, spans, torsions
+from ._shape_lines import thing_lines
+from ._things import things
 
 _STEEL, _DARK = "0.45", "0.2"
+_NO_RING = ("none", "slide", "weld")  # symbols of joints that have a block, or nothing
 
 
 class Stroke(NamedTuple):
@@ -30,15 +31,17 @@ class LineDrawing:
     def __init__(self, system, film, look, frames=None, arrows=None):
         self.system, self.top, self.trajectory, self.look = system, system.topology, film, look
         self.shown = body_frames(self.top, frames)
-        self.slides, self.spans = slides(system, film), [s for s in spans(system) if s.kind != "cable"]
-        self.cables, self.contacts = cable_lines(system, film), contact_lines(system, film)
+        found = things(system)
+        self.slides, self.spans, self.things = slides(system, film), spans(found), thing_lines(found, film)
+        self.ends = {f for span in self.spans for f in span.frames}
+        self.ends |= {f for thing in found if thing.threads for f in thing.frames}
         self.arrows = list((arrows or {}).values())
         largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for _, f in self.arrows), default=0.0)
         self.arrow_scale = 0.2 * film.extent / (largest or 1.0)
-        self.torsions = [t for t in torsions(system) if t.joint.name in film.axes]
+        self.torsions = [t for t in torsions(found) if t.joint.name in film.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}
         self.size = 0.022 * film.extent
-        self.pins = {f for j in self.top.joints if j.kind not in ("Modal", "Prismatic", "Weld") for f in j.frames}
+        self.pins = {f for j in self.top.joints if j.symbol not in _NO_RING for f in j.frames}
 
     def at(self, k: int) -> list[Stroke]:
         """All strokes of an instant."""
@@ -51,10 +54,8 @@ class LineDrawing:
             strokes += self._span(points, span)
         for torsion in self.torsions:
             strokes += self._torsion(k, torsion)
-        for cable in self.cables:
-            strokes += self._cable(k, cable)
-        for contact in self.contacts:
-            strokes += self._contact(k, contact)
+        for thing in self.things:
+            strokes += self._thing(k, thing)
         for places, forces in self.arrows:
             strokes += self._arrows(places[k], forces[k])
         return [stroke for stroke in strokes if stroke is not None] + self._marks(points)
@@ -122,20 +123,15 @@ class LineDrawing:
             return [Stroke(np.stack([a, b]), thin), Stroke(middle, box | {"solid_capstyle": "butt"})]
         return [Stroke(np.stack([a, b]), thin | {"color": _STEEL, "linewidth": 2.0})]
 
-    def _cable(self, k, cable):
-        """Wheels, then the cable over them."""
-        wheel = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.4}
-        strokes = [Stroke(self.look(points), wheel) for points in cable.wheels[k]]
-        strokes += [Stroke(self._outline_of_ball(x[k], radius), wheel) for x, radius in cable.spheres]
-        return [*strokes, Stroke(self.look(cable.line[k]), {"color": _DARK, "linewidth": 1.4, "zorder": 2.7})]
-
-    def _contact(self, k, contact):
-        """Surfaces, and the points where they touch."""
-        surface = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.2}
-        strokes = [Stroke(self.look(points[k]), surface) for points in contact.lines]
-        strokes += [Stroke(self._outline_of_ball(x[k], radius), surface) for x, radius in contact.balls]
+    def _thing(self, k, thing):
+        """Surfaces and wheels, threads over them, and the points where they touch."""
+        surface = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.3}
+        strokes = [Stroke(self.look(points[k]), surface) for points in thing.lines]
+        strokes += [Stroke(self._outline_of_ball(x[k], radius), surface) for x, radius in thing.balls]
+        thread = {"color": _DARK, "linewidth": 1.4, "zorder": 2.7}
+        strokes += [Stroke(self.look(points[k]), thread) for points in thing.threads]
         mark = {"linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS[3], "zorder": 4.2}
-        return [*strokes, Stroke(self.look(contact.points[k]), mark)]
+        return strokes + ([Stroke(self.look(thing.marks[k]), mark)] if thing.marks.shape[1] else [])
 
     def _arrows(self, places, forces):
         style = {"color": COLORS[3], "linewidth": 1.6, "zorder": 4.3}
@@ -190,8 +186,7 @@ class LineDrawing:
         """Pins as circles, those of the ground on a triangle."""
         open_ = {"linestyle": "none", "clip_on": False}
         pins = sorted(self.pins)
-        ends = {frame for span in spans(self.system) for frame in span.frames}
-        ground = [f for f in sorted(self.pins | ends) if self.top.frame_body[f] < 0]
+        ground = [f for f in sorted(self.pins | self.ends) if self.top.frame_body[f] < 0]
         foot = dict(marker=6, color="0.35", markersize=9, zorder=1)
         ring = dict(marker="o", color="white", markeredgecolor=_DARK, markersize=5, zorder=4)
         return [

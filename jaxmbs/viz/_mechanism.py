@@ -11,7 +11,7 @@ from ..kinematics._state import State
 from ..model._system import System
 from ..palette import COLORS
 from ._canvas import get_axes, split_columns
-from ._element_arrows import element_arrows
+from ._element_arrows import arrows_along
 from ._line_drawing import LineDrawing
 from ._projection import read_projection
 from .scenes._trajectory import frame_trajectory
@@ -56,7 +56,7 @@ def plot_mechanism(
     if poses is not None and poses < 1:
         raise ValueError(f"poses = {poses}: at least one is needed")
     ax, seen = get_axes(ax), frame_trajectory(system, states)
-    drawing = LineDrawing(system, seen, look, frames, element_arrows(system, states) if loads else None)
+    drawing = LineDrawing(system, seen, look, frames, arrows_along(system, states) if loads else None)
     instants = np.arange(len(seen.ts))
     if poses is not None:
         instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
@@ -127,7 +127,7 @@ def _write_names(ax, topology, points):
     found: dict = {}
     size = np.ptp(points, axis=0).max() or 1.0
     for joint in topology.joints:
-        if joint.kind not in ("Modal", "Free"):
+        if joint.symbol not in ("none", "free"):
             place = points[joint.frames[0]]
             found.setdefault(tuple(np.round(place / size, 2)), (place, []))[1].append(joint.name)
     for place, names in found.values():

@@ -14,20 +14,9 @@ from ..typing import ArrayLike, WordedError
 from ._canvas import curve_style, draw_curves, format_axes, get_axes, stack_axes
 from ._projection import axes_suffix
 
-_UNITS = {
-    "revolute": "angle [rad]",
-    "screw": "angle [rad]",
-    "prismatic": "distance [m]",
-    "ball": "quaternion",
-    "Modal": "mode [m kg$^{1/2}$]",
-}
-_RATES = {
-    "revolute": "rate [rad/s]",
-    "screw": "rate [rad/s]",
-    "prismatic": "speed [m/s]",
-    "ball": "rate [rad/s]",
-    "Modal": "rate [m kg$^{1/2}$/s]",
-}
+#: Quantities of coordinates and of velocities by the unit of the coordinate.
+_COORDINATES = {"rad": "angle [rad]", "m": "distance [m]", "": "quaternion", "m kg^1/2": "mode [m kg$^{1/2}$]"}
+_RATES = {"rad": "rate [rad/s]", "m": "speed [m/s]", "m kg^1/2": "rate [m kg$^{1/2}$/s]"}
 
 
 def plot_coordinates(
@@ -60,7 +49,7 @@ def plot_coordinates(
         columns = np.reshape(np.asarray(values[name]), (len(motion.ts), -1)).T
         record = system.topology.joints[system.topology.joint_index[name]]
         labels = record.labels if len(record.labels) == len(columns) else range(len(columns))
-        for what, label, column in zip(_units(system.topology, record, velocities), labels, columns, strict=True):
+        for what, label, column in zip(_units(record, velocities), labels, columns, strict=True):
             if degrees and "[rad" in what:
                 what, column = what.replace("rad", "deg"), np.degrees(column)
             panels.setdefault(what, {})[name if len(columns) == 1 else f"{name} {label}"] = column
@@ -81,20 +70,18 @@ def _abscissa(system, motion, over, degrees):
     values = system.coordinates(motion.states)
     check_names([over], {name: value for name, value in values.items() if np.ndim(value) == 1})
     record = system.topology.joints[system.topology.joint_index[over]]
-    what, x = _units(system.topology, record)[0], np.asarray(values[over])
+    what, x = _units(record)[0], np.asarray(values[over])
     if degrees and "[rad" in what:
         what, x = what.replace("rad", "deg"), np.degrees(x)
     return x, f"{what.split()[0]} of {over} {what.split()[-1]}"
 
 
-def _units(topology, joint, rates=False):
+def _units(joint, rates=False):
     """Quantity and unit of each coordinate of a joint."""
-    names, count = (_RATES, joint.num_velocities) if rates else (_UNITS, joint.num_coordinates)
-    if joint.kind == "Modal":
-        return [names["Modal"]] * count
-    kinds = topology.node_kind[joint.velocities]
-    plain = [names[kind] for kind in kinds if kind != "ball"]
-    return plain + [names["ball"]] * (count - len(plain))  # a ball is last, as in `Free`
+    if not rates:
+        return [_COORDINATES.get(unit, f"coordinate [{unit}]") for unit in joint.units]
+    plain = [_RATES.get(unit, f"rate [{unit}/s]") for unit in joint.units if unit]
+    return plain + [_RATES["rad"]] * (joint.num_velocities - len(plain))  # of a ball, which is last as in `Free`
 
 
 def plot_reactions(

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 import jaxmbs as mbs
 from jaxmbs import viz
 from jaxmbs.forces import Attachment, Sheave
-from jaxmbs.viz._element_arrows import element_arrows
-from tests.viz.scenes.test_contact_solids import numbers
+from jaxmbs.viz._element_arrows import arrows_along
+from tests.viz.scenes.test_shape_solids import numbers
 
 M, G = 3.0, 9.81
 
@@ -34,7 +34,7 @@ def test_arrows_of_a_cable():
     """The wheel carries twice the weight, either end once; the arrows begin on the rope."""
     system = hoist()
     state = mbs.State.at(system)
-    place, force = (part[0] for part in element_arrows(system, state)["rope"])
+    place, force = (part[0] for part in arrows_along(system, state)["rope"])
     weight = np.array([0.0, 0.0, M * G])
     np.testing.assert_allclose(force, [weight, -2 * weight, weight], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(place, [[-0.2, 0, -1.0], [0, 0, 0], [0.2, 0, -1.0]], atol=1e-12)
@@ -51,6 +51,6 @@ def test_arrows_of_a_cable():
 def test_arrows_of_a_belt():
     system = hoist(closed=True)
     state = mbs.State.at(system)
-    place, force = (part[0] for part in element_arrows(system, state)["rope"])
+    place, force = (part[0] for part in arrows_along(system, state)["rope"])
     np.testing.assert_allclose(place, [[0, 0, 0], [0, 0, -1.0]], atol=1e-12)
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-9)

@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...palette import COLORS
-from ...typing import ScalarLike
+from ...model._system import System
+from ...palette import BRASS, COLORS, DARK, PALE, STEEL
 from .._body_shapes import default_shapes, inertia_box
-from .._cable_lines import cable_lines
-from .._drawable import body_frames, cables, distinct_points, slides, spans, torsions
-from ._contact_solids import ContactSolid
+from .._drawable import body_frames, distinct_points, slides, spans, torsions
+from .._things import Thing, thread_courses
+from ._shape_solids import ShapeSolid
 from ._solids import Solid, icosphere, rotation_to_axis, rounded_hull, sweep_tube, unit_coil, unit_cone, unit_cylinder
 from ._torsion_solids import torsion_solids
 from ._trajectory import FrameTrajectory
 
-STEEL, DARK, PALE, BRASS = "#8d99a6", "#3a444e", "#c3ccd4", "#b8863b"
-_CLEAR = 0.45  # opacity of surfaces of contacts
+_CLEAR = 0.45  # opacity of surfaces through which one sees
 _MANY_BODIES = 40  # more are drawn with fewer corners, to keep the file below a megabyte
 
 
@@ -64,9 +63,16 @@ class MechanismGeometry:
     """Geometry of one mechanism; `radius` [m] is that of its bars, `up` (3,) the direction against gravity."""
 
     def __init__(
-        self, system, film: FrameTrajectory, solids: SolidLibrary, radius: ScalarLike, up: np.ndarray, shapes: Mapping
+        self,
+        system: System,
+        things: list[Thing],
+        film: FrameTrajectory,
+        solids: SolidLibrary,
+        radius: Any,
+        up: np.ndarray,
+        shapes: Mapping,
     ):
-        self.system, self.top, self.trajectory = system, system.topology, film
+        self.system, self.things, self.top, self.trajectory = system, things, system.topology, film
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
         self.tags: list[dict] = []
@@ -74,8 +80,7 @@ class MechanismGeometry:
         self._add_bodies()
         self._add_joints()
         self._add_spans()
-        self._add_cables()
-        self._add_sheaves()
+        self._add_threads()
         self._add_torsions()
 
     def add_unit_solid(self, name, body, number, position, z, radius, length, color, alpha=1.0):
@@ -122,7 +127,7 @@ class MechanismGeometry:
         for joint in self.top.joints:
             here = [f for f in joint.frames if f in frames]
             joints += [self.trajectory.position_in_body(self.top, f) for f in here]
-            if here and joint.kind == "Revolute" and joint.name in self.trajectory.axes:
+            if here and joint.symbol == "pin" and joint.name in self.trajectory.axes:
                 world = self.trajectory.R[0, joint.frames[0]] @ self.trajectory.axes[joint.name]
                 axes.append(self.trajectory.R[0, body + 1].T @ world)
         others = set(frames) - {f for joint in self.top.joints for f in joint.frames}
@@ -156,48 +161,30 @@ class MechanismGeometry:
         for joint in self.top.joints:
             frame = joint.frames[0]
             body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
-            if joint.kind not in ("Modal", "Free"):
+            if joint.symbol not in ("none", "free"):
                 self.tags.append({"name": joint.name, "body": body, "point": place.tolist()})
             if joint.name in sliding or joint.name not in self.trajectory.axes or self._is_elastic(joint.name):
                 continue
             axis = self._axis_in_body(frame, self.trajectory.axes[joint.name])
-            if joint.kind in ("Revolute", "Screw", "Universal"):
-                axes = [axis] if joint.kind != "Universal" else [axis, np.cross(axis, [0.31, 0.87, 0.38])]
+            if joint.symbol in ("pin", "screw", "cross"):
+                axes = [axis] if joint.symbol != "cross" else [axis, np.cross(axis, [0.31, 0.87, 0.38])]
                 for z in axes:
                     z = z / np.linalg.norm(z)
                     self.add_unit_solid(
                         joint.name, body, self.solids.cylinder, place - 1.5 * r * z, z, 0.6 * r, 3 * r, DARK
                     )
-            elif joint.kind == "Spherical":
+            elif joint.symbol == "ball":
                 self.add_unit_solid(joint.name, body, self.solids.ball, place, axis, 1.4 * r, 1.4 * r, DARK)
-            elif joint.kind == "Planar":
+            elif joint.symbol == "plane":
                 self.add_unit_solid(
                     joint.name, body, self.solids.cylinder, place - 0.2 * r * axis, axis, 4 * r, 0.2 * r, PALE
                 )
-            if body == 0 and joint.kind in ("Revolute", "Spherical", "Universal", "Screw"):
+            if body == 0 and joint.symbol in ("pin", "ball", "cross", "screw"):
                 self._add_ground_support(joint.name, place)
-        for group in self.system.closures:
-            for k, (name, frame) in enumerate(zip(group.names, group.second, strict=True)):
-                self._add_wheel(group, k, name, frame)
 
     def _add_ground_support(self, name, place):
         base = place - 4.5 * self.r * self.up
         self.add_unit_solid(name, 0, self.solids(unit_cone(0.35)), base, self.up, 2.6 * self.r, 4.5 * self.r, PALE)
-
-    def _add_wheel(self, group, k, name, frame):
-        radius = getattr(group.kind, "radius", None)
-        if radius is None:
-            return
-        radius, place = float(np.ravel(radius)[k]), self.trajectory.position_in_body(self.top, frame)
-        if hasattr(group.kind, "axle"):
-            axis = self._axis_in_body(frame, np.asarray(group.kind.axle).reshape(-1, 3)[k])
-            width = 0.12 * radius
-            start = place - 0.5 * width * axis / np.linalg.norm(axis)
-            self.add_unit_solid(name, self._body(frame), self.solids.cylinder, start, axis, radius, width, STEEL)
-        else:
-            self.add_unit_solid(
-                name, self._body(frame), self.solids.ball, place, (0, 0, 1), radius, radius, STEEL, 0.6
-            )
 
     def _add_slide(self, slide):
         """Add barrel and rod of a cylinder, else a rail with a block."""
@@ -218,7 +205,7 @@ class MechanismGeometry:
         start, length = at[0] + (low - 3.2 * r) * z[0], high - low + 6.4 * r
         self.add_unit_solid(name, self._body(a), self.solids.cylinder, start, z[0], 0.45 * r, length, STEEL)
         color = COLORS[(self._body(b) - 1) % len(COLORS)]
-        if slide.joint.kind == "Cylindrical":
+        if slide.joint.symbol == "sleeve":
             self.add_unit_solid(
                 name, self._body(b), self.solids.cylinder, at[1] - 2 * r * z[1], z[1], 1.2 * r, 4 * r, color
             )
@@ -240,51 +227,40 @@ class MechanismGeometry:
             "bushing": [(self.solids.cylinder, (0.0, 1.0), 1.2, DARK)],
             "rod": [(self.solids.cylinder, (0.0, 1.0), 0.5, STEEL)],
         }
-        for span in spans(self.system):
-            if span.name in self.shapes or span.kind == "cable":  # an elastic body that is drawn as its mesh
+        for span in spans(self.things):
+            if span.name in self.shapes:  # an elastic body that is drawn as its mesh
                 continue
             points = [self.trajectory.position_in_body(self.top, frame) for frame in span.frames]
             ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
-            for body, point in ((end["body"], end["point"]) for end in ends):
-                if body == 0:
-                    self.add_unit_solid(
-                        span.name, 0, self.solids.ball, point, (0, 0, 1), 0.9 * self.r, 0.9 * self.r, PALE
-                    )
+            for frame in span.frames:
+                self._add_ground_end(span.name, frame)
             for solid, part, thick, color in looks[span.kind]:
                 solid = self._coil(span, thick * self.r) if solid is None else solid
                 item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
                 self.items.append(item | {"color": rgba(color)})
 
-    def _add_cables(self):
-        """Add the spans of cables along their tangents, whose ends move on the wheels."""
-        for cable in cable_lines(self.system, self.trajectory):
-            for k in range(cable.ends.shape[1]):
+    def _add_ground_end(self, name, frame):
+        """Add a ball where an element is tied to the ground."""
+        if self._body(frame) == 0:
+            place, size = self.trajectory.position_in_body(self.top, frame), 0.9 * self.r
+            self.add_unit_solid(name, 0, self.solids.ball, place, (0, 0, 1), size, size, PALE)
+
+    def _add_threads(self):
+        """Add the straight parts of threads, whose ends move on wheels."""
+        shown = [(thing, thread) for thing in self.things for thread in thing.threads]
+        for thing, thread in shown:
+            if thing.name in self.shapes:
+                continue
+            spans = thread_courses(thing, thread, self.trajectory)[0]
+            for k in range(spans.shape[1]):
                 ends = []
                 for side in (0, 1):
-                    self.points.append((f"{cable.name} {k}", cable.ends[:, k, side]))
+                    self.points.append((f"{thing.name} {k}", spans[:, k, side]))
                     ends.append({"body": self.top.bodies.size + len(self.points), "point": [0.0, 0.0, 0.0]})
-                item = {"name": cable.name, "solid": self.solids.cylinder, "ends": ends, "part": (0.0, 1.0)}
+                item = {"name": thing.name, "solid": self.solids.cylinder, "ends": ends, "part": (0.0, 1.0)}
                 self.items.append(item | {"radius": 0.2 * self.r, "color": rgba(DARK)})
-        for name, law, frames in cables(self.system):
-            for kind, frame in zip(law.kinds, frames, strict=True):
-                if kind == "point" and self._body(frame) == 0:
-                    place, size = self.trajectory.position_in_body(self.top, frame), 0.9 * self.r
-                    self.add_unit_solid(name, 0, self.solids.ball, place, (0, 0, 1), size, size, PALE)
-
-    def _add_sheaves(self):
-        """Add discs and balls of the wheels, cylinders and spheres that cables pass."""
-        for name, law, frames in cables(self.system):
-            for k, element in enumerate(law.layout.circles):
-                frame, radius = frames[element], float(law.radii[k])
-                place = self.trajectory.position_in_body(self.top, frame)
-                if law.kinds[element] == "sphere":
-                    self.add_unit_solid(
-                        name, self._body(frame), self.solids.ball, place, (0, 0, 1), radius, radius, PALE
-                    )
-                    continue
-                axis, width = self._axis_in_body(frame, np.asarray(law.axes[k])), 0.3 * radius
-                start = place - 0.5 * width * axis / np.linalg.norm(axis)
-                self.add_unit_solid(name, self._body(frame), self.solids.cylinder, start, axis, radius, width, PALE)
+            for end in thread.ends:
+                self._add_ground_end(thing.name, thing.frames[end])
 
     def _coil(self, span, radius):
         """A coil for the length of a spring, rounded to powers of two so that few solids are stored."""
@@ -293,7 +269,7 @@ class MechanismGeometry:
         return self.solids(unit_coil(2.0 ** np.clip(np.round(np.log2(slender)), 2, 6)))
 
     def _add_torsions(self):
-        for torsion in torsions(self.system):
+        for torsion in torsions(self.things):
             if torsion.joint.name not in self.trajectory.axes:
                 continue
             first = torsion.joint.frames[0]
@@ -303,17 +279,18 @@ class MechanismGeometry:
                 body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
                 self._add_solid(torsion.name, body, solid.placed(place, self.trajectory.R[0, body].T), color)
 
-    def add_contacts(self, found: list[ContactSolid]):
-        """Add the round parts of contacts, then the surfaces, through which one sees what was drawn before."""
-        for name, frame, solid, is_surface in sorted(found, key=lambda one: one.is_surface):
+    def add_shapes(self, found: list[ShapeSolid]):
+        """Add the solids of things, last the clear ones, through which one sees what was drawn before."""
+        for name, frame, solid, is_clear, color in sorted(found, key=lambda one: one.is_clear):
             if name in self.shapes:
                 continue
             body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
-            rotation = self.trajectory.R[0, body].T @ self.trajectory.R[0, frame]
-            color = rgba(COLORS[(body - 1) % len(COLORS)] if body else PALE, _CLEAR if is_surface else 1.0)
-            self.items.append(
-                {"name": name, "solid": self.solids(solid.placed(place, rotation)), "body": body, "color": color}
-            )
+            local = np.eye(4)
+            local[:3, :3] = self.trajectory.R[0, body].T @ self.trajectory.R[0, frame]
+            local[:3, 3] = place
+            shade = rgba(color or (COLORS[(body - 1) % len(COLORS)] if body else PALE), _CLEAR if is_clear else 1.0)
+            item = {"name": name, "solid": self.solids(solid), "body": body, "local": local.T.ravel().tolist()}
+            self.items.append(item | {"color": shade})
 
     def add_trace(self, name, points, color):
         """Add the path of points (T, 3) in the world."""

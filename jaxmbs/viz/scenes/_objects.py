@@ -13,11 +13,12 @@ from ...model._system import System
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import inertia_box
-from .._element_arrows import element_arrows
+from .._element_arrows import arrows_along
 from .._mesh import DisplayMesh, display_mesh, moving_meshes
 from .._projection import load_axes
-from ._contact_solids import contact_corners, contact_solids
+from .._things import things
 from ._geometry import MechanismGeometry, SolidLibrary, encode_array, pose_tracks
+from ._shape_solids import shape_solids, solid_corners
 from ._trajectory import frame_trajectory
 
 _THICKNESS = 0.02  # of planes and cams, relative to the extent of the trajectory
@@ -72,8 +73,9 @@ class MechanismObject(SceneObject):
         com = self.trajectory.x[:, 1 : top.bodies.size + 1] + np.einsum(
             "tbij,bj->tbi", self.trajectory.R[:, 1 : top.bodies.size + 1], np.asarray(system.com, float)
         )
-        self.contacts = contact_solids(system, self.trajectory, _THICKNESS * self.trajectory.extent)
-        ends = contact_corners(self.contacts, self.trajectory)
+        self.things = things(system)
+        self.solids = shape_solids(self.things, self.trajectory, _THICKNESS * self.trajectory.extent)
+        ends = solid_corners(self.solids, self.trajectory)
         self.points = np.concatenate([self.trajectory.x[:, seen].reshape(-1, 3), *self._boxes(com), *ends])
         self.traceable = top.frame_names
         self.elastic = {}
@@ -113,14 +115,14 @@ class MechanismObject(SceneObject):
     def contents(self, solids, radius, up, shapes, traces):
         top = self.system.topology
         own = dict(shapes) | dict.fromkeys(self.elastic)
-        done = MechanismGeometry(self.system, self.trajectory, solids, radius, up, own)
+        done = MechanismGeometry(self.system, self.things, self.trajectory, solids, radius, up, own)
         for k, name in enumerate(n for n in traces if n in top.frame_index):
             if len(self.ts) > 1:
                 done.add_trace(name, self.trajectory.x[:, top.frame_index[name]], COLORS[(k + 3) % len(COLORS)])
         bodies = ["ground", *top.body_names, *(name for name, _ in done.points)]
         meshes = [self._mesh(name, *given) for name, given in self.elastic.items()]
         numbers = pose_tracks(self.trajectory, top.bodies.size)
-        done.add_contacts(self.contacts)
+        done.add_shapes(self.solids)
         if done.points:
             still = np.zeros((len(numbers), len(done.points), 7))
             still[..., :3], still[..., 6] = np.stack([x for _, x in done.points], axis=1), 1.0
@@ -178,7 +180,7 @@ class MechanismObject(SceneObject):
 
     def _element_arrows(self):
         """Places and forces (T, k, 3) of contacts and cables by name; none of a mode."""
-        found = {} if self.frequency is not None else element_arrows(self.system, self.motion)
+        found = {} if self.frequency is not None else arrows_along(self.system, self.motion)
         return {name: (place[: len(self.ts)], force[: len(self.ts)]) for name, (place, force) in found.items()}
 
 

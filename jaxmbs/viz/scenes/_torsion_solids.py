@@ -2,9 +2,8 @@
 
 import numpy as np
 
+from ...palette import BRASS, DARK, STEEL
 from ._solids import Solid, rotation_to_axis, sweep_tube, unit_cylinder
-
-BRASS, STEEL, DARK = "#b8863b", "#8d99a6", "#3a444e"
 
 
 def torsion_solids(kind: str, axis: np.ndarray, radius: float) -> list[tuple[Solid, str]]:

@@ -70,7 +70,7 @@ def _joint_axes(system, R, W):
     for joint in top.joints:
         nodes = range(joint.first_velocity, joint.first_velocity + joint.num_velocities)
         turning = [k for k in nodes if top.node_kind[k] != "prismatic"]
-        if len(nodes) and joint.kind != "Modal":
+        if len(nodes) and joint.symbol != "none":
             axis = W[(turning or list(nodes))[-1], :9].reshape(3, 3)[:, 2]
             found[joint.name] = R[joint.frames[0]].T @ axis
     for group in system.closures:

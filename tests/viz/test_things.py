@@ -1,4 +1,4 @@
-"""Lines of cables in pictures: as long as the cable, on its wheels, and tangent to them."""
+"""Things in pictures: cables are as long as they are, on their wheels and tangent to them."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 import jaxmbs as mbs
 from jaxmbs import viz
 from jaxmbs.forces import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
-from jaxmbs.viz._cable_lines import cable_lines
+from jaxmbs.viz._shape_lines import thing_lines
+from jaxmbs.viz._things import things
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
 
 WRAPS = {
@@ -27,8 +28,8 @@ def test_line_of_a_cable(kind):
     b.cable("rope", [Attachment(("ground", (-1, 0, -0.2))), WRAPS[kind], Attachment("load")], stiffness=1e4)
     system = b.build()
     state = mbs.State.at(system, lift=-0.2)
-    (rope,) = cable_lines(system, frame_trajectory(system, state))
-    line = rope.line[0]
+    (rope,) = thing_lines(things(system), frame_trajectory(system, state))
+    line = rope.threads[0][0]
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     length = float(mbs.dynamics.cable_states(system, state)["rope"].length)
     assert length - 1e-4 < steps.sum() <= length + 1e-12
@@ -36,7 +37,7 @@ def test_line_of_a_cable(kind):
     np.testing.assert_allclose(from_axis[1:-1], 0.3, atol=1e-9)
     directions = np.diff(line, axis=0)[steps > 1e-9] / steps[steps > 1e-9, None]
     assert np.min(np.sum(directions[1:] * directions[:-1], axis=1)) > np.cos(0.1)  # no corner
-    assert rope.wheels.shape[1] + len(rope.spheres) == 1
+    assert len(rope.lines) + len(rope.balls) == 1
     ax = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot())
     assert any(np.array_equal(drawn.get_xydata(), line[:, [0, 2]]) for drawn in ax.lines)
 
@@ -49,7 +50,7 @@ def test_line_of_a_closed_belt():
     wheels = [Sheave("ground", 0.3, side="+"), Eyelet(("ground", (0.5, -0.5, 0))), Sheave("pulley", 0.2, side="+")]
     b.cable("belt", wheels, axial_stiffness=1e4, free_length=3.5, closed=True)
     system = b.build()
-    (belt,) = cable_lines(system, frame_trajectory(system, mbs.State.at(system)))
-    closed = np.concatenate([belt.line[0], belt.line[0][:1]])
+    (belt,) = thing_lines(things(system), frame_trajectory(system, mbs.State.at(system)))
+    closed = np.concatenate([belt.threads[0][0], belt.threads[0][0][:1]])
     length = float(mbs.dynamics.cable_states(system, mbs.State.at(system))["belt"].length)
     assert length - 1e-3 < np.sum(np.linalg.norm(np.diff(closed, axis=0), axis=1)) <= length + 1e-12

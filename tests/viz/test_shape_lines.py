@@ -7,8 +7,9 @@ from matplotlib.figure import Figure
 import jaxmbs as mbs
 from jaxmbs import contact as C
 from jaxmbs import viz
-from jaxmbs.viz._contact_lines import contact_lines
-from jaxmbs.viz._element_arrows import element_arrows
+from jaxmbs.viz._element_arrows import arrows_along
+from jaxmbs.viz._shape_lines import thing_lines
+from jaxmbs.viz._things import things
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
 
 ANGLES = 2 * np.pi * np.arange(24) / 24
@@ -35,14 +36,14 @@ def test_lines_of_every_pair(name):
     b.contact("touch", pair, "part", "ground", C.HuntCrossley(1e5, 1.0), 0.3)
     system = b.build()
     state = mbs.State.at(system, {"part": (*place, 1.0, 0.0, 0.0, 0.0)}, {"part": (0.1, 0, 0, 0, 0, 0)})
-    (found,) = contact_lines(system, frame_trajectory(system, state))
+    (found,) = thing_lines(things(system), frame_trajectory(system, state))
     load = mbs.dynamics.contact_load(system, state, "touch")
     touches = np.asarray(load.depth) > 0.0
     assert touches.any()
-    np.testing.assert_allclose(found.points[0][touches], load.point[touches], atol=1e-12)
-    assert np.all(np.isnan(found.points[0][~touches]))
+    np.testing.assert_allclose(found.marks[0][touches], load.point[touches], atol=1e-12)
+    assert np.all(np.isnan(found.marks[0][~touches]))
     assert len(found.lines) + len(found.balls) >= 2 and all(np.all(np.isfinite(line)) for line in found.lines)
-    force = element_arrows(system, state)["touch"][1][0]
+    force = arrows_along(system, state)["touch"][1][0]
     np.testing.assert_allclose(force, load.normal_force[:, None] * load.normal + load.friction, rtol=1e-12)
     ax = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot(), loads=True)
     plain = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot())

@@ -9,9 +9,10 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs import contact as C
 from jaxmbs import viz
-from jaxmbs.viz.scenes._contact_solids import contact_solids, open_tube, plate_of_outline
+from jaxmbs.viz._things import things
+from jaxmbs.viz.scenes._shape_solids import open_tube, plate_of_outline, shape_solids
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
-from tests.viz.test_contact_lines import CAM, PAIRS
+from tests.viz.test_shape_lines import CAM, PAIRS
 
 
 def numbers(text, *shape):
@@ -78,9 +79,9 @@ def test_solids_of_every_pair_meet_at_the_points(name):
     film = frame_trajectory(system, state)
     load = mbs.dynamics.contact_load(system, state, "touch")
     points = np.asarray(load.point)[np.asarray(load.depth) > 0]
-    found = contact_solids(system, film, 0.01)
-    assert [solid.is_surface for solid in found] == [True, False]
-    for _, frame, solid, _ in found:
+    found = shape_solids(things(system), film, 0.01)
+    assert [solid.is_clear for solid in found] == [True, False]
+    for _, frame, solid, *_ in found:
         corners = solid.vertices[solid.faces] @ film.R[0, frame].T + film.x[0, frame]
         for point in points:
             assert np.min(distance_to_triangles(point, corners)) < 2e-3
