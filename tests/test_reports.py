@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.forces import Margin
+from jaxmbs.forces import Margin, Reading
 from jaxmbs.kinematics import State
 from jaxmbs.quantities import Axis, Quantity, along_freedoms, entries, matrix, numbered
 from jaxmbs.reports import Report, Reported, failures
@@ -102,6 +102,11 @@ def validity():
     return mbs.dynamics.Validity(T, {"strap": {"wrap": Margin(numbers(3, 2) ** 2, "rad", "is left", ("a", "b"))}})
 
 
+def element_reports():
+    readings = {"load": Reading(numbers(3), "N"), "film at": Reading(numbers(3, 2), "m", ("a", "b"))}
+    return mbs.dynamics.ElementReports(T, {"bearing": readings})
+
+
 def limit():
     return mbs.design.LimitResult("stroke", numbers(2), numbers(2), (0,), 1.0, "<=", 0.1, numbers(2), 0.0)
 
@@ -156,6 +161,7 @@ MADE = {
     "CableResult": cable,
     "ContactLoad": contact,
     "FrictionLoads": friction,
+    "ElementReports": element_reports,
     "Validity": validity,
     "CampbellDiagram": lambda: mbs.analysis.CampbellDiagram(
         jnp.asarray(F), complexes(3, 2), complexes(3, 2, 2), jnp.asarray(YES), ("pin", "slide")

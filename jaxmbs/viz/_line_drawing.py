@@ -37,10 +37,13 @@ class LineDrawing:
         self.ends |= {f for thing in found if thing.threads for f in thing.frames}
         self.arrows = list((arrows or {}).values())
         largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for _, f in self.arrows), default=0.0)
-        self.arrow_scale = 0.2 * film.extent / (largest or 1.0)
+        extent = max(
+            [film.extent, *(2.0 * float(getattr(s, "radius", 0.0)) for thing in found for s in thing.shapes)]
+        )
+        self.arrow_scale = 0.2 * extent / (largest or 1.0)
         self.torsions = [t for t in torsions(found) if t.joint.name in film.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}
-        self.size = 0.022 * film.extent
+        self.size = 0.022 * extent
         self.pins = {f for j in self.top.joints if j.symbol not in _NO_RING for f in j.frames}
 
     def at(self, k: int) -> list[Stroke]:

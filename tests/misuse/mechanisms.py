@@ -68,6 +68,7 @@ CASES = {
         )
     },
     "dynamics.contact_load": case(lambda z: call(z.touching, z.touching_state, "touch")),
+    "dynamics.element_reports": case(lambda z: call(z.touching, z.touching_state)),
     "dynamics.independent_rates": of_state("system nan inside: rates are part of the state"),
     "dynamics.gyristor_field_direct": of_state(),
     "dynamics.joint_friction": case(lambda z: call(z.rubbing, z.near_rest)),

@@ -36,7 +36,8 @@ EXEMPT = {
         reductions.SymmetrySubspace reductions.VirtualMotions design.ParetoFront design.LimitResult design.Uncertainty
         design.Tolerance reaction.Actuation reaction.DriveLoad reaction.LawForce reaction.RowLoad
         studies.Designs io.Deck io.Imported io.JointLimits io.Mesh dynamics.ContactLoad dynamics.FrictionLoads
-        dynamics.Validity analysis.ImpendingMotion dynamics.CableResult fem.Buckling flexible.GeometricStiffening
+        dynamics.ElementReports dynamics.Validity analysis.ImpendingMotion dynamics.CableResult fem.Buckling
+        flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
@@ -49,7 +50,7 @@ EXEMPT = {
         forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
         forces.AbstractPathLaw forces.PathKinematics
         forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
-        forces.InternalState forces.Margin model.InternalStates
+        forces.InternalState forces.Margin forces.Reading forces.Arrows forces.PointLoads model.InternalStates
         contact.AbstractPair contact.Touch
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractRows joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction
@@ -120,7 +121,7 @@ LONG = """
     qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
     forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load dynamics.validity
     kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
-    forces.WormGear forces.InextensibleCable
+    forces.WormGear forces.InextensibleCable dynamics.element_reports
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime", "jaxmbs.ode"}  # rooms for the library itself

@@ -1,0 +1,68 @@
+"""Internal states that may rest at any value: those whose rates vanish at rest, whatever they are."""
+
+import inspect
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+from jaxmbs import contact as C
+from jaxmbs import forces as F
+from tests.forces.test_element_bonds import CYLINDER, SIZES
+
+# a sphere pressed 0.01 m into a plane, at rest
+TOUCHING = tuple(jnp.asarray(x) for x in (np.eye(3), np.array([0.0, 0.0, 0.09]), np.zeros(3), np.zeros(3)))
+LAWS = {  # a law, the motion at rest, and the states that may rest at any value
+    "Maxwell": (F.Maxwell(300.0, 20.0), ()),
+    "Zener": (F.Zener(300.0, 20.0, 50.0, 0.1), ()),
+    "Prony": (F.Prony(10.0, [50.0, 30.0], [0.1, 0.5]), ()),
+    "PronyBushing": (F.PronyBushing((1e3, 10.0), [(5e2, 5.0)], [0.1]), ()),
+    "LuGre": (F.LuGre(3.0, 1e3, 5.0, 1.4, 0.3, 0.5), ("bristle",)),
+    "ElastoPlastic": (F.ElastoPlastic(200.0, 4.0, 0.1), ("elastic",)),
+    "Motor": (F.Motor(12.0, 1.5, 0.05, 0.3), ()),
+    "HydraulicCylinder": (F.HydraulicCylinder(*SIZES, 0.1, **(CYLINDER | {"supply": 2e5})), ()),
+    "BristleContact": (
+        C.BristleContact(C.SphereOnPlane(0.1), C.HuntCrossley(1e5), C.ContactLuGre(0.3, 1e3)),
+        ("bristle",),
+    ),
+    "a shut cylinder": (F.HydraulicCylinder(*SIZES, 0.0, **(CYLINDER | {"leakage": 1e-9})), ("p0", "p1")),
+}
+
+
+def test_every_law_with_states_is_here():
+    rooms = [vars(room).values() for room in (F, C) if [getattr(room, name) for name in room.__all__]]
+    found = {law.__name__ for room in rooms for law in room if inspect.isclass(law)}
+    laws = {n for n in found if issubclass(getattr(F, n, None) or getattr(C, n), F.AbstractStateLaw)}
+    assert {name for name in laws if not name.startswith("Abstract")} <= set(LAWS)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_states_that_hold_have_no_rate_at_rest(name):
+    law, holds = LAWS[name]
+    assert law.holds == holds
+    is_pose = isinstance(law, F.AbstractPoseStateLaw)
+    rest = TOUCHING if is_pose else (jnp.asarray(0.4), jnp.asarray(0.0))
+    rng = np.random.default_rng(1)
+    s = {
+        key: jnp.asarray(np.asarray(one.scale) * rng.uniform(0.1, 0.5, one.shape))
+        for key, one in law.internal_states.items()
+    }
+    if name == "BristleContact":
+        s["bristle"] = s["bristle"].at[..., 2].set(0.0)
+    if name == "a shut cylinder":
+        s["p1"] = s["p0"]  # leakage has made both equal
+    rates = law.rate(*rest, s, 0.0)
+    still = tuple(key for key, rate in rates.items() if np.all(np.abs(rate) <= 1e-9 * np.abs(s[key]).max()))
+    assert still == holds
+
+
+@pytest.mark.long
+def test_a_search_that_fails_names_them():
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    b.body("block", 1.0)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "block")
+    b.force("brake", F.LuGre(3.0, 1e3), joint="lift")
+    system = b.build()
+    with pytest.raises(mbs.SimulationError, match="nothing holds|brake.bristle"):
+        mbs.equilibrium(system, mbs.State.at(system))
