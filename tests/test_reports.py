@@ -261,7 +261,7 @@ def test_every_public_result_has_a_line():
     known = set(MADE) | {name for names in WITHOUT.values() for name in names.split()}
     assert not answers - known, f"add a line, or a reason, for {sorted(answers - known)}"
     classes = {n: getattr(importlib.import_module(r), n) for r in FACES for n in importlib.import_module(r).__all__}
-    reporting = {name for name, one in classes.items() if inspect.isclass(one) and hasattr(one, "report")}
+    reporting = {name for name, one in classes.items() if inspect.isclass(one) and hasattr(one, "to_pandas")}
     assert not reporting - known - {"Plan"}
 
 

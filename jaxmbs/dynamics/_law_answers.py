@@ -67,5 +67,5 @@ def row_answers(
         return ask(law)(PathKinematics.of_twists(R, x, V), loads)
 
     for group in groups:
-        frames = at_frames(group, at.R, at.x, twist)
-        yield Answers(group.names, jax.vmap(of_one)(group.law, *frames, multipliers[np.array(group.places)]), None)
+        R, x, V = at_frames(group, at.R, at.x, twist)
+        yield Answers(group.names, jax.vmap(of_one)(group.law, R, x, V, multipliers[np.array(group.places)]), None)

@@ -37,9 +37,8 @@ class LineDrawing:
         self.ends |= {f for thing in found if thing.threads for f in thing.frames}
         self.arrows = list((arrows or {}).values())
         largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for _, f in self.arrows), default=0.0)
-        extent = max(
-            [film.extent, *(2.0 * float(getattr(s, "radius", 0.0)) for thing in found for s in thing.shapes)]
-        )
+        radii = [float(getattr(shape, "radius", 0.0)) for thing in found for shape in thing.shapes]
+        extent = max([film.extent, *(2.0 * radius for radius in radii)])
         self.arrow_scale = 0.2 * extent / (largest or 1.0)
         self.torsions = [t for t in torsions(found) if t.joint.name in film.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}

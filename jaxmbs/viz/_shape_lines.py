@@ -96,7 +96,8 @@ def _outline(shape: Outline, at: Place) -> list:
 
 def _profile(shape: HeightSurface, at: Place) -> list:
     """The surface under the first of the other frames."""
-    x, across = np.linspace(*map(float, shape.ends), _ALONG), at.others[:, 0, 1]
+    first, last = map(float, shape.ends)
+    x, across = np.linspace(first, last, _ALONG), at.others[:, 0, 1]
     heights = np.asarray(jax.vmap(jax.vmap(shape.height, (0, None)), (None, 0))(x, across))
     parts = np.broadcast_to(x, heights.shape), np.broadcast_to(across[:, None], heights.shape), heights
     return [np.stack(parts, axis=2)]

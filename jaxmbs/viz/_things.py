@@ -43,7 +43,7 @@ def things(system) -> list[Thing]:
             found += [Thing(name, law.drawing(), frames, joint)] if frames else []
     for group in system.closures:
         kinds = zip(_each(group.names, group.kind), group.first, group.second, strict=True)
-        found += [Thing(name, kind.drawing(), frames) for (name, kind), *frames in kinds]
+        found += [Thing(name, kind.drawing(), (a, b)) for (name, kind), a, b in kinds]
     for group in system.rows:
         laws = zip(_each(group.names, group.law), group.frames, strict=True)
         found += [Thing(name, law.drawing(), frames) for (name, law), frames in laws if frames]

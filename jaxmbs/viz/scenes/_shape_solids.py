@@ -67,7 +67,8 @@ def _cylinder(shape: Any, length: Any) -> Solid:
 
 def _height_surface(shape: HeightSurface, at: Place, thick: float) -> Solid:
     """The sheet of a height field over its length, as wide as it is used."""
-    x = np.linspace(*map(float, shape.ends), _ALONG + 1)
+    first, last = map(float, shape.ends)
+    x = np.linspace(first, last, _ALONG + 1)
     y = np.linspace(at.low[1], at.high[1], _ACROSS + 1)
     heights = np.asarray(jax.vmap(jax.vmap(shape.height, (None, 0)), (0, None))(x, y))
     return surface_of_grid(np.stack([*np.meshgrid(x, y, indexing="ij"), heights], axis=2))
