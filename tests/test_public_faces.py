@@ -153,8 +153,8 @@ FACES = {
         BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic ElementBond Eyelet
         Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
         JointLuGre LuGre Margin Maxwell Motor PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp
-        Reading Sheave
-        SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere Wrench Zener
+        Reading Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere
+        Wrench Zener
     """,
     "jaxmbs.friction": """
         AbstractBristles AbstractFriction BearingFriction BrownMcPhee LuGre SmoothCoulomb

@@ -1,13 +1,10 @@
 """Contact whose friction has bristles, as a law with internal states between two frames."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..forces._law_at import PoseLawAt
 from ..forces._state_laws import AbstractPoseStateLaw, InternalState, States
 from ..friction import AbstractBristles
 from ..math._linalg import skew
@@ -97,10 +94,6 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
         """Its bristles."""
         return ("bristle",)
 
-    def at(self, s: States) -> "BristleContactAt":
-        """The contact at bends of its bristles."""
-        return BristleContactAt(self, s)
-
     def _bristles(self, motion, s) -> tuple[PointForces, Array, Array]:
         """The contact without friction, the bends (k, 3) in the tangent planes, and their rates in these."""
         found = self.normal_forces(*motion)
@@ -110,11 +103,3 @@ class BristleContact(AbstractContact, AbstractPoseStateLaw):
         pressed, apart = jax.vmap(self.friction.rate)(bend, found.sliding), jax.vmap(self.friction.rate_apart)(bend)
         slip = jnp.where(touches, pressed, apart)
         return found, bend, slip
-
-
-class BristleContactAt(PoseLawAt):
-    """A contact at bends of its bristles."""
-
-    def point_forces(self, *motion: Any) -> PointForces:
-        """Forces at the points of contact, of the motion of the frames."""
-        return self.law.point_forces(*motion, self.s)
