@@ -12,12 +12,14 @@ from jaxtyping import Array, Bool, Float
 from ..checks import distinct_names
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import rubbing, solve_friction
+from ..dynamics._shared_loads import wrenches_lacking
 from ..errors import ModelError
 from ..friction import BearingFriction
 from ..friction._groups import ModelGroup, values_of
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
 from ..kinematics._state import State
+from ..kinematics._wrench_targets import node_targets
 from ..math._nan import nan_where
 from ..model._changes import system_at
 from ..model._entry_points import check_single_state
@@ -112,7 +114,8 @@ def _limits(system, state, columns):
         every = jnp.concatenate([need[None], -rub.efforts])
         held = jax.vmap(lambda b: balance_efforts(here, rest, b, columns).multipliers)(every)
         a = jnp.zeros((len(every), len(none)), need.dtype)
-        found = solve_friction(here, rest, rub, loads[0], a, held)
+        lack = wrenches_lacking(here, rest, node_targets(here), a[:1], loads[0], len(held))
+        found = solve_friction(here, rest, rub, lack, a[:1], held)
         balance = balance_efforts(here, rest, need - jnp.sum(found.efforts, axis=0), columns)
         exists = found.loads.unique & (balance.gap <= least)
         return nan_where(~exists, balance.efforts), exists

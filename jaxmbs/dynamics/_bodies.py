@@ -6,7 +6,9 @@ import operator
 from jax import Array
 
 from ..kinematics._configuration import VelocityKinematics
+from ..kinematics._tree import ancestors
 from ..kinematics._wrench_targets import WrenchTargets
+from ..math._spatial import scale
 from ..model._system import System
 from ._body import AbstractBodies
 from ._elastic import ElasticBodies
@@ -34,6 +36,12 @@ def inertial_loads(system: System, at: VelocityKinematics) -> Loads:
 def inverse_dynamics_loads(system: System, at: VelocityKinematics, V_dot, u_dot, owners: WrenchTargets) -> Loads:
     """Loads that the given accelerations of all bodies require beside gravity."""
     return total(bodies.inverse_dynamics_loads(system, at, V_dot, u_dot, owners) for bodies in bodies_of(system))
+
+
+def acceleration_loads(system: System, at: VelocityKinematics, a, owners: WrenchTargets) -> Loads:
+    """The part of `inverse_dynamics_loads` that is linear in the accelerations a (nv,)."""
+    V_dot = ancestors(system.topology.nodes, scale(at.S, a))
+    return total(bodies.acceleration_loads(system, at, V_dot, a, owners) for bodies in bodies_of(system))
 
 
 def total_mass(system: System) -> Array:

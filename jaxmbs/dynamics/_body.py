@@ -8,6 +8,7 @@ import abc
 from collections.abc import Callable
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -35,6 +36,14 @@ class AbstractBodies(eqx.Module):
     def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners) -> Loads:
         """Loads beside gravity that twist rates V_dot (nodes, 6) and accelerations u_dot (nv,) require, summed on
         `owners`, a `WrenchTargets`."""
+
+    def acceleration_loads(self, system, at, V_dot, u_dot, owners) -> Loads:
+        """The part of `inverse_dynamics_loads` that is linear in the accelerations."""
+
+        def of(V_dot, u_dot):
+            return self.inverse_dynamics_loads(system, at, V_dot, u_dot, owners)
+
+        return jax.jvp(of, (jnp.zeros_like(V_dot), jnp.zeros_like(u_dot)), (V_dot, u_dot))[1]
 
     @abc.abstractmethod
     def energies(self, system, at) -> tuple[Array, Array]:

@@ -23,16 +23,15 @@ from ..friction._normal_loads import LoadMap, NormalLoads, normal_loads
 from ..friction._surfaces import surface_rows
 from ..kinematics import _closures as closures
 from ..kinematics import _rows as constraint_rows
-from ..kinematics._configuration import VelocityKinematics, node_accelerations
+from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._slips import slips_of
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import few_columns
 from ..math._spatial import cross
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
-from ._bodies import inverse_dynamics_loads
 from ._loads import Loads
-from ._shared_loads import shared_multipliers, wrenches_lacking
+from ._shared_loads import shared_multipliers, still_and_moving
 
 
 class Rubbing(NamedTuple):
@@ -45,7 +44,8 @@ class Rubbing(NamedTuple):
         efforts: (n, nv) of it on the columns of the tree.
         power: (n,) of it, per unit resistance.
         grip: (n,) resistance over load; own: (n,) resistance that follows no load, None where there is none.
-        thread: (n,) what friction adds to the normal load of a screw's thread, per unit resistance; zero for others.
+        thread: (n,) what friction adds to the normal load of a screw's thread, per unit resistance, zero for others;
+            None without screws.
     """
 
     bears: Array
@@ -54,7 +54,7 @@ class Rubbing(NamedTuple):
     power: Array
     grip: Array
     own: Array | None
-    thread: Array
+    thread: Array | None
 
     def resistance(self, total: Array) -> Array:
         """Resistance (n,) under loads (n,) with their preloads."""
@@ -86,7 +86,8 @@ def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     path = jnp.asarray(_paths(system.topology, f.children) - _paths(system.topology, f.parents), dtype)
     efforts = jnp.sum(wrench[:, None, :] * at.S[None], axis=2) * path
     # the axial force is that of the thread's normal and of its friction: n = F / cos - f tan
-    thread = -segment_sum_static(unit, on, number) * found.tangent
+    is_thread = found.rows.is_thread.any()
+    thread = -segment_sum_static(unit, on, number) * found.tangent if is_thread else None
     power = segment_sum_static(unit * found.slip, on, number)
     return Rubbing(found.bears, wrench, efforts, power, grip, own, thread)
 
@@ -140,25 +141,18 @@ def carriers(system: System) -> _Carriers:
 
 
 def solve_friction(
-    system: System, at: VelocityKinematics, rub: Rubbing, F, a, multipliers, compliance=None
+    system: System, at: VelocityKinematics, rub: Rubbing, lack, a, multipliers, compliance=None
 ) -> FrictionSolution:
     """Loads of all surfaces, and the motion with their friction.
 
     Args:
-        at: `closures.with_directions`; F (nodes, 6): wrenches of the force elements.
+        at: `closures.with_directions`; lack (1 + n, nodes, 6): `wrenches_lacking` of the nodes.
         a (1 + n, nv), multipliers (1 + n, rows): of the motion without friction, and of each surface's friction alone
             per unit resistance; a (1, nv) where the accelerations are given.
         compliance: by which redundant constraints share the loads that statics leaves open, see `reactions`.
     """
     f, to, dtype = system.friction, carriers(system), a.dtype
-    targets, top = node_targets(system), system.topology
-
-    rows = surface_rows(f.kinds, dtype)
-
-    def lack(a):
-        return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, targets).wrench
-
-    parts = [wrenches_lacking(lack, a, F, len(multipliers))]
+    targets, rows, parts = node_targets(system), surface_rows(f.kinds, dtype), [lack]
     if constraint_rows.has_frames(system):
         parts[0] = parts[0] - jax.vmap(lambda y: constraint_rows.wrenches_on(targets, system, at, y))(multipliers)
     if f.is_shared and system.closures:
@@ -169,12 +163,13 @@ def solve_friction(
     # wrenches (n, 1 + n, 6) of the joint of each surface
     of = rows.surface_of_load
     parts = jnp.swapaxes(jnp.concatenate(parts, axis=1), 0, 1)
-    maps = jnp.asarray(np.concatenate([to.lack, to.closures], axis=1)[:, : len(parts)], dtype)
+    maps = jnp.asarray(np.concatenate([to.lack, to.closures], axis=1)[of, : len(parts)], dtype)
     carried = few_columns(maps, parts.reshape(len(parts), -1)).reshape(len(maps), -1, 6)
-    loads = jnp.sum(rub.bears[:, None] * gather_static(carried, of), axis=2)
+    loads = jnp.sum(rub.bears[:, None] * carried, axis=2)
     own = jnp.sum(rub.bears[:, None] * rub.wrench[None], axis=2) * to.friction[of].astype(dtype)
-    thread = jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
-    moved = loads[:, 1:] + own + thread  # by each surface's unit resistance
+    moved = loads[:, 1:] + own  # by each surface's unit resistance
+    if rub.thread is not None:
+        moved = moved + jnp.asarray(np.eye(len(f.joints))[of], dtype) * rub.thread[None]
     alone = loads[:, 0] if rub.own is None else loads[:, 0] + jnp.sum(moved * rub.own[None], axis=1)
     found = normal_loads(
         LoadMap.of(
@@ -201,16 +196,17 @@ def solve_friction(
 
 
 def friction_of_motion(
-    system: System, at: VelocityKinematics, F, need, gamma, solve: Callable, compliance=None
+    system: System, at: VelocityKinematics, lack, need, gamma, solve: Callable, compliance=None
 ) -> FrictionSolution:
     """Motion with friction, from `solve`: efforts (1 + n, nv) and rates of the rows (1 + n, rows) to accelerations
-    and multipliers of the same shapes; need, gamma: of the motion without friction; F (nodes, 6): wrenches of force
-    elements."""
+    and multipliers of the same shapes; need, gamma: of the motion without friction; lack (nodes, 6): what nodes need
+    at zero accelerations."""
     rub = rubbing(system, at)
     b = jnp.concatenate([need[None], rub.efforts])
     c = jnp.concatenate([gamma[None], jnp.zeros((len(rub.efforts), len(gamma)), gamma.dtype)])
     a, multipliers = solve(b, c)
-    return solve_friction(system, at, rub, F, a, multipliers, compliance)
+    lack = still_and_moving(system, at, node_targets(system), a, lack)
+    return solve_friction(system, at, rub, lack, a, multipliers, compliance)
 
 
 def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:

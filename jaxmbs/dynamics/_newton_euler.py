@@ -71,17 +71,16 @@ def motion_with_friction(
 ) -> FrictionSolution:
     """Accelerations as those of `accelerations`, of a system whose joints rub, with the loads of the joints."""
     at = closures.with_rates(system, at)
-    loads = efforts(system, at)[:2] if loads is None else loads
-    need, gamma = saddle_sides(system, at, loads)
+    need, gamma, lack = _sides_and_lack(system, at, loads)
     if system.is_rigid_tree:
         nodes, none = system.topology.nodes, jnp.zeros(0, need.dtype)
 
         def along(b, c):
             return jax.vmap(lambda b: solve(nodes, at.S, at.J, b))(b), c
 
-        return friction_of_motion(system, at, loads[0], need, none, along)._replace(gaps=none)
+        return friction_of_motion(system, at, lack, need, none, along)._replace(gaps=none)
     along, rates = saddle_solver(system, at, method)
-    solution = friction_of_motion(system, at, loads[0], need, gamma, along, compliance)
+    solution = friction_of_motion(system, at, lack, need, gamma, along, compliance)
     return solution._replace(gaps=rates(solution.accelerations) - gamma)
 
 
@@ -119,11 +118,17 @@ def all_efforts(system: System, at: VelocityKinematics):
 def saddle_sides(system: System, at: VelocityKinematics, loads=None):
     """Right-hand sides of the saddle system: efforts (nv,) less bias at zero accelerations, and gamma (rows,), None
     for a tree of rigid bodies."""
+    return _sides_and_lack(system, at, loads)[:2]
+
+
+def _sides_and_lack(system, at, loads=None):
+    """`saddle_sides`, and what the nodes need (nodes, 6) beside force elements and gravity at zero accelerations."""
     none = jnp.zeros_like(at.u)
     V_dot = node_accelerations(system.topology, at, none)
-    loads = efforts(system, at)[:2] if loads is None else loads
-    need = -required_efforts(system, at, V_dot, none, loads)
-    return need, None if system.is_rigid_tree else constraints.acceleration_bias(system, at, V_dot)
+    F, Q = efforts(system, at)[:2] if loads is None else loads
+    lack = inverse_dynamics_loads(system, at, V_dot, none, node_targets(system)) - Loads(F)
+    gamma = None if system.is_rigid_tree else constraints.acceleration_bias(system, at, V_dot)
+    return Q - on_columns(system, at, lack), gamma, lack.wrench
 
 
 def _velocity_kinematics(system, state):

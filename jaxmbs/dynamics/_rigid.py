@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 
 from ..kinematics._kic import body_kic
-from ..math._spatial import cross, dot, momentum, momentum_rate, scale
+from ..math._spatial import cross, dot, momentum, momentum_by_matrix, momentum_rate, scale
 from ._body import AbstractBodies
 from ._loads import Loads
 
@@ -29,6 +29,10 @@ class RigidBodies(AbstractBodies):
     def inverse_dynamics_loads(self, system, at, V_dot, u_dot, owners):
         J, V, V_dot = owners.masses(at, V_dot)
         return Loads(momentum_rate(J, V, V_dot) - gravity_wrench(J, system.gravity))
+
+    def acceleration_loads(self, system, at, V_dot, u_dot, owners):
+        J, _, V_dot = owners.masses(at, V_dot)
+        return Loads(momentum_by_matrix(J, V_dot))
 
     def energies(self, system, at):
         kinetic = 0.5 * jnp.sum(dot(at.V, momentum(at.J, at.V)))

@@ -12,7 +12,7 @@ from ..kinematics._linear_solver import linear_solver
 from ..kinematics._wrench_targets import body_targets
 from ..math._linalg import few_columns
 from ..model._system import System
-from ._bodies import inverse_dynamics_loads
+from ._bodies import acceleration_loads, inverse_dynamics_loads
 from ._distribution import least_compliance_reactions
 from ._efforts import efforts
 
@@ -45,28 +45,32 @@ def shared_multipliers(system: System, at: VelocityKinematics, wrench, lack, a, 
 
 def _lack_of_bodies(system, at, a, multipliers):
     """Wrenches (1 + n, bodies, 6) that the bodies need beside force elements and cables, as `lack` of the nodes."""
-    owners, top = body_targets(system), system.topology
-
-    def lack(a):
-        return inverse_dynamics_loads(system, at, node_accelerations(top, at, a), a, owners).wrench
-
-    found = wrenches_lacking(lack, a, efforts(system, at, owners)[0], len(multipliers))
+    owners = body_targets(system)
+    found = wrenches_lacking(system, at, owners, a, efforts(system, at, owners)[0], len(multipliers))
     if rows.has_frames(system):
         found = found - jax.vmap(lambda y: rows.wrenches_on(owners, system, at, y))(multipliers)
     return found
 
 
-def wrenches_lacking(lack, a, F, count):
-    """Wrenches (count, n, 6) that are lacking beside those of force elements F (n, 6), of the motion without
+def wrenches_lacking(system: System, at: VelocityKinematics, owners, a, F, count):
+    """Wrenches (count, n, 6) that the owners lack beside those of force elements F (n, 6), of the motion without
     friction and of each surface's friction alone.
 
-    Args: lack: function of accelerations (nv,); a (count, nv), or (1, nv) where friction changes no acceleration.
+    Args: a (count, nv), or (1, nv) where friction changes no acceleration.
     """
+    first = a[0] if len(a) < count else jnp.zeros_like(a[0])
+    V_dot = node_accelerations(system.topology, at, first)
+    still = inverse_dynamics_loads(system, at, V_dot, first, owners).wrench - F
     if len(a) < count:
-        return jnp.pad((lack(a[0]) - F)[None], ((0, count - 1), (0, 0), (0, 0)))
-    still, moving = jax.vmap(lambda da: jax.jvp(lack, (jnp.zeros_like(da),), (da,)), out_axes=(None, 0))(a)
-    first = np.eye(1, count, dtype=a.dtype)[0]
-    return moving + first[:, None, None] * (still - F)[None]
+        return jnp.pad(still[None], ((0, count - 1), (0, 0), (0, 0)))
+    return still_and_moving(system, at, owners, a, still)
+
+
+def still_and_moving(system: System, at: VelocityKinematics, owners, a, still):
+    """Wrenches (count, n, 6) that the owners lack at accelerations a (count, nv), from those at zero accelerations
+    (n, 6), which the first has alone."""
+    moving = jax.vmap(lambda a: acceleration_loads(system, at, a, owners).wrench)(a)
+    return moving + np.eye(1, len(a), dtype=a.dtype)[0][:, None, None] * still[None]
 
 
 def _carried(system):

@@ -52,7 +52,10 @@ class LoadMap(NamedTuple):
 
     def value(self, N):
         """Loads (n,) of loads N (n,)."""
-        R = self.components(N)
+        return self.sizes(self.components(N))
+
+    def sizes(self, R):
+        """Loads (n,) of components R (rows,)."""
         q = jnp.sum(self.patches * (R * R)[None], axis=1)
         return jnp.sum(self.surfaces * (q * lax.rsqrt(q + self.smooth**2))[None], axis=1)
 
@@ -93,14 +96,15 @@ def normal_loads(loads: LoadMap) -> NormalLoads:
         return k + 1, N, value, slope, jnp.max(jnp.abs(value - N)) <= least * jnp.max(value)
 
     def newton(_, N):
-        start = (0, N, *fixed.value_and_slope(N), jnp.zeros((), bool))
-        _, N, value, slope, _ = lax.while_loop(lambda carry: ~carry[4] & (carry[0] < _MOST_STEPS), step, start)
+        # the first step, of no slope and no residual, evaluates the start: so both are traced once
+        start = (0, N, N, jnp.zeros_like(eye), jnp.zeros((), bool))
+        _, N, value, slope, _ = lax.while_loop(lambda carry: ~carry[4] & (carry[0] <= _MOST_STEPS), step, start)
         return N, (value, slope)
 
     def tangent(linear, y):
         return square.solve(jax.jacobian(linear)(jnp.zeros_like(y)), y)
 
-    start = fixed.value(-loads.preload)
+    start = fixed.sizes(fixed.R)  # without friction
     N, (value, slope) = lax.custom_root(lambda N: loads.value(N) - N, start, newton, tangent, has_aux=True)
     value, slope = lax.stop_gradient((value, slope))
     left = value - lax.stop_gradient(N)
@@ -151,7 +155,7 @@ def _slope_in_jam(loads: LoadMap):
 
     `|R|` goes on as the root of `R . R` with the phase of its load.
     """
-    start = loads.value(-loads.preload) + loads.smooth
+    start = loads.sizes(loads.R) + loads.smooth
     number = lax.complex(start, start).dtype
     eye, patches, surfaces = (x.astype(number) for x in (np.eye(len(start)), loads.patches, loads.surfaces))
     R0, G, preload = (x.astype(number) for x in (loads.R, loads.G, loads.preload))

@@ -216,6 +216,11 @@ def momentum(J, v):
     return _by_components(components.momentum, J, v) if _fused(J, v) else _times(_matrix(_INERTIA, J), v)
 
 
+def momentum_by_matrix(J, v):
+    """`momentum` of twists (n, 6), in few equations: where it is a small part of what is computed."""
+    return jnp.sum(_matrix(_INERTIA, J) * v[:, None], axis=2)
+
+
 def momentum_rate(J, v, v_dot):
     """Rates (n, 6, ...) of momenta, `J v_dot + v x* J v`."""
     if _fused(J, v):

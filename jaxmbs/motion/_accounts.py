@@ -3,18 +3,14 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jax import lax
 
 from ..dynamics._efforts import element_names
 from ..dynamics._energy import energies
-from ..dynamics._newton_euler import motion_with_friction
 from ..flexible._stiffening import squared_spins, stiffening_errors
-from ..friction._normal_loads import spectral_radius
 from ..kinematics import _constraints as constraints
-from ..kinematics._configuration import Configuration, VelocityKinematics, at_state, with_velocities
+from ..kinematics._configuration import Configuration, VelocityKinematics
 from ..kinematics._state import State
 from ..math._nan import nan_slope_where, nan_where
-from ..model._internal_states import with_internal
 from ..ode._integrate import masked
 from ..status import Status, succeeded
 from ._diagnostics import Diagnostics
@@ -23,9 +19,6 @@ from ._formulation import is_rheonomic
 #: Largest residual [m, rad] of constraints that count as satisfied: a thousand times the default tolerance of a step,
 #: a thousandth of what a drawing's tolerance is in a mechanism of a metre.
 CLOSED = 1e-6
-#: Contraction of the loads of friction at the end of a failed motion from which it counts as jammed: loads grow there
-#: as 1 / (1 - contraction), so that no step reaches it.
-_NEARLY_JAMMED = 0.9
 #: Missing energy that fails a motion, of all that was exchanged: a motion that loses a tenth of its energy without a
 #: damper answers another question; one at coarse tolerances loses a hundredth.
 _MISSING_ENERGY = 0.1
@@ -104,16 +97,6 @@ def _is_energy_missing(diagnostics, observed, ended):
     largest = jnp.max(kinetic) + jnp.max(jnp.abs(potential))
     missing = jnp.where(ended, 0.0, jnp.abs(_zero_for_nan(diagnostics.energy_residual)))
     return jnp.max(missing, initial=0.0) > _MISSING_ENERGY * exchanged + _ENERGY_ROUNDING * largest
-
-
-def jam_code(system, code, end: State):
-    """The code (), JAMMED where a motion failed at a state whose friction has no unique loads, or nearly none."""
-    system = with_internal(system, end.internal)
-    at = with_velocities(system, at_state(system, end), end.velocities)
-    slope = motion_with_friction(system, at).loads.slope
-    jams = ~(spectral_radius(lax.stop_gradient(slope)) < _NEARLY_JAMMED)
-    stopped = (code == Status.STEP_SIZE) | (code == Status.NOT_FINITE) | (code == Status.INCONSISTENT)
-    return jnp.where((stopped | (code == Status.FAILED) | (code == Status.MAX_STEPS)) & jams, Status.JAMMED, code)
 
 
 def mask_failed(ended, lost, kept, states, diagnostics, end):

@@ -11,12 +11,12 @@ from ..dynamics._validity import has_ends, is_outside
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._state import State
 from ..math._nan import nan_where
-from ..model._changes import Changes, with_changes
+from ..model._changes import Changes
 from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, status_of
 from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded
-from ._accounts import diagnose, jam_code, mask_failed, observe, result_code
+from ._accounts import diagnose, mask_failed, observe, result_code
 from ._event_record import event_record
 from ._event_sides import num_actions, rows_of_sides, sides_of, with_rows_after_events
 from ._hybrid import HybridEquations
@@ -100,8 +100,6 @@ def motion_of(
     code, lost = result_code(code, states, diagnostics, observed, ended, open_at_start, ts)
     if equations.follows_rows:
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
-    if equations.system.friction is not None:
-        code = jam_code(with_changes(equations.system, end), code, end)
     kept = succeeded(code) | (code == Status.ENERGY)
     if outside is not None:
         code = jnp.where(succeeded(code) & jnp.any(outside), Status.VALIDITY, code)

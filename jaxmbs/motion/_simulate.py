@@ -38,6 +38,7 @@ from ._failure import explain
 from ._formulation import Formulation, num_powers
 from ._formulations import Independent, Prescribed, Velocity
 from ._hybrid import HybridEquations
+from ._jam import with_jam
 from ._motion import Motion
 from ._options import choose_formulation
 from ._result import motion_of
@@ -103,7 +104,8 @@ def simulate(
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
     Returns: a Motion; saved states satisfy the constraints to rounding.  In a batch, a design that is not assembled
-    or that fails takes no further steps.
+    or that fails takes no further steps.  The status JAMMED is found after the motion: within a trace a jam has the
+    status of its steps, and `dynamics.joint_friction` of the end says whether it is one.
 
     Raises:
         ValueError: contradictory options.  TypeError: an event that is no function to one number, an action that
@@ -154,6 +156,7 @@ def simulate(
     motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
+    motion = with_jam(system, motion)
     note(lambda: motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)

@@ -13,12 +13,14 @@ from ..checks import distinct_names, place_of
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import FrictionSolution, rubbing, solve_friction
 from ..dynamics._newton_euler import accelerations, required_efforts
+from ..dynamics._shared_loads import wrenches_lacking
 from ..errors import ModelError
 from ..kinematics import _closures as closures
 from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._linear_rows import metric
 from ..kinematics._state import HasStates, State
+from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import RowScale, relative, saddle_solve
 from ..model._changes import system_at
 from ..model._entry_points import map_states, rates_of, states_of
@@ -133,7 +135,9 @@ def _all_tree_efforts(system, states, acceleration):
         if here.friction is None:
             return need
         multipliers = jnp.zeros((1 + len(here.friction.names), here.topology.num_rows), need.dtype)
-        found = solve_friction(here, at, rubbing(here, at), loads[0], acceleration[None], multipliers)
+        a, targets = acceleration[None], node_targets(here)
+        lack = wrenches_lacking(here, at, targets, a, loads[0], len(multipliers))
+        found = solve_friction(here, at, rubbing(here, at), lack, a, multipliers)
         return need - jnp.sum(found.efforts, axis=0)
 
     return map_states(one, states, jnp.asarray(acceleration, states.coordinates.dtype))
@@ -190,7 +194,8 @@ def balance_with_friction(
     free, each, efforts, multipliers = _balance_columns(
         system, at, jnp.concatenate([need[None], -rub.efforts]), columns
     )
-    found = solve_friction(system, at, rub, loads[0], a[None], multipliers, compliance)
+    lack = wrenches_lacking(system, at, node_targets(system), a[None], loads[0], len(multipliers))
+    found = solve_friction(system, at, rub, lack, a[None], multipliers, compliance)
     # every part of the balance is linear in the efforts needed
     share = jnp.concatenate([jnp.ones(1, a.dtype), found.surfaces.resistance(found.total)])
     tau = share @ efforts
