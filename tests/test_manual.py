@@ -48,6 +48,7 @@ LONG += (
     "start/first-design",
     "tasks/everyday",
     "inside",
+    "extend/friction",
     "extend/law",
     "extend/reduction",
 )

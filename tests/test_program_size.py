@@ -17,8 +17,10 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.design import _minimise, _uncertainty
-from jaxmbs.forces import Attachment, Sheave
+from jaxmbs.forces import Attachment, FrictionForce, Sheave
+from jaxmbs.friction import LuGre, SmoothCoulomb
 from jaxmbs.joints import AbstractRows
 from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime import without_tricks
@@ -230,10 +232,47 @@ def guided(count):
     return b.build()
 
 
+def rubbing(count, model=SmoothCoulomb(0.2, transition_speed=0.05)):  # noqa: B008
+    """A four-bar, so many of whose pins rub."""
+    b = four_bar_builder(LENGTHS)
+    for name in "ADBC"[:count]:
+        b.friction(f"rub {name}", name, model, radius=0.02)
+    return b.build(guess={"A": 0.7, "B": -0.2, "D": 1.2})
+
+
+def touching(count, friction=None):
+    """Four balls, so many of which touch the ground."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    for k in range(4):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Free(), "ground", f"b{k}")
+    for k in range(count):
+        b.contact(f"c{k}", SphereOnPlane(0.1), f"b{k}", "ground", HuntCrossley(1e5), friction)
+    return b.build()
+
+
+def rubbed(count):
+    """Four blocks, so many of them under friction of a given load."""
+    b = mbs.SystemBuilder()
+    for k in range(4):
+        b.body(f"b{k}", 1.0)
+        b.joint(f"j{k}", mbs.Prismatic("x"), "ground", f"b{k}")
+    for k in range(count):
+        b.force(f"f{k}", FrictionForce(SmoothCoulomb(0.1 * (k + 1)), 5.0), joint=f"j{k}")
+    return b.build()
+
+
 #: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
 KINDS = {
     "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (2240, 20), (10150, 60)),
     "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1800, 20), (5550, 60)),
+    "friction in joints": (rubbing, 4, (1150, 65), (3390, 110)),
+    "friction in joints, bristles": (lambda n: rubbing(n, LuGre(0.2, 1e3, 10.0)), 4, (1160, 65), (3530, 125)),
+    "contact": (touching, 4, (1860, 30), (4680, 110)),
+    "contact with friction": (lambda n: touching(n, 0.3), 4, (1890, 30), (4710, 110)),
+    "contact with bristles": (lambda n: touching(n, LuGre(0.3, 1e3, 5.0)), 4, (2220, 30), (5390, 135)),
+    "cable with friction": (lambda n: hoists(n, stiffness=1e5, friction=0.2), 4, (2200, 20), (5960, 65)),
+    "friction as a law": (rubbed, 4, (1070, 20), (3280, 50)),
     "coupler": (geared, 15, (850, 40), (3100, 40)),
     "row of a user": (guided, 4, (1010, 20), (4320, 20)),
     "drive": (turned, 15, (890, 20), (3900, 40)),

@@ -19,7 +19,6 @@ PICTURES = HERE.parent / "images" / "catalogue"
 DRAWINGS = {**JOINTS, **LAWS, **STRUCTURES}
 #: A base class, or what is no choice of the user's.
 LEFT_OUT = ("Abstract", "DIRECTIONS", "InternalState", "Node", "Reduced", "SymmetrySubspace", "VirtualMotions")
-LEFT_OUT += ("BearingFriction", "BrownMcPhee", "JointLuGre", "SmoothCoulomb")  # docs/guide/friction.md
 LEFT_OUT += ("Attachment", "BeamSection", "ElementBond", "Eyelet", "Margin", "PathKinematics", "Sheave")
 LEFT_OUT += ("Winch", "WrapCylinder", "WrapSphere")
 

@@ -200,7 +200,7 @@ def bushing(p):
 
 def coulomb_friction(p):
     p.graph(lambda v: -0.6 * math.tanh(8 * v) * (1 + 0.5 * math.exp(-((v / 0.3) ** 2))), -1, 1, "v", "effort")
-    p.text((1.1, 0, -0.6), "effort_limit", shift=(-4, 12))
+    p.text((1.1, 0, -0.6), "load", shift=(-4, 12))
 
 
 def force(p):
@@ -283,7 +283,7 @@ LAWS = {
     "Bushing": bushing,
     "Cable": cable,
     "Constant": constant,
-    "CoulombFriction": coulomb_friction,
+    "FrictionForce": coulomb_friction,
     "ElastoPlastic": elasto_plastic,
     "Force": force,
     "BevelGear": bevel_gear,
@@ -293,7 +293,7 @@ LAWS = {
     "Harmonic": harmonic,
     "HydraulicCylinder": hydraulic_cylinder,
     "InextensibleCable": inextensible_cable,
-    "LuGre": lugre,
+    "BristleForce": lugre,
     "Maxwell": maxwell,
     "Motor": motor,
     "PD": pd,
