@@ -1,5 +1,6 @@
 """Tables in words and for notebooks: what results show of themselves."""
 
+import dataclasses
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
@@ -13,6 +14,7 @@ from .checks import is_concrete
 Rows = Sequence[Sequence[str]]
 _MOST = 12  # rows that are shown
 _WIDTH = 110  # letters of a line
+_FEW = 6  # numbers or entries of a field that are shown
 
 
 def aligned(rows: Rows, left: int = 1) -> str:
@@ -36,8 +38,8 @@ def fitted(rows: Rows) -> Rows:
 
 def as_html(summary: Iterable[str], rows: Rows) -> str:
     """Lines, then the rows as a table whose first row is its head."""
-    head, *body = (("th", rows[0]), *(("td", row) for row in rows[1:]))
-    cells = ["".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in row) for tag, row in (head, *body)]
+    tagged = [("td" if k else "th", row) for k, row in enumerate(rows)]
+    cells = ["".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in row) for tag, row in tagged]
     table = "".join(f"<tr>{row}</tr>" for row in cells)
     return "<p>" + "<br>".join(map(escape, summary)) + f"</p><table>{table}</table>"
 
@@ -96,6 +98,11 @@ def table_repr(parts: Callable[[Any], tuple[str, Rows]]) -> tuple[Callable[[Any]
     return __repr__, _repr_html_
 
 
+def sentence_repr(words: Callable[[Any], str]) -> tuple[Callable[[Any], str], Callable[[Any], str]]:
+    """`__repr__` and `_repr_html_` of a class from a sentence about it."""
+    return table_repr(lambda value: (words(value), ()))
+
+
 def span(values: Any) -> tuple[str, str, str, str]:
     """First, last, least and largest of a column (T,)."""
     values = np.asarray(values, float)
@@ -103,3 +110,46 @@ def span(values: Any) -> tuple[str, str, str, str]:
     if len(kept) == 0:
         return ("nan",) * 4
     return format_number(values[0]), format_number(kept[-1]), format_number(kept.min()), format_number(kept.max())
+
+
+def fields_repr(value: Any) -> str:
+    """A module by its class and the numbers of its fields: "SpringDamper(stiffness=40, damping=0.7)".
+
+    Fields without a value are left out; long arrays are counted, traced ones show their shapes.
+    """
+    if not is_concrete(value):
+        return shapes(value)
+    named = [(field.name, getattr(value, field.name, None)) for field in dataclasses.fields(value)]
+    parts = [f"{name}={field_text(part)}" for name, part in named if part is not None]
+    return textwrap.fill(f"{type(value).__name__}({', '.join(parts)})", _WIDTH, subsequent_indent="  ")
+
+
+def field_text(value: Any) -> str:
+    """A value of a field in a few words."""
+    if isinstance(value, dict):
+        return "{" + _listed([f"{name!r}: {field_text(part)}" for name, part in value.items()]) + "}"
+    if isinstance(value, tuple | list):
+        return "(" + _listed([field_text(part) for part in value]) + ")"
+    if isinstance(value, str | bool | int) or value is None:
+        return repr(value)
+    if isinstance(value, eqx.Module) and type(value).__repr__ is eqx.Module.__repr__:
+        return fields_repr(value)
+    if hasattr(value, "dtype") and hasattr(value, "shape"):
+        return _array_text(np.asarray(value))
+    if isinstance(value, float | complex):
+        return f"{value:.4g}"
+    if callable(value) and hasattr(value, "__name__"):
+        return value.__name__
+    return " ".join(repr(value).split())
+
+
+def _listed(texts):
+    return ", ".join([*texts[:_FEW], *([f"... {len(texts) - _FEW} more"] if len(texts) > _FEW else [])])
+
+
+def _array_text(values):
+    if values.ndim == 0:
+        return f"{values[()]:.4g}" if values.dtype.kind in "fc" else str(values[()])
+    if values.size <= _FEW or (values.ndim == 2 and values.size <= 9):  # a rotation is shown
+        return f"({', '.join(map(_array_text, values))})"
+    return f"<{' x '.join(map(str, values.shape))} numbers>"

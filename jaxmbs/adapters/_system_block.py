@@ -15,6 +15,7 @@ from ..model._changes import with_changes
 from ..model._entry_points import check_single_state, check_system
 from ..model._system import System
 from ..runtime import jit
+from ..tables import sentence_repr
 from ..typing import ScalarLike, WordedError
 from .fmi._parameters import Parameters
 from .fmi._program import FlatMechanism
@@ -44,6 +45,13 @@ class SystemBlock(eqx.Module):
     output_names: tuple[str, ...] = eqx.field(static=True)
     known_units: tuple[tuple[str, str], ...] = eqx.field(static=True, repr=False)
     asked: tuple[str, ...] | Callable[..., Any] = eqx.field(static=True, repr=False)
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda block: (
+            f"states {', '.join(block.state_names) or 'none'}; inputs {', '.join(block.inputs) or 'none'}; "
+            f"outputs {', '.join(block.output_names) or 'none'}"
+        )
+    )
 
     def __call__(self, t: ScalarLike, x: Any, u: Any = ()) -> tuple[Float[Array, " n"], Float[Array, " p"]]:
         """Rates (n,) of the states and outputs (p,) at the time [s], states (n,) and inputs (m,).

@@ -13,6 +13,7 @@ from ..forces._fields import value_faults
 from ..forces._law_at import States
 from ..forces._state_laws import InternalState
 from ..forces._validity import Margin
+from ..tables import fields_repr
 from ..typing import ScalarLike
 
 
@@ -26,6 +27,7 @@ class AbstractBlock(eqx.Module):
 
     inputs: ClassVar[tuple[str, ...]] = ()
     unbounded: ClassVar[tuple[str, ...]] = ()
+    __repr__ = fields_repr
 
     @property
     def is_feedthrough(self) -> bool:

@@ -15,6 +15,7 @@ from jax import lax
 from jaxtyping import Array
 
 from ..checks import is_concrete
+from ..tables import sentence_repr
 from ._matrix import BlockMatrix
 from ._multifrontal import factorise, substitute
 from ._pivots import KINDS
@@ -28,6 +29,8 @@ class Factor(eqx.Module):
     pivots: tuple
     plan: Plan = eqx.field(static=True)
     kind: str = eqx.field(static=True)
+
+    __repr__, _repr_html_ = sentence_repr(lambda factor: f"{factor.kind} of {factor.plan.pattern}")
 
     @property
     def T(self) -> "Factor":

@@ -9,6 +9,7 @@ from jaxtyping import Array, Inexact
 
 from ..checks import is_concrete
 from ..runtime import jit
+from ..tables import sentence_repr
 from ..typing import ArrayLike
 from ._pattern import Pattern
 
@@ -29,6 +30,10 @@ class BlockMatrix(eqx.Module):
     diagonal: Inexact[Array, "blocks size size"]
     upper: Inexact[Array, "edges size size"]
     lower: Inexact[Array, "edges size size"] | None = None
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda matrix: f"{'symmetric' if matrix.is_symmetric else 'unsymmetric'}, {matrix.pattern}"
+    )
 
     def __check_init__(self):
         n, b = self.pattern.shape

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import lineax as lx
 from jaxtyping import Array
 
+from ..tables import sentence_repr
 from ._factorisation import Factor, factor, solve
 from ._matrix import BlockMatrix
 
@@ -15,6 +16,8 @@ class BlockOperator(lx.AbstractLinearOperator):
     """`lineax.linear_solve(BlockOperator(matrix), b, BlockSolver("cholesky"))` with b (blocks, size)."""
 
     matrix: BlockMatrix
+
+    __repr__, _repr_html_ = sentence_repr(lambda operator: repr(operator.matrix))
 
     def __init__(self, matrix: BlockMatrix) -> None:
         if not isinstance(matrix, BlockMatrix):

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..tables import sentence_repr
 from ..typing import AnyArray, ArrayLike
 from ._ordering import elimination_tree, nested_dissection
 from ._pattern import Pattern
@@ -55,6 +56,8 @@ class Plan:
     num_updates: int
     num_carried: int
     report: AnalysisReport
+
+    __repr__, _repr_html_ = sentence_repr(lambda plan: f"{plan.pattern}: {plan.report}")
 
 
 def analyse(

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from ..checks import any_concrete, faults_if
 from ..forces._fields import number, value_faults
 from ..math._linalg import direction
+from ..tables import fields_repr
 from ..typing import ArrayLike, ScalarLike
 
 _ROUNDS = 6  # of Newton's method for the foot, from the nearest of two samples to every point
@@ -28,6 +29,8 @@ class ClosedCurve(eqx.Module):
 
     points: Float[Array, "n 2"]
     slopes: Float[Array, "n 2"]
+
+    __repr__ = fields_repr
 
     def __init__(self, points: ArrayLike) -> None:
         self.points = number(points)

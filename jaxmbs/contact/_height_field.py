@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from ..checks import faults_if, not_increasing
 from ..forces._fields import number, value_faults
 from ..math._interpolation import interval, spline_slopes
+from ..tables import fields_repr
 from ..typing import ArrayLike, ScalarLike
 
 
@@ -29,6 +30,8 @@ class HeightField(eqx.Module):
     heights: Float[Array, "n ..."]
     y: Float[Array, " m"] | None
     slopes: Float[Array, "..."]
+
+    __repr__ = fields_repr
 
     def __init__(self, x: ArrayLike, heights: ArrayLike, y: ArrayLike | None = None) -> None:
         self.x, self.heights, self.y = number(x), number(heights), None if y is None else number(y)

@@ -10,6 +10,7 @@ import numpy as np
 from ..checks import any_concrete, faults_if, negative
 from ..forces._fields import number, value_faults
 from ..forces._one_sided import one_sided, one_sided_slope
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 
 _SOFT = 0.05  # damping factor below which it bends smoothly to zero, where bodies would be drawn together
@@ -38,6 +39,8 @@ class HuntCrossley(eqx.Module):
     exponent: Convertible[Scalar] = eqx.field(converter=number, default=1.5)
     damping: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     transition: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+
+    __repr__ = fields_repr
 
     def energy(self, depth: ScalarLike) -> Scalar:
         """Stored energy [J] at a depth [m]."""

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from ..drawings import Drawing
 from ..forces._fields import value_faults
 from ..forces._validity import Margin
+from ..tables import fields_repr
 from ..typing import Matrix3, Vector3
 
 
@@ -35,6 +36,8 @@ class AbstractPair(eqx.Module):
     The derivative of each depth by the motion of B is minus its normal at the point of contact, so that the force of
     the depth keeps its energy.
     """
+
+    __repr__ = fields_repr
 
     @abc.abstractmethod
     def touch(self, rotation: Matrix3, displacement: Vector3) -> Touch:

@@ -19,6 +19,7 @@ from ..quantities import Quantity, entries
 from ..reductions._base import interface_first
 from ..reports import Report, Reported
 from ..runtime import as_dtype
+from ..tables import fields_repr
 from ..typing import ArrayLike
 from ._self_stresses import impedance
 
@@ -35,6 +36,8 @@ class Components(eqx.Module):
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     matrix: Inexact[Array, "components n n"]
     load: Inexact[Array, "components n"]
+
+    __repr__ = fields_repr
 
     @classmethod
     def of(

@@ -15,6 +15,7 @@ from ..errors import UnknownNameError
 from ..linear._labels import find_rows, format_label, parse_label
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
+from ..tables import sentence_repr
 from ..typing import ArrayLike
 from ..vibration._direct_response import dynamic_stiffness
 from ..vibration._system_analysis import frequency_response as response_of
@@ -51,6 +52,17 @@ class MeasuredNetwork(eqx.Module):
     components: dict[str, TransferFunctions | LinearSystem]
     bonds: dict[str, Bond]
     ties: tuple[tuple[str, Ties], ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = sentence_repr(lambda network: network._words())
+
+    def _words(self):
+        measured = self.measured
+        names = (f"{name} ({'measured' if name in measured else 'a model'})" for name in self.components)
+        hertz = np.asarray(self.omega) / (2 * np.pi)
+        return (
+            f"{', '.join(names)}, joined by {', '.join(self.bonds) or 'nothing'}; {hertz.size} frequencies from "
+            f"{hertz.min():.4g} to {hertz.max():.4g} Hz"
+        )
 
     def __init__(self, components: Mapping, bonds: Mapping[str, Bond], ties: Mapping[str, Ties]) -> None:
         self.components = {

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete, require_reals
 from ..runtime import as_array
+from ..tables import fields_repr
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -52,6 +53,7 @@ class AbstractElement(eqx.Module):
     positive_fields: ClassVar[tuple[str, ...]] = ()
     degeneracy: ClassVar[str] = "its nodes lie at one point"
     has_ends: ClassVar[bool] = False
+    __repr__ = fields_repr
 
     @property
     def size(self) -> int:

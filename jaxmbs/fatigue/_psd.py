@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..errors import ModelError
+from ..tables import fields_repr
 from ..typing import ArrayLike
 from ._arrays import float_array
 from ._log_lines import frequency_faults, log_lines
@@ -42,6 +43,8 @@ class PsdTable(eqx.Module):
     frequencies: Float[Array, " points"]
     levels: Float[Array, " points"]
     quantity: str = eqx.field(static=True)
+
+    __repr__ = fields_repr
 
     def moments(self, orders: Sequence[float | int]) -> Float[Array, " orders"]:
         """Spectral moments `integral f^n G df` (orders,), exact for the power laws; a level of zero leaves none."""

@@ -11,6 +11,7 @@ from ..checks import faults_if, flag, not_positive
 from ..errors import ModelError
 from ..forces._fields import number, optional_number
 from ..runtime import as_dtype
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, Scalar
 from ._arrays import float_array
 
@@ -35,6 +36,8 @@ class SN(eqx.Module):
     second_slope: Any = eqx.field(converter=optional_number, default=None)
     limit: Any = eqx.field(converter=optional_number, default=None)
     ranges: bool = eqx.field(static=True, converter=flag("ranges"), default=False, kw_only=True)
+
+    __repr__ = fields_repr
 
     def __check_init__(self):
         names = ("intercept", "slope", "knee", "second_slope", "limit")

@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from ..checks import flag, is_concrete, no_such
 from ..elements import DIRECTIONS, AbstractElement
+from ..tables import sentence_repr
 from ..typing import AnyArray
 
 
@@ -24,6 +25,12 @@ class Group(eqx.Module):
     element: AbstractElement
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     shared: bool = eqx.field(static=True, converter=flag("shared"))
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda group: (
+            f"{len(group.nodes)} elements {type(group.element).__name__}" + (", all alike" if group.shared else "")
+        )
+    )
 
     @property
     def connections(self) -> np.ndarray:

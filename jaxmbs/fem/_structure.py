@@ -13,6 +13,7 @@ from ..elements import DIRECTIONS
 from ..elements._base import as_real
 from ..errors import ModelError
 from ..linear._storage import as_inexact
+from ..tables import sentence_repr
 from ..typing import AnyArray, ArrayLike
 from ._groups import Group, held_pairs, make_group
 
@@ -52,6 +53,16 @@ class Structure(eqx.Module):
     groups: dict[str, Group]
     names: tuple[str, ...] = eqx.field(static=True)
     held: tuple[tuple[int, int], ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda structure: (
+            f"{structure.num_nodes} nodes; "
+            + ", ".join(
+                f"{name} of {len(g.nodes)} {type(g.element).__name__}" for name, g in structure.groups.items()
+            )
+            + f"; {len(structure.held)} coordinates held"
+        )
+    )
 
     def __init__(self, nodes: Mapping | Sequence | AnyArray, elements: Mapping, held: Mapping | None = None) -> None:
         if len(nodes) == 0:

@@ -14,10 +14,11 @@ from ..errors import ModelError
 from ..fem import Structure, assemble
 from ..linear._system import LinearSystem
 from ..math import _square as square
-from ..model._elastic import ElasticBody
+from ..model._elastic import ElasticBody, body_words
 from ..reductions._base import AbstractReduction, Reduced, Unreduced, check_num_modes
 from ..reductions._craig_bampton import CraigBampton
 from ..runtime import jit
+from ..tables import sentence_repr
 from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
 from ._rigid_motions import interface_rows, rigid_basis, rotated_shapes
@@ -44,6 +45,10 @@ class FloatingFrame(eqx.Module):
     shapes: Float[Array, "n m"]
     rigid: Float[Array, "n 6"]
     system: LinearSystem
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda frame: f"{body_words(frame.body)}, of a substructure with {len(frame.shapes)} coordinates"
+    )
 
     def expand(self, x: AnyArray) -> Array:
         """Expand displacements (..., n) of the substructure to (..., whole) of the structure, as

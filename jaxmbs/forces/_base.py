@@ -20,6 +20,7 @@ from jaxtyping import Array, Float
 from ..drawings import Drawing, Symbol
 from ..math._linalg import direction, safe_norm, skew
 from ..math._spatial import cross
+from ..tables import fields_repr
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
 from ._element_bonds import Bonds
 from ._fields import value_faults
@@ -44,6 +45,7 @@ class AbstractLaw(eqx.Module):
     is_steep: ClassVar[bool] = False
     inputs: ClassVar[tuple[str, ...]] = ()
     unbounded: ClassVar[tuple[str, ...]] = ()
+    __repr__ = fields_repr
 
     @property
     def stores(self) -> bool:

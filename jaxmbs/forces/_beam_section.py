@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..math._spd import spd_solve
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._fields import number, optional_number
 
@@ -30,6 +31,8 @@ class BeamSection(eqx.Module):
     mass: Convertible[Float[Array, ""]] = eqx.field(converter=number)
     inertia: Convertible[Float[Array, " 3"]] = eqx.field(converter=number)
     damping: Convertible[Float[Array, ""] | None] = eqx.field(converter=optional_number, default=None)
+
+    __repr__ = fields_repr
 
     @classmethod
     def of_material(

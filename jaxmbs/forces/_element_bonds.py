@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import Convertible, Scalar
 
 #: The 1-junction of the flow of the element at its mechanical port.
@@ -36,6 +37,8 @@ class ElementBond(eqx.Module):
     effort: Convertible[Float[Array, "..."]] = eqx.field(converter=as_array)
     flow: Convertible[Float[Array, "..."]] = eqx.field(converter=as_array)
     domain: str = eqx.field(static=True, default="mechanical")
+
+    __repr__ = fields_repr
 
     @property
     def power(self) -> Scalar:

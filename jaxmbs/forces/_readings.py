@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import Convertible
 
 
@@ -22,6 +23,8 @@ class Reading(eqx.Module):
     value: Convertible[Float[Array, "..."]] = eqx.field(converter=as_array)
     unit: str = eqx.field(static=True, default="")
     places: tuple[str, ...] = eqx.field(static=True, default=())
+
+    __repr__ = fields_repr
 
 
 class Arrows(NamedTuple):

@@ -14,6 +14,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..checks import not_increasing, not_positive
 from ..math._interpolation import hermite, spline_slopes
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._fields import as_function, number, optional_number, value_faults
 
@@ -22,6 +23,7 @@ class AbstractSignal(eqx.Module):
     """A value as a function of time [s]."""
 
     unbounded: ClassVar[tuple[str, ...]] = ()
+    __repr__ = fields_repr
 
     @abc.abstractmethod
     def __call__(self, t: ScalarLike) -> Float[Array, "..."]:

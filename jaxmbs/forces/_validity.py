@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..tables import fields_repr
+
 
 class Margin(eqx.Module):
     """Signed distance to an end of a model, positive inside.
@@ -22,6 +24,8 @@ class Margin(eqx.Module):
     unit: str = eqx.field(static=True)
     end: str = eqx.field(static=True)
     places: tuple[str, ...] = eqx.field(static=True, default=())
+
+    __repr__ = fields_repr
 
 
 def tooth_margins(gears: Any, nearer: Array, approach: Array) -> dict[str, Margin]:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, negative, not_positive
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import Scalar, ScalarLike
 
 #: Names that mean the same in every model and place, by the numbers that they may have.
@@ -31,6 +32,7 @@ class AbstractFriction(eqx.Module):
     """
 
     has_bristles: ClassVar[bool] = False
+    __repr__ = fields_repr
 
     @abc.abstractmethod
     def coefficient(self, speed: ScalarLike) -> Scalar:

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from ..checks import number_faults
 from ..errors import ModelError
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible
 
 
@@ -26,6 +27,8 @@ class FourierMotion(eqx.Module):
     sines: Convertible[Float[Array, "n harmonics"]] = eqx.field(converter=as_array)
     cosines: Convertible[Float[Array, "n harmonics"]] = eqx.field(converter=as_array)
     period: float = eqx.field(static=True)
+
+    __repr__ = fields_repr
 
     def __check_init__(self):
         shapes = [np.shape(x) for x in (self.offset, self.sines, self.cosines)]

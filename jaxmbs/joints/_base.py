@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ..checks import is_concrete
 from ..drawings import Drawing
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import Matrix3, Scalar, ScalarLike
 
 
@@ -51,6 +52,7 @@ class AbstractJoint(eqx.Module):
     is_reversible: ClassVar[bool] = False
     may_depend_on_time: ClassVar[bool] = False
     symbol: ClassVar[str] = "point"
+    __repr__ = fields_repr
 
     @property
     def num_rows(self) -> int:

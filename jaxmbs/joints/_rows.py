@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from ..drawings import Drawing
 from ..math._linalg import skew
+from ..tables import fields_repr
 from ..typing import ScalarLike
 
 
@@ -44,6 +45,7 @@ class AbstractRows(eqx.Module):
     has_corners: ClassVar[bool] = False
     takes: ClassVar[str] = ""
     gives_one: ClassVar[bool] = False
+    __repr__ = fields_repr
 
     def row(self, known: Callable) -> "AbstractRows":
         """The law as systems hold it.  Args: known: makes functions of the user's comparable by their content."""

@@ -15,6 +15,7 @@ from ..checks import any_concrete
 from ..drawings import Drawing, Symbol
 from ..elements._base import as_real
 from ..math._rotation import rotation_vector, rotation_vector_rate
+from ..tables import sentence_repr
 from ..typing import Convertible, Scalar, Vector3
 
 
@@ -37,6 +38,10 @@ class GeometricStiffening(eqx.Module):
     turned: Float[Array, "... 6 3 m m"]
     interfaces: Float[Array, "... k m m"]
 
+    __repr__, _repr_html_ = sentence_repr(
+        lambda stiffening: f"displacements of second order of {stiffening.moved.shape[-1]} deformations"
+    )
+
     def twist(self, q: Array, flow: Array) -> Array:
         """Twist (6,) beyond that of the floating frame, linear in the flow."""
         return self.moved @ q @ flow[6:] + 0.5 * (self.turned @ q @ q) @ flow[:3]
@@ -57,6 +62,13 @@ def _names(interfaces):
     if not isinstance(interfaces, tuple | list):
         raise TypeError(f"interfaces are names in a tuple, not {interfaces!r}")
     return tuple(interfaces)
+
+
+def body_words(body: "ElasticBody") -> str:
+    """An elastic body in words."""
+    linear = "linear" if body.stiffening is None else "stiffened by its loads"
+    names = ", ".join(body.interfaces)
+    return f"interfaces {names}, {body.num_deformations} deformations, {body.num_modes} of them modes; {linear}"
 
 
 class ElasticBody(eqx.Module):
@@ -82,6 +94,8 @@ class ElasticBody(eqx.Module):
     places: Convertible[Float[Array, "others 3"]] = eqx.field(converter=as_real, kw_only=True)
     interfaces: tuple[str, ...] = eqx.field(static=True, kw_only=True, converter=_names)
     stiffening: GeometricStiffening | None = eqx.field(kw_only=True, default=None)
+
+    __repr__, _repr_html_ = sentence_repr(lambda body: body_words(body))
 
     @property
     def num_deformations(self) -> int:

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, are_axes, faults_if
 from ..runtime import as_array, not_tracing
+from ..tables import fields_repr
 from ..typing import ArrayLike
 
 
@@ -30,6 +31,8 @@ class Pose(eqx.Module):
 
     position: Float[Array, "... 3"]
     rotation: Float[Array, "... 3 3"]
+
+    __repr__ = fields_repr
 
     def __init__(self, position: ArrayLike = (0.0, 0.0, 0.0), rotation: ArrayLike | None = None) -> None:
         self.position = as_array(position)

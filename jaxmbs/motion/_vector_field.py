@@ -23,6 +23,7 @@ from ..model._entry_points import check_single_state, check_system
 from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import jit
+from ..tables import sentence_repr
 from ..typing import ArrayLike, ScalarLike
 from ._accounts import gap
 from ._formulation import Formulation, is_rheonomic, num_powers
@@ -55,6 +56,13 @@ class VectorField(eqx.Module):
     equations: Formulation
     inputs: tuple[str, ...] = eqx.field(static=True, default=())
     signals: tuple[str, ...] = eqx.field(static=True, default=())
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda field: (
+            f"rates of {type(field.equations).__name__} of {field.system!r}"
+            + (f", with inputs {', '.join(field.inputs)}" if field.inputs else "")
+        )
+    )
 
     @property
     def system(self) -> System:

@@ -15,6 +15,7 @@ from ..errors import ModelError
 from ..fatigue._psd import PsdTable
 from ..linear._rigid_motions import ground_loads, rigid_rows
 from ..linear._system import LinearSystem
+from ..tables import fields_repr
 from ..typing import ArrayLike, CoordinateLike
 from ._coherence import Coherence
 from ._white_noise import WhiteNoise
@@ -40,6 +41,8 @@ class BaseAcceleration(eqx.Module):
     spectrum: Spectrum | None
     direction: str | dict
     at: tuple | None = eqx.field(static=True)
+
+    __repr__ = fields_repr
 
     def __init__(
         self,
@@ -86,6 +89,8 @@ class RandomForce(eqx.Module):
 
     spectrum: Spectrum | None
     pattern: dict | Array
+
+    __repr__ = fields_repr
 
     def __init__(self, spectrum: Spectrum | None = None, pattern: Mapping | ArrayLike = ()) -> None:
         _check_quantity(spectrum, "force")

@@ -19,6 +19,7 @@ from ..linear._storage import as_inexact
 from ..linear._symmetric import require_symmetric
 from ..linear._system import LinearSystem
 from ..runtime import jit
+from ..tables import fields_repr
 from ..typing import AnyArray, CoordinateLike
 
 
@@ -100,6 +101,7 @@ class AbstractReduction(eqx.Module):
     """
 
     keeps_all: ClassVar[bool] = False
+    __repr__ = fields_repr
 
     def __check_init__(self) -> None:
         for field in dataclasses.fields(self):

@@ -9,6 +9,7 @@ from jaxtyping import Array, Inexact
 
 from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
+from ..tables import sentence_repr
 from ..typing import AnyArray, ArrayLike
 
 
@@ -25,6 +26,13 @@ class VirtualMotions(eqx.Module):
     shapes: Inexact[Array, "n r"]
     counts: tuple[int, int, int] = eqx.field(static=True)
     interface: tuple[int, ...] = eqx.field(static=True)
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda motions: (
+            "{} rigid, {} constraint and {} normal motions".format(*motions.counts)
+            + f" of {len(motions.shapes)} coordinates, {len(motions.interface)} of them at bonds"
+        )
+    )
 
     def bond_displacements(self, rho: AnyArray) -> Array:
         """Displacements `u~ = phi~ rho` (..., b) of the bonds for rho (..., r), in the order of the interface.

@@ -12,6 +12,7 @@ from ..checks import any_concrete, is_concrete, not_positive
 from ..errors import ModelError
 from ..math._linalg import safe_norm, skew
 from ..runtime import as_dtype, jit
+from ..tables import sentence_repr
 from ..typing import ArrayLike
 from ._network import BodyNetwork
 
@@ -54,6 +55,10 @@ class Bonds(eqx.Module):
     compliance: Float[Array, "q 6 6"]
     length: Float[Array, ""]
     undetermined: tuple[tuple[bool, ...], ...] | None = eqx.field(static=True, default=None)
+
+    __repr__, _repr_html_ = sentence_repr(
+        lambda bonds: f"{', '.join(bonds.network.bonds)} of bodies {', '.join(bonds.network.bodies)}"
+    )
 
     @classmethod
     def from_arrays(

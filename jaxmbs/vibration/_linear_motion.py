@@ -16,6 +16,7 @@ from ..quantities import Quantity, numbered
 from ..reports import Report, Reported, reported
 from ..runtime import as_array
 from ..status import Status, succeeded
+from ..tables import fields_repr
 from ..typing import AnyArray, ScalarLike
 from ._damping import modal_lag
 
@@ -36,6 +37,8 @@ class CoordinateLaw(eqx.Module):
     law: AbstractScalarLaw
     coefficients: Float[Array, " k"]
     names: tuple = eqx.field(static=True)
+
+    __repr__ = fields_repr
 
     def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]) -> None:
         if not row:
