@@ -2,6 +2,8 @@
 
 import ast
 import graphlib
+import importlib
+import inspect
 import json
 import re
 import statistics
@@ -274,3 +276,36 @@ def test_public_names_have_docstrings():
         if not any(ast.unparse(decorator) == "overload" for decorator in node.decorator_list)
     ]
     assert not bare
+
+
+ASKING = ("viz", "bondgraph", "motion", "analysis/_equilibrium.py", "dynamics/_contact_load.py")
+KINDS = {  # rooms of things, and the base classes of their kinds
+    "forces": ("AbstractLaw", "AbstractSignal"),
+    "forces._port": ("AbstractPort",),
+    "contact": ("AbstractPair",),
+    "friction": ("AbstractFriction",),
+    "joints": ("AbstractJoint", "AbstractRows"),
+    "blocks": ("AbstractBlock",),
+}
+
+
+def test_pictures_bond_graphs_and_statuses_know_no_kind_of_thing():
+    """They ask the thing: its `drawing`, `report`, `validity`, `bonds`, `holds`."""
+    bases = tuple(
+        getattr(importlib.import_module(f"jaxmbs.{room}"), name) for room, names in KINDS.items() for name in names
+    )
+    rooms = {room.partition(".")[0] for room in KINDS} | {"hydraulics"}
+    joints = {name for name in _face("joints") if name[0].isupper()} | {"Modal"}
+    found = []
+    for path in FILES:
+        place = path.relative_to(PACKAGE).as_posix()
+        if not place.startswith(ASKING) or place == "bondgraph/_circuits.py":  # a circuit is many blocks
+            continue
+        for name in _targets(path, ast.walk(TREES[path])):
+            module, _, item = name.rpartition(".")
+            if name.startswith("jaxmbs.") and name.split(".")[1] in rooms:
+                thing = getattr(importlib.import_module(module), item, None)
+                found += [f"{place}: {item}"] if inspect.isclass(thing) and issubclass(thing, bases) else []
+        words = {node.value for node in ast.walk(TREES[path]) if isinstance(node, ast.Constant)}
+        found += [f"{place}: {word!r}" for word in words if isinstance(word, str) and word in joints]
+    assert not found

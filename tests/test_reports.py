@@ -406,3 +406,26 @@ def test_what_cannot_report_shows_its_fields():
     broken = cable()
     object.__setattr__(broken, "tensions", None)
     assert "CableResult" in repr(broken) and "CableResult" in broken._repr_html_()
+
+
+def test_units_of_a_design_are_those_that_the_user_gives():
+    shown = repr(optimum().with_units({"x": "mm", "objective": "kg"}))
+    assert [line.split()[-1] for line in shown.splitlines() if line.split()[0] in ("x", "y")] == ["mm", "-"]
+    assert "after 0 kg" in shown or " kg" in shown.splitlines()[0]
+    with pytest.raises(mbs.UnknownNameError, match="'z'"):
+        optimum().with_units({"z": "m"})
+    with pytest.raises(TypeError):
+        optimum().with_units({"x": 3})
+
+
+def test_units_of_a_limit():
+    bound = mbs.Limit("load", lambda d: d["x"], upper=4.0, unit="kN")
+    found = mbs.minimise(
+        lambda d: (d["x"] - 5.0) ** 2, {"x": 1.0}, {"x": (0.0, 9.0)}, limits=bound, progress=False, steps=30
+    )
+    (limit,) = found.limits
+    assert limit.unit == "kN" and "<= 4 kN" in found.table() and "load <= 4 kN" in repr(limit)
+    quantities = {q.name: q.unit for q in limit.report().quantities}
+    assert quantities["bound"] == quantities["after"] == "kN" and quantities["margin"] == ""
+    with pytest.raises(TypeError):
+        mbs.Limit("load", lambda d: d["x"], upper=4.0, unit=3)

@@ -28,7 +28,8 @@ class Limit:
         sharpness: None: every entry is a constraint by itself.  A number: one smooth constraint for all of them (the
             Kreisselmeier-Steinhauser function), on the safe side of the worst entry by at most log(entries) /
             sharpness of the limit; the table shows by how much.
-        scale: unit of a violation (default: the size of the bound itself, one where it is zero).
+        scale: size of a violation that counts as one (default: the bound itself, one where it is zero).
+        unit: of the value, such as "N", for tables.
     """
 
     name: str
@@ -37,8 +38,11 @@ class Limit:
     upper: ArrayLike | None = None
     sharpness: float | None = None
     scale: float | None = None
+    unit: str = ""
 
     def __post_init__(self):
+        if not isinstance(self.unit, str):
+            raise TypeError(f"limit {self.name!r}: unit is a word such as 'N', not {self.unit!r}")
         if isinstance(self.value, Worst):
             if self.lower is not None:
                 raise ValueError(f"limit {self.name!r}: the largest of many numbers has an upper bound only")

@@ -24,6 +24,7 @@ class LimitResult(NamedTuple):
         prices: shadow prices in the value's shape: change of the objective if the bound of the entry moves up by one
             unit, to first order.
         gap: relative distance of an aggregated limit beyond its worst entry; the margin that aggregation costs.
+        unit: of the value and the bound, as the limit has it.
     """
 
     name: str
@@ -35,14 +36,19 @@ class LimitResult(NamedTuple):
     margin: float
     prices: np.ndarray
     gap: float
+    unit: str = ""
 
     def report(self) -> Report:
         fault = "" if self.ok else "the limit is violated"
-        numbers = {"bound": self.bound, "margin": self.margin, "price": self.price, "gap": self.gap}
-        arrays = {"before": self.before, "after": self.after, "price of": self.prices}
-        found = [*(Quantity(*pair) for pair in numbers.items()), *(entries(*pair) for pair in arrays.items())]
+        numbers = {"margin": self.margin, "price": self.price, "gap": self.gap}
+        found = [Quantity("bound", self.bound, self.unit), *(Quantity(*pair) for pair in numbers.items())]
+        found += [entries("before", self.before, self.unit), entries("after", self.after, self.unit)]
+        found.append(entries("price of", self.prices))
         mark = ", active" if self.active else ""
-        return Report(found, f"{self.name} {self.side} {self.bound:.6g}{mark}", fault)
+        return Report(found, f"{self.name} {self.side} {self._bound_text()}{mark}", fault)
+
+    def _bound_text(self):
+        return f"{self.bound:.6g} {self.unit}".rstrip()
 
     @property
     def price(self) -> float:
@@ -65,7 +71,7 @@ class LimitResult(NamedTuple):
         mark = "violated" if not self.ok else "active" if self.active else ""
         price = f"{self.price:.5g}" if mark == "active" else ""  # a violated limit has no price
         numbers = [f"{x[self.worst]:.6g}" for x in (self.before, self.after)]
-        return (self.name + index, *numbers, f"{self.side} {self.bound:.6g}", f"{self.margin:.3%}", price, mark)
+        return (self.name + index, *numbers, f"{self.side} {self._bound_text()}", f"{self.margin:.3%}", price, mark)
 
 
 def limit_results(
@@ -105,6 +111,7 @@ def _result(
         -float(entries[k]),
         prices.reshape(constraint.shape),
         float(np.max(np.asarray(constraint.evaluate(after))) - entries[k]) if limit.sharpness else 0.0,
+        limit.unit,
     )
 
 

@@ -1,5 +1,7 @@
 """Results of an optimisation: the best design and the history of the search."""
 
+import dataclasses
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -12,7 +14,7 @@ from ..errors import UnknownNameError
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported, reported
 from ._limit_result import LimitResult, limits_table
-from ._variables import AT_BOUND
+from ._variables import AT_BOUND, units_by_name
 
 
 @reported
@@ -63,6 +65,7 @@ class Optimum(Reported, eqx.Module):
         bound_prices: (n,) shadow prices of the variables' bounds, with limits: change of the objective if an active
             bound moves up by one unit.
         kkt: residual of the Karush-Kuhn-Tucker conditions, as `History.gradient_norms`.
+        units: of the variables, and last of the objective; empty where they are not known, see `with_units`.
     """
 
     design: PyTree
@@ -78,6 +81,15 @@ class Optimum(Reported, eqx.Module):
     limits: tuple[LimitResult, ...] = ()
     bound_prices: np.ndarray | None = None
     kkt: float | None = None
+    units: tuple[str, ...] = eqx.field(static=True, default=())
+
+    def with_units(self, units: Mapping[str, str]) -> "Optimum":
+        """The same result with units in its tables: `with_units({"radius": "mm", "objective": "kg"})`, an array's for
+        all of its entries.
+
+        Raises: UnknownNameError; TypeError for a unit that is no word.
+        """
+        return dataclasses.replace(self, units=units_by_name(self.names, units, ("objective",)))
 
     def report(self) -> Report:
         """The variables and the objective, before and after; limits in `limits`."""
@@ -85,7 +97,8 @@ class Optimum(Reported, eqx.Module):
         columns = {"before": _flatten(self.initial_design), "after": _flatten(self.design)}
         columns |= {"lower": self.lower, "upper": self.upper}
         found = [Quantity(name, values, "", (names,)) for name, values in columns.items()]
-        summary = f"objective {self.initial_value:.6g} before, {self.value:.6g} after"
+        *_, unit = self.units or ("",)
+        summary = f"objective {self.initial_value:.6g} before, {self.value:.6g} after {unit}".rstrip()
         return Report(found, summary, "" if self.ok else self.reason, table=self._rows())
 
     @property
@@ -103,7 +116,9 @@ class Optimum(Reported, eqx.Module):
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
             rows.append((name, *(f"{number:.6g}" for number in numbers), _bound_mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
-        return rows
+        if not any(self.units):
+            return rows
+        return [(*row[:-1], unit or "-", row[-1]) for row, unit in zip(rows, ("unit", *self.units), strict=True)]
 
     def limit(self, name: str) -> LimitResult:
         """The result of the limit with a name.
@@ -162,13 +177,13 @@ def _flatten(design: PyTree) -> np.ndarray:
 
 
 def _format_table(rows: list[tuple[str, ...]]) -> str:
-    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    widths = [max(len(cell) for cell in column) for column in list(zip(*rows, strict=True))[:-1]]
     return "\n".join(_line(row, widths) for row in rows)
 
 
 def _line(row: tuple[str, ...], widths: list[int]) -> str:
-    numbers = (cell.rjust(width) for cell, width in zip(row[1:5], widths[1:], strict=True))
-    return "  ".join([row[0].ljust(widths[0]), *numbers, row[5]]).rstrip()
+    numbers = (cell.rjust(width) for cell, width in zip(row[1:-1], widths[1:], strict=True))
+    return "  ".join([row[0].ljust(widths[0]), *numbers, row[-1]]).rstrip()
 
 
 def _bound_mark(x: float, lower: float, upper: float) -> str:

@@ -1,6 +1,6 @@
 """Variables of a design: a pytree of numbers as one vector with names and bounds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import jax
@@ -9,7 +9,8 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, PyTree
 
-from ..checks import require_reals
+from ..checks import no_such, require_reals
+from ..errors import UnknownNameError
 
 #: A variable nearer to its bound than this share of its scale is at it; optimisers clip to bounds, the rest is
 #: rounding.
@@ -91,6 +92,22 @@ def _entry_names(label: str, leaf: np.ndarray) -> list[str]:
     if leaf.ndim == 0:
         return [label]
     return [f"{label}[{','.join(map(str, index))}]" for index in np.ndindex(leaf.shape)]
+
+
+def units_by_name(names: Sequence[str], units: Mapping[str, str], others: Sequence[str] = ()) -> tuple[str, ...]:
+    """Unit of each of the names, then of each of the others: by their own name, or by that of their array without
+    its index; empty where none is given.
+
+    Raises: UnknownNameError; TypeError for a unit that is no word.
+    """
+    known = [*names, *(name.partition("[")[0] for name in names), *others]
+    wrong = [no_such("variable", name, list(dict.fromkeys(known))) for name in units if name not in known]
+    if wrong:
+        raise UnknownNameError("; ".join(wrong))
+    for name, unit in units.items():
+        if not isinstance(unit, str):
+            raise TypeError(f"the unit of {name!r} is a word such as 'mm', not {unit!r}")
+    return tuple(units.get(name, units.get(name.partition("[")[0], "")) for name in (*names, *others))
 
 
 def _bounds_by_leaf(structure, bounds: PyTree | None) -> list:

@@ -1,6 +1,7 @@
 """Result of an identification: values, their uncertainty, and what the data cannot tell."""
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import equinox as eqx
@@ -8,6 +9,7 @@ import numpy as np
 from jaxtyping import PyTree
 
 from ..checks import place_of
+from ..design._variables import units_by_name
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..tables import format_number
@@ -27,7 +29,10 @@ def _table_rows(found):
             found.names, found.values, found.standard_errors, low, high, found.notes(), strict=True
         )
     ]
-    return found.summary(), [("unknown", "value", "standard error", "95 % interval", ""), *rows]
+    rows = [("unknown", "value", "standard error", "95 % interval", ""), *rows]
+    if any(found.units):
+        rows = [(*row[:-1], unit or "-", row[-1]) for row, unit in zip(rows, ("unit", *found.units), strict=True)]
+    return found.summary(), rows
 
 
 class Identification(Reported, eqx.Module):
@@ -52,6 +57,7 @@ class Identification(Reported, eqx.Module):
             estimated, or outliers count less.
         largest: relative deviation from which on a direction counts as unseen (static).
         refit: least sum of squares with one unknown held (static).
+        units: of the unknowns; empty where they are not known, see `with_units` (static).
     """
 
     unknowns: PyTree
@@ -73,6 +79,14 @@ class Identification(Reported, eqx.Module):
     misfit: float
     largest: float = eqx.field(static=True)
     refit: Callable = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True, default=())
+
+    def with_units(self, units: Mapping[str, str]) -> "Identification":
+        """The same result with units in its tables, `with_units({"mass": "kg"})`, an array's for all of its entries.
+
+        Raises: UnknownNameError; TypeError for a unit that is no word.
+        """
+        return dataclasses.replace(self, units=units_by_name(self.names, units))
 
     def report(self) -> Report:
         summary, rows = _table_rows(self)
