@@ -35,6 +35,8 @@ class Canonical(Formulation):
     the rows, and moves the system as the inertia that the loops lend it says.
     """
 
+    gathers_impulses = True
+
     @classmethod
     def start(cls, system, at, u):
         if linear_solver(system) != "dense":

@@ -109,6 +109,15 @@ class HybridEquations(eqx.Module):
         """As the formulation does."""
         return self.in_mode(y[2]).project(t, y)._replace(saved=None)
 
+    @property
+    def projects_error(self) -> bool:
+        """As of the formulation."""
+        return self.formulation.projects_error
+
+    def project_error(self, t: Array, y: tuple, error: tuple) -> tuple:
+        """As the formulation does."""
+        return self.in_mode(y[2]).project_error(t, y, error)
+
     def sample(self, t: Array, y: tuple, due: Array) -> tuple[Array, Array, Array]:
         """As of the formulation."""
         return self.in_mode(y[2]).sample(t, y, due)

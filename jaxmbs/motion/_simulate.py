@@ -215,6 +215,7 @@ def _integrate(system, state, ts, t1, formulation, events, options, samples_star
         and events is None
         and options.loop == "jaxmbs",
         projection_is_error=formulation.follows_rows,
+        projects_error=equations.projects_error and options.dt is None,
         norm=optimistix.rms_norm if formulation.follows_rows else None,
         has_corners=has_corners(system),
         periods=sample_periods(system),

@@ -79,6 +79,11 @@ def _sides(t, y, args):
     return args.equations.sides(t, y)
 
 
+@jit
+def _project_error(t, y, error, args):
+    return args.equations.project_error(t, y, error)
+
+
 def _values(t, y, args):
     """Values (n,) of the events."""
     return args.events.values(args.equations.state_at(t, y))
@@ -129,6 +134,7 @@ def integrate_equations(
     has_projection: bool = False,
     saves_projection: bool = False,
     projection_is_error: bool = False,
+    projects_error: bool = False,
     norm: Callable | None = None,
     has_corners: bool = False,
     periods: Array | None = None,
@@ -167,6 +173,7 @@ def integrate_equations(
         project=_project if has_projection else None,
         saves_projection=saves_projection,
         projection_is_error=projection_is_error,
+        project_error=_project_error if projects_error else None,
         event=None if events is None else _values,
         directions=(0,) if events is None else events.directions,
         jump=None if events is None or not any(events.acts) else _jump,

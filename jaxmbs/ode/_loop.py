@@ -183,6 +183,8 @@ def project_step(problem: OdeProblem, t1: Array, y1: PyTree, error: Any, args: P
         near = jnp.max(correction, initial=0.0) < _BRANCH_DISTANCE  # false for NaN
         lost = RESULTS.where(near, RESULTS.successful, RESULTS.nonlinear_divergence)
         failed = RESULTS.where(diffrax.is_okay(failed), lost, failed)
+    if problem.project_error is not None and error is not None:
+        error = problem.project_error(t1, *stop_gradients((projection.y, error, args)))
     return projection.y, projection.saved, error, failed
 
 

@@ -43,6 +43,7 @@ class OdeProblem(eqx.Module):
         rate: (t, y, args) -> rate of y.
         project: (t, y, args) -> Projection, applied at the end of every step.  The last stage of a
             first-same-as-last method is stale once y has moved, so the next step starts as after a jump.
+        project_error: (t, y, error, args) -> the part of the error of a step to y, on the constraints, that moves y.
         stages: (args, s, start) -> stages of a step whose implicit method has s / h on its diagonal, from its
             `StageStart`: an object with `rate(t, y)`, the r with `r = f(t, y + s r)` and True if it was found.  None
             where the solver's own root finder solves them.
@@ -69,6 +70,7 @@ class OdeProblem(eqx.Module):
     max_steps: Int[Array, ""]
     rate: Callable = eqx.field(static=True)
     project: Callable | None = eqx.field(static=True, default=None)
+    project_error: Callable | None = eqx.field(static=True, default=None)
     stages: Callable | None = eqx.field(static=True, default=None)
     saves_projection: bool = eqx.field(static=True, default=False)
     projection_is_error: bool = eqx.field(static=True, default=False)

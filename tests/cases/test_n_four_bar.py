@@ -98,6 +98,22 @@ def test_long_rows_follow_the_exact_equation(n):
     check(float(motion.states.coordinates[-1, 0]), models.n_four_bar_angle(n, 0.0, 10.0), 5e-8)
 
 
+@pytest.mark.long
+def test_errors_of_a_row_fall_with_the_tolerance():
+    """Ten seconds and twelve singular poses, each of which multiplies an error: it scatters with the tolerance, by a
+    factor of ten about its median."""
+    system = models.n_four_bar(10, linear_solver="frontal")
+    start, angle = models.n_four_bar_state(system, 0.0), models.n_four_bar_angle(10, 0.0, 10.0)
+    rate = -np.sqrt(1.0 + 2.0 * models.n_four_bar_acceleration(10, np.pi / 2) * (1.0 - np.cos(angle)))  # energy
+    for tolerance, median in ((1e-9, 3e-8), (1e-10, 1e-8), (2e-11, 5e-9)):
+        errors = []
+        for nearby in tolerance * np.array([0.7, 0.85, 1.0, 1.2, 1.4]):
+            motion = mbs.simulate(system, start, ts=np.array([0.0, 10.0]), rtol=nearby, atol=nearby)
+            assert int(motion.diagnostics.num_steps) <= 500  # steps that follow the fading rows: 620 to 1000
+            errors.append(abs(float(motion.states.velocities[-1, 0]) - rate))
+        assert np.median(errors) < median and max(errors) < 10.0 * median, f"at {tolerance}: {errors}"
+
+
 def _guess(n, angle):
     """Coordinates of the other joints of the tree: cranks lean by the angle, couplers stay level."""
     cranks = {f"A{i}": angle for i in range(1, n + 1)}
