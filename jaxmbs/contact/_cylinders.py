@@ -14,6 +14,11 @@ from ..math._linalg import direction, safe_norm
 from ..typing import Convertible, Matrix3, Scalar, Vector3
 from ._pair import AbstractPair, Touch
 
+#: Angle to the axis of the plane [rad] below which a cylinder stands on its end.
+_STANDING = 0.01
+#: Least cosine of the tilt of a journal that is divided by: far beyond its end.
+_LEVEL = 1e-3
+
 
 class CylinderOnPlane(AbstractPair):
     """A cylinder about the axis z of B, in the middle of its length, on the plane z = 0 of A, solid below.
@@ -40,9 +45,11 @@ class CylinderOnPlane(AbstractPair):
         return Touch(depth, jnp.stack([up, up]), lowest + depth[:, None] / 2 * up[None], half)
 
     def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
-        """Angle of the axis to that of the plane, less a hundredth [rad]."""
-        angle = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2]))
-        return {"tilt": Margin(angle - 0.01, "rad", "has an end on the plane, no point of whose rim is lowest")}
+        """Angle of the axis to that of the plane, less a hundredth [rad]; apart also the gap over the length."""
+        tilt = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2])) - _STANDING
+        gap = -jnp.max(self.touch(rotation, displacement).depth)
+        left = jnp.where(gap > 0, jnp.maximum(tilt, gap / self.length), tilt)
+        return {"tilt": Margin(left, "rad", "has an end on the plane, no point of whose rim is lowest")}
 
     def drawing(self) -> Drawing:
         return Plane(0), Cylinder(self.radius, self.length, 1)
@@ -87,6 +94,15 @@ class JournalInBush(AbstractPair):
         depth = jax.vmap(safe_norm)(across) - self.clearance
         point = centres + (self.radius - depth / 2)[:, None] * outwards
         return Touch(depth, -outwards, point, jnp.asarray(shares, displacement.dtype))
+
+    def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
+        """Length that is still in the bush [m]; half of the clearance, less what the elliptic sections of a tilted
+        journal take of it [m]."""
+        longer = self.radius * (1.0 / jnp.maximum(jnp.abs(rotation[2, 2]), _LEVEL) - 1.0)
+        return {
+            "reach": Margin(self.length - jnp.abs(displacement[2]), "m", "has left its bush along the axis"),
+            "tilt": Margin(self.clearance / 2 - longer, "m", "tilts so much that its sections are no circles"),
+        }
 
     def drawing(self) -> Drawing:
         return Tube(self.radius + self.clearance, self.length, 0), Cylinder(self.radius, self.length, 1)

@@ -9,6 +9,8 @@ from jax import Array
 from ..checks import any_concrete, faults_if, not_positive
 from ..drawings import Drawing, Outline, Wheel
 from ..forces._fields import number
+from ..forces._validity import MOST_TILT, Margin
+from ..math._linalg import safe_norm
 from ..typing import Convertible, Matrix3, Scalar, Vector3, WordedError
 from ._closed_curve import ClosedCurve
 from ._pair import AbstractPair, Touch, round_touch
@@ -39,6 +41,11 @@ class RollerOnCurve(AbstractPair):
         distance, normal = self.curve.distance(displacement[:2])
         upright = jnp.concatenate([normal, jnp.zeros_like(normal[:1])])
         return round_touch(displacement, upright, self.radius - distance, self.radius)
+
+    def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
+        """Angle that is left to axes that are not parallel [rad]."""
+        tilt = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2]))
+        return {"tilt": Margin(MOST_TILT - tilt, "rad", "has axes that are not parallel")}
 
     def drawing(self) -> Drawing:
         n = len(self.curve.points)

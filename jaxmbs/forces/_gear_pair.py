@@ -17,7 +17,7 @@ from ._base import AbstractPathLaw, PathKinematics
 from ._fields import number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 from ._readings import Reading
-from ._validity import Margin, tooth_margins
+from ._validity import MOST_TILT, Margin, tooth_margins
 
 
 class MeshState(NamedTuple):
@@ -35,8 +35,6 @@ class MeshState(NamedTuple):
 
 
 _WIDTH = 0.4  # of drawn wheels over the smaller radius
-#: Angle between the axes of two gears up to which they count as parallel [rad].
-MOST_TILT = 0.1
 
 
 class GearPair(AbstractPathLaw):

@@ -9,6 +9,9 @@ from jaxtyping import Array, Float
 
 from ..tables import fields_repr
 
+#: Angle between two axes up to which they count as parallel [rad].
+MOST_TILT = 0.1
+
 
 class Margin(eqx.Module):
     """Signed distance to an end of a model, positive inside.
