@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.forces._ports import FrameMotion, LinePort, PosePort
+from jaxmbs.forces._frame_motion import FrameMotion
+from jaxmbs.forces._ports import LinePort, PosePort
 from jaxmbs.math._linalg import skew
 from jaxmbs.math._rotation import rotation_matrix
 
