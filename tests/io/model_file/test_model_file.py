@@ -219,6 +219,7 @@ def test_every_class_is_tried():
         reductions.VirtualMotions,
         forces.ElementBond,
         forces.Margin,
+        forces.Reading,
     }
     for room in (forces, blocks, mbs.hydraulics, joints, elements, reductions):
         for name in room.__all__:
