@@ -99,7 +99,7 @@ def rolling_ball(rtol):
     b.body("ball", 1.0, inertia=0.4 * RADIUS**2)
     b.joint("ball", mbs.Free(), "ground", "ball")
     force, depth = C.HuntCrossley(1e6, 1.0), GRAVITY * np.cos(SLOPE) / 1e6
-    b.contact("slope", C.SphereOnPlane(RADIUS), "ball", "ground", force, C.DryFriction(0.2))
+    b.contact("slope", C.SphereOnPlane(RADIUS), "ball", "ground", force, 0.2)
     system = b.build()
     start = mbs.State.at(system, {"ball": (0.0, 0.0, RADIUS - depth, 1.0, 0.0, 0.0, 0.0)})
 

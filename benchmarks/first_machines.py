@@ -16,8 +16,9 @@ import numpy as np
 import jaxmbs as mbs
 from jaxmbs import elements, fem, flexible
 from jaxmbs import qualification as qual
-from jaxmbs.contact import DryFriction, HuntCrossley, SphereOnPlane
+from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.forces import Attachment, Sheave
+from jaxmbs.friction import SmoothCoulomb
 
 PIN, X = mbs.Revolute("z"), np.array([1.0, 0.0, 0.0])
 ROD = mbs.inertia.rod
@@ -117,7 +118,7 @@ def wheel(lap):
         law = mbs.SpringDamper(stiffness=spring, damping=damper, free_length=0.0)
         b.force("suspension", law, joint="travel")
         tyre = HuntCrossley(stiffness=2e5, exponent=1.0, damping=0.1, transition=1e-3)
-        b.contact("tyre", SphereOnPlane(0.3), "wheel", "ground", tyre, DryFriction(0.8, transition_speed=0.1))
+        b.contact("tyre", SphereOnPlane(0.3), "wheel", "ground", tyre, SmoothCoulomb(0.8, transition_speed=0.1))
         return b.build(like=like)
 
     first = build(2e4, 1500.0)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
+from jaxmbs.friction import SmoothCoulomb
 
 CRANK, ROD, SPEED, MU = 0.1, 0.3, 20.0, 0.12
 RUBBING = {"frictionless": (), "one joint": ("D",), "all joints": ("A", "B", "C", "D")}
@@ -32,7 +33,7 @@ def four_bar(rubbing, mu=MU_OF_BARS, like=None):
     b.joint("D", pin, "ground", "rocker", parent_frame=ends["ground"])
     b.joint("C", pin, "coupler", "rocker", parent_frame=ends["coupler"], child_frame=ends["rocker"])
     for name in rubbing:
-        b.friction(f"rub {name}", name, mu, radius=0.02, transition_speed=0.05)
+        b.friction(f"rub {name}", name, SmoothCoulomb(mu, transition_speed=0.05), radius=0.02)
     return b.build(like=like)
 
 
@@ -89,7 +90,7 @@ def slider_crank(mu=MU, like=None):
     b.joint("C", mbs.Revolute("z"), "rod", "slider", parent_frame=(ROD, 0, 0))
     b.force("load", mbs.Force((-400.0, 0, 0)), on="slider")
     for name, radius in (("A", 0.02), ("B", 0.015), ("C", 0.012), ("guide", None)):
-        b.friction(f"friction {name}", name, mu, radius=radius)
+        b.friction(f"friction {name}", name, SmoothCoulomb(mu, transition_speed=0.01), radius=radius)
     return b.build(like=like)
 
 

@@ -53,8 +53,10 @@ def press(design, mu=0.12, like=None):
     b.joint("C", mbs.joints.Spherical(), "lower", "ram", parent_frame=(design["lower"], 0, 0))
     b.joint("guide", mbs.Prismatic("x"), "ground", "ram")
     for name in PINS:
-        b.friction(f"rub {name}", name, mu, radius=design["radius"], transition_speed=1e-6)
-    b.friction("rub guide", "guide", mu, transition_speed=1e-6)
+        b.friction(
+            f"rub {name}", name, mbs.friction.SmoothCoulomb(mu, transition_speed=1e-6), radius=design["radius"]
+        )
+    b.friction("rub guide", "guide", mbs.friction.SmoothCoulomb(mu, transition_speed=1e-6))
     b.force("part", mbs.Force((-FORCE, 0, 0)), on="ram")
     return b.build(cut=["C"], guess={"A": 0.6, "B": (0.0, -1.0), "guide": 0.6}, like=like)
 
@@ -178,7 +180,7 @@ def brake(speed):
     b = mbs.SystemBuilder(gravity=(0, 0, 0))
     b.body("disc", mass=5.0, inertia=0.04)
     b.joint("axle", mbs.Revolute("z"), "ground", "disc")
-    b.friction("pads", "axle", MU, static_ratio=RISE, radius=RADIUS, preload=PADS, transition_speed=2e-3)
+    b.friction("pads", "axle", mbs.friction.SmoothCoulomb(MU, MU * RISE, 2e-3), radius=RADIUS, preload=PADS)
     shaft = mbs.forces.Actuator(lambda x, v, t: SHAFT * (speed * t - x) + DAMPING * (speed - v))
     b.force("shaft", shaft, joint="axle")
     return b.build()
