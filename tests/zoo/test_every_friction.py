@@ -123,9 +123,9 @@ NO_JOINT = "no joint rubs: declare friction by SystemBuilder.friction"
 REFUSED = {  # by family, question and state ("" for both); all else is answered
     ("joint", "linearise", "rests"): CREEPS,
     ("joint bristles", "equilibrium", ""): RUBS,
-    ("contact bristles", "equilibrium", ""): "the bristles of 'slope' hold .* give held=.'slope.bristle'",
-    ("contact bristles", "steady motion", "slides"): "the bristles of 'slope' hold",
-    ("law bristles", "equilibrium", ""): "the bristles of 'rub' hold .* give held=.'rub.bristle'",
+    ("contact bristles", "equilibrium", ""): "'slope.bristle' may rest at any value .* give held=.'slope.bristle'",
+    ("contact bristles", "steady motion", "slides"): "'slope.bristle' may rest at any value",
+    ("law bristles", "equilibrium", ""): "'rub.bristle' may rest at any value .* give held=.'rub.bristle'",
 }
 for _family in ("joint", "joint bristles"):
     for _question in ("steady motion", "stiffness", "total_effort", "resistance_field", "campbell"):
