@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import require_numbers
 from ..errors import ModelError, UnknownNameError
 from ..runtime import as_array
 from ..tables import table_repr
@@ -151,8 +152,9 @@ class LinearSystem(eqx.Module):
         Args: forces: by name as in `outputs`: (...) for one coordinate, (..., k) for a node with k coordinates;
             times, frequencies or load cases first.  Or already an array (..., n).  Complex forces are amplitudes.
 
-        Raises: UnknownNameError; ValueError for another shape.
+        Raises: UnknownNameError; ValueError for another shape; TypeError for other things than numbers.
         """
+        require_numbers(forces=forces)
         if not isinstance(forces, Mapping):
             forces = jnp.asarray(forces)
             if forces.shape[-1:] != (self.num_rows,):

@@ -88,7 +88,7 @@ def dense_response(
 
     Returns: (frequencies, outputs, columns) complex.  Source: S1 (40)-(41).
     """
-    require_numbers(omega=omega)
+    require_numbers(omega=omega, loss=loss)
     dtype = np.result_type(K.dtype, np.complex64)
     loss = jnp.asarray(loss, M.dtype)
     elastic = K.astype(dtype) * lax.complex(jnp.ones_like(loss), loss)

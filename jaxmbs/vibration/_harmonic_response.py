@@ -10,6 +10,7 @@ from jax import lax
 from jaxtyping import Array, Bool, Complex, Float
 
 from ..blocksparse import BlockMatrix, analyse, factor, solve
+from ..checks import require_numbers
 from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._block_statics import factor_kind
 from ..linear._storage import dtype_of
@@ -80,6 +81,7 @@ def harmonic_response(
 
     Raises: UnknownNameError; ValueError for forces that do not fit.  Source: S1 (3), (40)-(41).
     """
+    require_numbers(omega=omega, loss=loss)
     system = system if isinstance(system.stiffness, BlockMatrix) else system.to_dense()
     complex_type = np.result_type(system.dtype, np.complex64)
     omega, loss = (jnp.asarray(value, np.finfo(complex_type).dtype) for value in (omega, loss))

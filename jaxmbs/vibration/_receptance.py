@@ -58,7 +58,7 @@ def receptance(
     matrices give NaN.
     Source: S1 (40), (41).
     """
-    require_numbers(omega=omega)
+    require_numbers(omega=omega, loss=loss)
     stiffness, mass = require_symmetric(stiffness=K, mass=M)
     check_mass(M)
     K, M, C, values, X = _modal_matrices(stiffness, mass, C, num)

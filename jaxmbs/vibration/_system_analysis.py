@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 
 from ..blocksparse import BlockMatrix
-from ..checks import as_flag, distinct_names
+from ..checks import as_flag, distinct_names, require_numbers
 from ..errors import ModelError
 from ..linear._block_rows import from_blocks, to_blocks
 from ..linear._labels import format_label
@@ -106,6 +106,7 @@ def frequency_response(
     """
     if method not in ("direct", "modal"):
         raise ModelError([f"unknown method {method!r}: the methods are 'direct' and 'modal'"])
+    require_numbers(omega=omega, loss=loss)
     out, into = distinct_names("out", out), distinct_names("into", into)
     (out, outputs), (into, inputs) = system.outputs(*out), system.outputs(*into)
     if isinstance(system.stiffness, BlockMatrix):

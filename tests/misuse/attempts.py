@@ -263,7 +263,10 @@ def verdict(attempt: Attempt) -> str | None:
             return None if attempt.misuse in KINDS else f"raw {type(error).__name__}: {str(error)[:120]}"
         if type(error).__module__.startswith(("jaxlib", "equinox")) or type(error).__name__ == "JaxRuntimeError":
             return f"raw {type(error).__name__}: {str(error)[:120]}"
-        return f"{len(str(error))} characters: {str(error)[:120]}" if len(str(error)) > LONGEST else None
+        is_long = len(str(error)) > LONGEST and not str(error).startswith(
+            "Type-check error"
+        )  # of the tests themselves
+        return f"{len(str(error))} characters: {str(error)[:120]}" if is_long else None
     if attempt.right is not None:
         return _differs(found, attempt.right())
     if attempt.misuse == "complex" and any(np.any(np.imag(x)) for x in numbers(found)):
@@ -289,6 +292,11 @@ def numbers(found):
     return [np.asarray(x) for x in leaves if _numeric(x) in ("f", "c")]
 
 
+def _all_numbers(found):
+    """The arrays of numbers in a result; loads that it keeps may be whole ones."""
+    return [np.asarray(x) for x in jax.tree.leaves(found) if _numeric(x)]
+
+
 def says_no(found) -> bool:
     """Whether a result shows that it is none; a model that holds what is not finite should not have been built."""
     if isinstance(found, System):
@@ -300,7 +308,7 @@ def says_no(found) -> bool:
 
 
 def _differs(found, right):
-    pairs = list(zip(numbers(found), numbers(right), strict=False))
+    pairs = list(zip(_all_numbers(found), _all_numbers(right), strict=False))
     size = max((np.max(np.abs(b), initial=0.0, where=np.isfinite(b)) for _, b in pairs), default=0.0)
     for a, b in pairs:
         if a.shape != b.shape:
