@@ -1,13 +1,16 @@
 """Functions of measures that are given by a joint or by frames."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jax import Array
 
 from ..math._linalg import direction, safe_norm
 
+#: Of each measure of a group the names of its joint or frames.
+Places: TypeAlias = tuple[tuple[str, ...], ...]
 #: Quantities of a joint, a frame, and two frames.
 OF_JOINT = ("position", "velocity")
 OF_FRAME = ("position", "velocity", "angular velocity")
@@ -26,50 +29,68 @@ REFUSED = {
 }
 
 
+class FunctionReading(eqx.Module):
+    """`function(instant)` of the user."""
+
+    function: Any
+
+    def values(self, instant: Any, places: Places) -> Array:
+        """Values (1, ...): a function stands alone in its group."""
+        return jnp.asarray(self.function(instant))[None]
+
+
 class JointReading(eqx.Module):
     """Coordinate or velocity of a joint, () of one freedom, else (n,)."""
 
-    joint: str = eqx.field(static=True)
     of: str = eqx.field(static=True)
 
-    def __call__(self, instant: Any) -> Array:
-        return (instant.coordinates if self.of == "position" else instant.velocities)[self.joint]
+    def values(self, instant: Any, places: Places) -> Array:
+        """Values (n, ...) of the joints."""
+        return instant.of_joints([joint for (joint,) in places], self.of)
 
 
 class FrameReading(eqx.Module):
     """Quantity of a frame in world axes (3,), or its entry () along an axis."""
 
-    frame: str = eqx.field(static=True)
     of: str = eqx.field(static=True)
     axis: str | None = eqx.field(static=True)
 
-    def __call__(self, instant: Any) -> Array:
-        read = {"position": "position", "velocity": "velocity", "angular velocity": "angular_velocity"}[self.of]
-        return _along(getattr(instant, read)(self.frame), self.axis)
+    def values(self, instant: Any, places: Places) -> Array:
+        """Values (n, ...) of the frames."""
+        frames = [frame for (frame,) in places]
+        if self.of == "position":
+            return _along(instant.positions(frames), self.axis)
+        read = instant.origin_velocities if self.of == "velocity" else instant.angular_velocities
+        return _along(read(frames), self.axis)
 
 
 class RelativeReading(eqx.Module):
     """Quantity of the second of two frames, seen in the axes of the first (3,), or its entry () along an axis."""
 
-    first: str = eqx.field(static=True)
-    second: str = eqx.field(static=True)
     of: str = eqx.field(static=True)
     axis: str | None = eqx.field(static=True)
 
-    def __call__(self, instant: Any) -> Array:
-        R, omega = instant.rotation(self.first), instant.angular_velocity(self.first)
-        if self.of == "angular velocity":
-            return _along(R.T @ (instant.angular_velocity(self.second) - omega), self.axis)
-        d = instant.position(self.second) - instant.position(self.first)
+    def values(self, instant: Any, places: Places) -> Array:
+        """Values (n, ...) of the pairs of frames."""
+        first, second = zip(*places, strict=True)
+
+        def between(read):
+            return read(second) - read(first)
+
         if self.of == "distance":
-            return safe_norm(d)
-        if self.of == "position":
-            return _along(R.T @ d, self.axis)
-        v = instant.velocity(self.second) - instant.velocity(self.first)
+            return jax.vmap(safe_norm)(between(instant.positions))
         if self.of == "distance rate":
-            return jnp.dot(direction(d), v)
-        return _along(R.T @ (v - jnp.cross(omega, d)), self.axis)
+            along = jax.vmap(direction)(between(instant.positions))
+            return jnp.sum(along * between(instant.origin_velocities), axis=1)
+        if self.of == "position":
+            seen = between(instant.positions)
+        elif self.of == "angular velocity":
+            seen = between(instant.angular_velocities)
+        else:
+            turned = jnp.cross(instant.angular_velocities(first), between(instant.positions))
+            seen = between(instant.origin_velocities) - turned
+        return _along(jnp.einsum("nji,nj->ni", instant.rotations(first), seen), self.axis)
 
 
-def _along(vector, axis):
-    return vector if axis is None else vector[AXES.index(axis)]
+def _along(vectors, axis):
+    return vectors if axis is None else vectors[:, AXES.index(axis)]

@@ -8,13 +8,12 @@ hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 import functools
 
 import jax
-import jax.numpy as jnp
 
 from ..checks import may_be_nonzero
 from ..errors import ModelError
 from ..forces._element_bonds import PORT
 from ..kinematics._kic import dependent_columns
-from ..kinematics._signals import with_driven
+from ..kinematics._signals import with_idle_blocks
 from ..model._system import System
 from ._circuits import circuit_bonds, joined_ports
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
@@ -39,13 +38,6 @@ def root_sizes(system: System) -> dict[str, int]:
     return {root: size for root, size in sizes.items() if size}
 
 
-def _without_blocks(system):
-    """The system with zeros where blocks drive its laws: a graph without values."""
-    if not system.blocks:
-        return system
-    return with_driven(system, {block.name: jnp.zeros(block.shape) for block in system.blocks})
-
-
 def build_view(system: System, view: str) -> BondGraph:
     """The graph of a view without causal strokes.
 
@@ -54,7 +46,7 @@ def build_view(system: System, view: str) -> BondGraph:
     """
     if view not in VIEWS:
         raise ValueError(f"view must be one of {', '.join(VIEWS)}, not {view!r}")
-    sketch = _GraphBuilder(_without_blocks(system), circuit_bonds(system), joined_ports(system))
+    sketch = _GraphBuilder(with_idle_blocks(system), circuit_bonds(system), joined_ports(system))
     if not sketch.roots:
         raise ModelError(["the bond graph is empty: the mechanism has no freedom and no drive"])
     if len(dependent_columns(system)):

@@ -25,8 +25,8 @@ from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
 from ._friction import joint_friction_of
 from ._groups import group_by_structure
+from ._measures import make_measures
 from ._row_groups import RowItem, row_groups
-from ._signals import make_blocks, make_measures
 from ._spanning_tree import SpanningTree
 
 
@@ -67,7 +67,6 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
     records = _joint_records(joints, joint_frames, nodes, cuts, index)
     record = {r.name: r for r in records}
     measures = make_measures(model, lambda name, body, pose: frames.add(name, body, rotation_and_position(pose)))
-    blocks = make_blocks(model)
     rubbing = joint_friction_of(model.friction, joints, record)
     force_groups = _force_groups(model.forces, frames, record, bodies, named)
     closures, rows, row_names, slip_rows = _constraint_groups(
@@ -91,7 +90,8 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         row_joint=row_names,
         slip_rows=slip_rows,
         guess=tuple((name, tuple(np.atleast_1d(x).astype(float).tolist())) for name, x in (guess or {}).items()),
-        internal=internal_records((*force_groups, *bristle_groups(rubbing), *blocks)),
+        internal=internal_records((*force_groups, *bristle_groups(rubbing))),
+        circuits=model.circuits,
     )
     return System(
         topology=topology,
@@ -107,7 +107,6 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         closures=closures,
         rows=rows,
         measures=measures,
-        blocks=blocks,
         elastic=elastic_groups(group_by_structure(elastic_items(model.elastic, index, record))),
         friction=rubbing,
     )

@@ -11,12 +11,14 @@ from typing import Any
 from ..checks import any_concrete, no_such
 from ..forces import Constant, HydraulicCylinder
 from ..hydraulics import AbstractHydraulicElement, AbstractNode, AbstractStorage, Pump, Tank
-from ..hydraulics._junction import Inflow, Junction
-from ..hydraulics._pump import PumpOnShaft, PumpTorque, TorqueOfPump
+from ..hydraulics._pump import PumpOnShaft, PumpTorque
+from ..hydraulics._sum import Sum
 from ..model._internal_states import replace_field
+from ..model._topology import CircuitRecord
 from ._declarations import Block, Force, Measure, Model, has_one_coordinate
 
 CHAMBERS = ("p0", "p1")
+_TORQUE = ((0, 1),)  # among the outputs of a pump on a shaft
 
 
 def with_circuits(model: Model) -> Model:
@@ -24,6 +26,7 @@ def with_circuits(model: Model) -> Model:
     if not model.hydraulics:
         return model
     elements = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractHydraulicElement)]
+    circuits = [_record(item) for item in elements]
     elements, measures, shaft_blocks, shaft_forces = _on_shafts(elements)
     nodes = [item for item in model.hydraulics.values() if isinstance(item.element, AbstractNode)]
     blocks = [*map(_element_block, elements), *(_node_block(item, elements) for item in nodes), *shaft_blocks]
@@ -39,7 +42,13 @@ def with_circuits(model: Model) -> Model:
         blocks=model.blocks | blocks,
         forces=model.forces | forces,
         hydraulics={},
+        circuits=(*(CircuitRecord(item.name) for item in nodes), *circuits),
     )
+
+
+def _record(item):
+    shaft = "" if item.shaft is None else shaft_names(item.name)[1]
+    return CircuitRecord(item.name, tuple((port, item.ports[port]) for port in item.element.ports), shaft)
 
 
 def shaft_names(name: str) -> tuple[str, str, str]:
@@ -57,7 +66,7 @@ def _on_shafts(elements):
         speed, force, torque = shaft_names(item.name)
         found.append(dataclasses.replace(item, element=PumpOnShaft(item.element), signal=speed, shaft=None))
         measures.append(Measure(speed, joint=item.shaft, of="velocity"))
-        blocks.append(Block(torque, TorqueOfPump(), item.name, f"{force}.torque"))
+        blocks.append(Block(torque, Sum(), item.name, f"{force}.torque", mix=_TORQUE))
         forces.append(Force(force, PumpTorque(), None, item.shaft, None))
     return found, measures, blocks, forces
 
@@ -73,28 +82,28 @@ def _element_block(item):
 def _node_block(item, elements):
     if isinstance(item.element, Tank):
         return Block(item.name, item.element, ())
-    reads, (weights,) = _flows_into((item.name,), elements)
-    return Block(item.name, Junction(item.element, weights), reads)
+    reads, signs = _flows_into((item.name,), elements)
+    return Block(item.name, item.element, reads, mix=signs)
 
 
 def _cylinder_block(name, elements):
-    reads, weights = _flows_into(tuple(f"{name}.{chamber}" for chamber in CHAMBERS), elements)
-    return Block(f"{name} inflow", Inflow(weights), reads, f"{name}.inflow")
+    reads, signs = _flows_into(tuple(f"{name}.{chamber}" for chamber in CHAMBERS), elements)
+    return Block(f"{name} inflow", Sum(), reads, f"{name}.inflow", mix=signs)
 
 
 def _flows_into(nodes, elements):
     """(names of the elements at some nodes, of each node the signs of all entries of their outputs)."""
-    reads, weights = [], [[] for _ in nodes]
+    reads, signs = [], [[] for _ in nodes]
     for item in elements:
         if not set(item.ports.values()) & set(nodes):
             continue
         reads.append(item.name)
-        for node, row in zip(nodes, weights, strict=True):
-            signs = [0] * item.element.num_outputs
+        for node, row in zip(nodes, signs, strict=True):
+            own = [0] * item.element.num_outputs
             for port, (entry, sign) in zip(item.element.ports, item.element.port_flows, strict=True):
-                signs[entry] += sign if item.ports[port] == node else 0
-            row += signs
-    return tuple(reads), tuple(map(tuple, weights))
+                own[entry] += sign if item.ports[port] == node else 0
+            row += own
+    return tuple(reads), tuple(map(tuple, signs))
 
 
 def _joined_cylinders(elements, model):
@@ -143,7 +152,7 @@ def _cylinder_faults(name, law):
 def element_faults(item: Any, model: Model) -> list[str]:
     """Faults of one element or node of a circuit."""
     where, element = f"hydraulic {item.name!r}", item.element
-    if not isinstance(element, AbstractHydraulicElement | AbstractNode) or isinstance(element, Junction):
+    if not isinstance(element, AbstractHydraulicElement | AbstractNode):
         return [f"{where}: expected an element of jaxmbs.hydraulics, got {element!r}"]
     found = [f"{where}: {fault}" for fault in element.faults()]
     if isinstance(element, AbstractNode):

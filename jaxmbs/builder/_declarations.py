@@ -17,6 +17,7 @@ from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..joints import AbstractClosure, AbstractRows
 from ..joints._base import AbstractJoint
 from ..model._pose import Pose
+from ..model._topology import CircuitRecord
 from ..typing import ArrayLike, FrameLike
 
 GROUND = "ground"
@@ -125,18 +126,19 @@ class Measure:
 
 @dataclass
 class Block:
-    """A block with what it reads and drives."""
+    """A block with what it reads and drives; `mix` are factors (inputs, entries) of what it reads in each input."""
 
     name: str
     block: Annotated[Any, AbstractBlock]
     reads: Annotated[Any, str | tuple | list | Callable]
     drives: Annotated[Any, str | tuple | list | None] = None
     every: Annotated[Any, ArrayLike | None] = None
+    mix: tuple[tuple[int, ...], ...] | None = None
 
 
 @dataclass
 class Model:
-    """All declarations of a model, by name."""
+    """All declarations of a model, by name; `circuits` are its hydraulic ones where they have become blocks."""
 
     gravity: Array
     bodies: dict[str, Body] = field(default_factory=dict)
@@ -149,6 +151,7 @@ class Model:
     measures: dict[str, Measure] = field(default_factory=dict)
     blocks: dict[str, Block] = field(default_factory=dict)
     friction: dict[str, Friction] = field(default_factory=dict)
+    circuits: tuple[CircuitRecord, ...] = ()
 
 
 def as_pose(value) -> Pose:

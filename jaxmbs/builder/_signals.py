@@ -1,31 +1,17 @@
-"""Measures and blocks of a declared model: their faults, their order, and their place in the system."""
+"""Faults of the measures and blocks of a declared model."""
 
-import dataclasses
-from typing import Any
-
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from ..blocks import AbstractBlock
 from ..blocks._base import block_layout
-from ..blocks._readings import (
-    AXES,
-    OF_FRAME,
-    OF_FRAMES,
-    OF_JOINT,
-    REFUSED,
-    FrameReading,
-    JointReading,
-    RelativeReading,
-)
-from ..checks import any_concrete, faults_if, is_concrete, no_such
-from ..forces._fields import as_function, number
-from ..forces._signals import Constant, Driven, as_signal
+from ..blocks._readings import AXES, OF_FRAME, OF_FRAMES, OF_JOINT, REFUSED
+from ..checks import any_concrete, faults_if, no_such
+from ..forces._fields import as_function
+from ..forces._signals import Constant
 from ..forces._state_laws import internal_layout
-from ..model._internal_states import replace_field
-from ..model._signals import BlockElement, Measure
-from ._declarations import Model, resolve_frame
+from ._block_connections import drives_of, field_of, is_real, reads_of, rhythms
+from ._declarations import Model
+from ._evaluation_order import evaluation_order
 from ._law_faults import declared_state_faults
 
 _MOST_PERIODS = 8  # each adds its own samples, at which steps end
@@ -88,7 +74,7 @@ def block_faults(model: Model) -> list[str]:
         for read in reads_of(item):
             found += [f"{where}: {fault}" for fault in _read_faults(item, read, names, states, model)]
         for name in drives_of(item):
-            field, fault = _field_of(name, model)
+            field, fault = field_of(name, model)
             if fault is None and field.rpartition(".")[0] == item.name:
                 fault = f"drives its own field {field!r}; a block does not drive itself"
             if fault is None and field in owners:
@@ -107,7 +93,7 @@ def _sampling_faults(item):
     """Faults of `every=` and of the sampled form of a block."""
     if item.every is None:
         return []
-    if not _is_real(item.every):
+    if not is_real(item.every):
         return [f"every= takes a period in seconds, got {item.every!r}"]
     if any_concrete(lambda x: ~(np.isfinite(x) & (x > 0.0)), item.every):
         return [f"every= must be a positive period in seconds, got {item.every}"]
@@ -127,14 +113,8 @@ def _sampling_faults(item):
     ]
 
 
-def _is_real(value):
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number | np.ndarray | jax.Array):
-        return False
-    return np.shape(value) == () and np.dtype(jnp.result_type(value)).kind in "iuf"
-
-
 def _rhythm_faults(model):
-    different = len(set(_rhythms(model).values()))
+    different = len(set(rhythms(model).values()))
     listed = ", ".join(str(item.every) for item in model.blocks.values() if item.every is not None)
     return faults_if(
         (
@@ -143,18 +123,6 @@ def _rhythm_faults(model):
             f"{_MOST_PERIODS}: give blocks the same period",
         )
     )
-
-
-def _rhythms(model) -> dict[str, int]:
-    """Number of its period among the different ones, of each sampled block."""
-    found: dict[str, int] = {}
-    keys: list[Any] = []
-    for item in model.blocks.values():
-        if item.every is not None and _is_real(item.every):
-            key = float(item.every) if is_concrete(item.every) else id(item.every)
-            keys += [] if key in keys else [key]
-            found[item.name] = keys.index(key)
-    return found
 
 
 def _name_faults(where, item, model):
@@ -173,18 +141,6 @@ def _state_names(model):
         yield from ((item.name, name) for name, *_ in layout)
 
 
-def reads_of(item) -> tuple:
-    """Signals that a block reads, one after another."""
-    return tuple(item.reads) if isinstance(item.reads, tuple | list) else (item.reads,)
-
-
-def drives_of(item) -> tuple:
-    """Names of the fields that a block drives."""
-    if item.drives is None:
-        return ()
-    return tuple(item.drives) if isinstance(item.drives, tuple | list) else (item.drives,)
-
-
 def _read_faults(item, read, names, states, model):
     if callable(read) and not isinstance(read, type):
         return []
@@ -201,26 +157,6 @@ def _read_faults(item, read, names, states, model):
     return [no_such("signal", read, sorted({*names, *states}))]
 
 
-def _field_of(name, model):
-    """(the full name "motor.voltage" of a driven field, None), or (None, fault)."""
-    if not isinstance(name, str):
-        return None, f"drives= takes names of force elements and their fields, got {name!r}"
-    owners = {key: item.block for key, item in model.blocks.items()}
-    owners |= {key: item.law for key, item in model.forces.items()}
-    element, _, field = (name, "", "") if name in owners else name.rpartition(".")
-    if element not in owners:
-        return None, f"drives {name!r}: {no_such('force or block', element or name, owners)}"
-    inputs = getattr(owners[element], "inputs", ())
-    kind = type(owners[element]).__name__
-    if not inputs:
-        return None, f"drives {name!r}: {kind} has no field that can be driven; those of Motor, Actuator, Force can"
-    if not field and len(inputs) > 1:
-        return None, f"drives {name!r}: name one of its fields, {' or '.join(f'{element}.{one}' for one in inputs)}"
-    if field and field not in inputs:
-        return None, f"drives {name!r}: {no_such('field to drive', field, inputs)}"
-    return f"{element}.{field or inputs[0]}", None
-
-
 def _given_value_faults(field, model):
     """A field that is driven has no value of its own beside it."""
     element, _, name = field.rpartition(".")
@@ -233,36 +169,6 @@ def _given_value_faults(field, model):
     )
 
 
-def driven_fields(model: Model) -> dict[str, str]:
-    """The block that drives each field."""
-    return {_field_of(name, model)[0]: item.name for item in model.blocks.values() for name in drives_of(item)}
-
-
-def evaluation_order(model: Model) -> tuple[list[tuple[str, bool]], list[str]]:
-    """((name, True if its output is evaluated before its inputs) of all blocks in order, blocks left in a loop)."""
-    drivers = driven_fields(model)
-    needs = {}
-    for item in model.blocks.values():
-        read = {one for one in reads_of(item) if isinstance(one, str) and one in model.blocks}
-        needs[item.name] = read | {
-            drivers[f"{item.name}.{field}"] for field in item.block.inputs if f"{item.name}.{field}" in drivers
-        }
-    order: list[tuple[str, bool]] = []
-    while len(order) < len(needs):
-        done = {name for name, _ in order}
-        left = [name for name in needs if name not in done]
-        free = [name for name in left if needs[name] <= done]
-        early = [name for name in left if not _feeds_through(model.blocks[name])]
-        if not free and not early:
-            return order, left
-        order.append((free[0], False) if free else (early[0], True))
-    return order, []
-
-
-def _feeds_through(item):
-    return item.every is None and item.block.is_feedthrough
-
-
 def _loop_faults(model):
     left = evaluation_order(model)[1]
     if not left:
@@ -271,61 +177,3 @@ def _loop_faults(model):
         f"blocks {', '.join(map(repr, left))}: their outputs depend on each other at the same instant (an algebraic "
         "loop): put a block with a state on the way, FirstOrder(time_constant), sample one, or join them in one"
     ]
-
-
-def with_driven_fields(model: Model) -> Model:
-    """The model whose driven fields are placeholders."""
-    forces, blocks = dict(model.forces), dict(model.blocks)
-    for field in driven_fields(model):
-        element, _, name = field.rpartition(".")
-        if element in forces:
-            law = replace_field(forces[element].law, name, Driven())
-            forces[element] = dataclasses.replace(forces[element], law=law)
-        else:
-            block = replace_field(blocks[element].block, name, Driven())
-            blocks[element] = dataclasses.replace(blocks[element], block=block)
-    return dataclasses.replace(model, forces=forces, blocks=blocks)
-
-
-def make_measures(model: Model, add_frame) -> tuple[Measure, ...]:
-    """Measures of a model.  Args: add_frame: adds a frame of (name, reference) to those of the system."""
-    found = []
-    for item in model.measures.values():
-        if item.function is not None:
-            read = as_function(item.function)
-        elif item.joint is not None:
-            read = JointReading(item.joint, item.of)
-        else:
-            ends = item.between if item.between is not None else (item.on,)
-            names = [f"{item.name}.{side}" for side in "ab"[: len(ends)]]
-            for name, end in zip(names, ends, strict=True):
-                add_frame(name, *resolve_frame(end, model.bodies, model.frames))
-            read = _reading(names, item)
-        found.append(Measure(item.name, read))
-    return tuple(found)
-
-
-def _reading(names, item):
-    if len(names) == 1:
-        return FrameReading(names[0], item.of, item.axis)
-    return RelativeReading(names[0], names[1], item.of, item.axis)
-
-
-def make_blocks(model: Model) -> tuple[BlockElement, ...]:
-    """Blocks of a model in the order of their evaluation, their shapes not yet known."""
-    found, rhythms = [], _rhythms(model)
-    for name, is_early in evaluation_order(model)[0]:
-        item, reads, functions = model.blocks[name], [], []
-        for read in reads_of(item):
-            reads.append(read if isinstance(read, str) else len(functions))
-            functions += [] if isinstance(read, str) else [as_signal(read)]
-        drives = tuple(_field_of(one, model)[0] for one in drives_of(item))
-        block = item.block if item.every is None else item.block.sampled(item.every)
-        layout = block_layout(block)
-        sampling: dict[str, Any] = {}
-        if item.every is not None:
-            layout += (("output", (), ""),)
-            sampling = {"period": number(item.every), "rhythm": rhythms[name]}
-        connections = tuple(reads), tuple(functions), drives
-        found.append(BlockElement(name, block, *connections, layout, is_early=is_early, **sampling))
-    return tuple(found)

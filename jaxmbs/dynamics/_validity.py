@@ -133,7 +133,7 @@ def validity_at(system: System, at: VelocityKinematics, multipliers: Array | Non
 def has_ends(system: System) -> bool:
     """True if some part of the system has margins (static)."""
     laws = any(group.law.has_ends for group in system.forces)
-    blocks = any(element.block.has_ends for element in system.blocks)
+    blocks = any(group.block.has_ends for group in system.blocks)
     return laws or blocks or bool(system.elastic) or any(group.law.has_ends for group in system.rows)
 
 
@@ -155,9 +155,12 @@ def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None
 
 
 def _of_blocks(system, at):
-    ended = [element for element in system.blocks if element.block.has_ends]
-    alone = [element.block.validity(element.s or {}, at.t) for element in ended]
-    return [(element.names, jax.tree.map(lambda x: x[None], own)) for element, own in zip(ended, alone, strict=True)]
+    def margins(group):
+        return jax.vmap(lambda block, s: block.validity(s, at.t), axis_size=len(group.names))(
+            group.block, group.s or {}
+        )
+
+    return [(group.names, margins(group)) for group in system.blocks if group.block.has_ends]
 
 
 def _of_rows(system, at, multipliers=None):

@@ -7,7 +7,6 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..blocks import AbstractBlock
 from ..checks import faults_if, negative, not_positive
 from ..forces import AbstractScalarLaw
 from ..forces._element_bonds import Bonds, ElementBond, fluid
@@ -95,14 +94,6 @@ class PumpOnShaft(AbstractTwoPort):
 
 #: Port of a pump to the joint that it is on, and of the joint's force element to the pump.
 SHAFT = "port:shaft"
-
-
-class TorqueOfPump(AbstractBlock):
-    """The torque among the outputs of a `PumpOnShaft`."""
-
-    def output(self, u: Any, s: States, t: ScalarLike) -> Array:
-        """Torque on the joint [N m]."""
-        return u[1]
 
 
 class PumpTorque(AbstractScalarLaw):

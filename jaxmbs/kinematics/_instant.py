@@ -1,13 +1,16 @@
 """A mechanism at an instant, as the function of a measure sees it."""
 
 import functools
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..checks import place_of
 from ..model._system import System, coordinates_by_joint, velocities_by_joint
+from ..runtime import gather_static
 from ._configuration import VelocityKinematics
 from ._poses import frame_twists
 
@@ -42,36 +45,58 @@ class Instant:
         return velocities_by_joint(self._system.topology, self._at.u)
 
     @functools.cached_property
-    def internal(self) -> dict[str, Array]:
-        return internal_values(self._system)
+    def internal(self) -> Mapping[str, Array]:
+        return InternalValues(self._system)
 
     def position(self, frame: str) -> Array:
         """World position (3,) of the origin of a frame or body [m].  Raises: UnknownNameError."""
-        return self._at.x[self._place(frame)] + self._at.origin
+        return self.positions([frame])[0]
 
     def rotation(self, frame: str) -> Array:
         """Axes (3, 3) of a frame or body in world axes.  Raises: UnknownNameError."""
-        return self._at.R[self._place(frame)]
+        return self.rotations([frame])[0]
 
     def velocity(self, frame: str) -> Array:
         """World velocity (3,) of the origin of a frame or body [m/s].  Raises: UnknownNameError."""
-        omega, v = self._twist(frame)
-        return v + jnp.cross(omega, self._at.x[self._place(frame)])
+        return self.origin_velocities([frame])[0]
 
     def angular_velocity(self, frame: str) -> Array:
         """World angular velocity (3,) of a frame or body [rad/s].  Raises: UnknownNameError."""
-        return self._twist(frame)[0]
+        return self.angular_velocities([frame])[0]
 
-    def _twist(self, frame):
-        twist = self._twists[self._place(frame)]
-        return twist[:3], twist[3:]
+    def positions(self, frames: Sequence[str]) -> Array:
+        """World positions (n, 3) of the origins of frames or bodies [m].  Raises: UnknownNameError."""
+        return gather_static(self._at.x, self._places(frames)) + self._at.origin[None]
+
+    def rotations(self, frames: Sequence[str]) -> Array:
+        """Axes (n, 3, 3) of frames or bodies in world axes.  Raises: UnknownNameError."""
+        return gather_static(self._at.R, self._places(frames))
+
+    def origin_velocities(self, frames: Sequence[str]) -> Array:
+        """World velocities (n, 3) of the origins of frames or bodies [m/s].  Raises: UnknownNameError."""
+        places = self._places(frames)
+        twists = gather_static(self._twists, places)
+        return twists[:, 3:] + jnp.cross(twists[:, :3], gather_static(self._at.x, places))
+
+    def angular_velocities(self, frames: Sequence[str]) -> Array:
+        """World angular velocities (n, 3) of frames or bodies [rad/s].  Raises: UnknownNameError."""
+        return gather_static(self._twists, self._places(frames))[:, :3]
+
+    def of_joints(self, joints: Sequence[str], of: str) -> Array:
+        """Coordinates or velocities, `of` "position" or "velocity", of joints of as many freedoms: (n,) for one,
+        else (n, k)."""
+        top = self._system.topology
+        values, part = (self._at.psi, "coordinates") if of == "position" else (self._at.u, "velocities")
+        places = np.array([np.r_[getattr(top.joints[top.joint_index[name]], part)] for name in joints])
+        found = gather_static(values, places.reshape(-1))
+        return found if places.shape[1] == 1 else found.reshape(places.shape)
 
     @functools.cached_property
     def _twists(self):
         return frame_twists(self._system, self._at.V)
 
-    def _place(self, frame):
-        return place_of("frame", frame, self._system.topology.frame_names)
+    def _places(self, frames):
+        return [place_of("frame", frame, self._system.topology.frame_names) for frame in frames]
 
     def __getattr__(self, name: str) -> Any:
         if name in _REFUSED:
@@ -82,12 +107,26 @@ class Instant:
         raise AttributeError(f"an instant has no {name!r}; see jaxmbs.kinematics.Instant")
 
 
-def internal_values(system: System) -> dict[str, Array]:
-    """Internal states by name of a system whose laws and blocks are at them."""
-    found: dict[str, Array] = {}
-    for group in system.forces:
-        for k, element in enumerate(group.names):
-            found |= {f"{element}.{name}": group.law.s[name][k] for name, *_ in group.internal}
-    for block in system.blocks:
-        found |= {f"{block.name}.{name}": value for name, value in (block.s or {}).items()}
-    return found
+class InternalValues(Mapping):
+    """Internal states by name of a system whose laws and blocks are at them, sliced where they are read."""
+
+    def __init__(self, system: System) -> None:
+        laws = ((group.names, group.internal, getattr(group.law, "s", None)) for group in system.forces)
+        blocks = ((group.names, group.internal, group.s) for group in system.blocks)
+        self._places = {
+            f"{element}.{name}": (s[name], k)
+            for names, internal, s in (*laws, *blocks)
+            if s
+            for k, element in enumerate(names)
+            for name, *_ in internal
+        }
+
+    def __getitem__(self, name: str) -> Array:
+        values, k = self._places[name]
+        return values[k]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)

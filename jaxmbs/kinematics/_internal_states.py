@@ -80,7 +80,7 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
     if _has_bristles(system):
         values.append(jnp.zeros(sum(system.friction.bristle_sizes), at.psi.dtype))
     if system.blocks:
-        number = sum(group_size(element) for element in system.blocks)
+        number = sum(len(group.names) * group_size(group) for group in system.blocks)
         at_laws = with_internal(system, jnp.concatenate([*values, jnp.zeros(number, at.psi.dtype)]))
         values += block_starts(at_laws, at)
     return InternalStates(stacked(values), system.topology.internal)
@@ -91,7 +91,7 @@ def internal_scale(system: System) -> Array:
     laws = [join_states(group, declared_scales(group)) for group in system.forces if group.internal]
     if _has_bristles(system):
         laws.append(bend_scales(system.friction))
-    return stacked([*laws, *(join_states(e, block_scales(e)) for e in system.blocks if e.internal)])
+    return stacked([*laws, *(join_states(group, block_scales(group)) for group in system.blocks if group.internal)])
 
 
 def with_start(system: System, state, given: Mapping[str, Array]):

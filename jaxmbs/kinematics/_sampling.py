@@ -12,26 +12,32 @@ import numpy as np
 from jax import Array
 
 from ..errors import ModelError
-from ..model._internal_states import with_internal
-from ..model._signals import BlockElement, drivers_of
+from ..model._internal_states import join_states, with_internal
+from ..model._signals import BlockGroup, drivers_of
 from ..model._system import System
+from ..runtime import gather_static
 from ._configuration import VelocityKinematics
-from ._signals import block_inputs, block_output, measured_at, no_inputs, with_driven_fields
+from ._signals import block_inputs, block_outputs, measured_at, no_inputs, of_each, with_driven_fields
 
 
 def sample_periods(system: System) -> Array | None:
     """Different periods (m,) [s] of the sampled blocks; None without such."""
-    first = {e.rhythm: e.period for e in reversed(system.blocks) if e.rhythm is not None and e.period is not None}
-    return jnp.stack([jnp.asarray(first[k]) for k in sorted(first)]) if first else None
+    first = {}
+    for group in reversed(system.blocks):
+        first |= {rhythm: group.period[k] for k, rhythm in reversed(list(enumerate(group.rhythms)))}
+    return jnp.stack([first[k] for k in sorted(first)]) if first else None
+
+
+def _sampled_names(system):
+    return [name for group in system.blocks if group.period is not None for name in group.names]
 
 
 def refuse_sampled(system: System, what: str) -> None:
     """Raises: ModelError if blocks of the system are sampled."""
-    names = [repr(element.name) for element in system.blocks if element.period is not None]
-    if names:
+    if names := ", ".join(map(repr, _sampled_names(system))):
         raise ModelError(
             [
-                f"{what}: blocks {', '.join(names)} are sampled and have no rates between samples: build the system "
+                f"{what}: blocks {names} are sampled and have no rates between samples: build the system "
                 "without every= for their continuous forms"
             ]
         )
@@ -42,7 +48,7 @@ def with_held_outputs(system: System, at: VelocityKinematics, values: Array, giv
     periods = sample_periods(system)
     if periods is None:
         return values
-    names = {f"{element.name}.output" for element in system.blocks if element.period is not None}.difference(given)
+    names = {f"{name}.output" for name in _sampled_names(system)}.difference(given)
     found = np.zeros(len(values), bool)
     for record in system.topology.internal:
         found[record.first : record.first + record.size] = record.name in names
@@ -55,31 +61,35 @@ def sampled_values(system: System, at: VelocityKinematics, values: Array, due: A
 
     Args: system: at the internal states of these values.
     """
-    signals, drivers, states = measured_at(system, at), drivers_of(system), {}
-    for element in system.blocks:
-        if element.is_early or element.period is None:
-            states[element.name] = element.s or {}
+    signals, drivers, states = measured_at(system, at), drivers_of(system.blocks), []
+    for group in system.blocks:
+        if group.is_early or group.period is None:
+            states.append(group.s or {})
         else:
-            states[element.name] = _next_states(element, drivers, signals, at, due)
-        block = with_driven_fields(element, drivers, signals)
-        u = no_inputs(element, at) if element.is_early else block_inputs(element, signals, at)
-        signals[element.name] = block_output(element, block, u, states[element.name], at)
-    for element in system.blocks:
-        if element.is_early and element.period is not None:
-            states[element.name] = _next_states(element, drivers, signals, at, due)
-    found = [states[e.name][name].reshape(-1) for e in system.blocks for name, *_ in e.internal]
+            states.append(_next_states(group, drivers, signals, at, due))
+        block = with_driven_fields(group, drivers, signals)
+        u = no_inputs(group, at) if group.is_early else block_inputs(group, signals, at.t)
+        signals.add(group.names, block_outputs(group, block, u, states[-1], at))
+    for k, group in enumerate(system.blocks):
+        if group.is_early and group.period is not None:
+            states[k] = _next_states(group, drivers, signals, at, due)
+    found = [join_states(group, s) for group, s in zip(system.blocks, states, strict=True) if group.internal]
     first = len(values) - sum(part.size for part in found)
     return jnp.concatenate([values[:first], *found])
 
 
-def _next_states(element: BlockElement, drivers, signals, at, due) -> dict[str, Any]:
-    """The states of a sampled block, after its sample if it is due."""
-    block, s = with_driven_fields(element, drivers, signals), element.s or {}
-    output, new = block.sample(block_inputs(element, signals, at), s, at.t, element.period)
-    new = {**new, "output": jnp.reshape(output, element.shape)}
+def _next_states(group: BlockGroup, drivers, signals, at, due) -> dict[str, Any]:
+    """The states of sampled blocks, after their sample where it is due."""
 
-    def chosen(name):
-        value = jnp.broadcast_to(jnp.asarray(new[name], s[name].dtype), s[name].shape)
-        return jnp.where(due[element.rhythm], value, s[name])
+    def of_one(block, u, s, period, due):
+        output, new = block.sample(u, s, at.t, period)
+        new = {**new, "output": jnp.reshape(output, group.shape)}
 
-    return {name: chosen(name) for name in s}
+        def chosen(name):
+            value = jnp.broadcast_to(jnp.asarray(new[name], s[name].dtype), s[name].shape)
+            return jnp.where(due, value, s[name])
+
+        return {name: chosen(name) for name in s}
+
+    block, u = with_driven_fields(group, drivers, signals), block_inputs(group, signals, at.t)
+    return of_each(group, of_one, block, u, group.s or {}, group.period, gather_static(due, group.rhythms))

@@ -9,7 +9,7 @@ from jax import Array
 from ..checks import place_of
 from ..errors import ModelError
 from ..model._entry_points import state_function
-from ..model._signals import drivers_of, law_of
+from ..model._signals import block_named, drivers_of, law_of
 from ..model._system import System
 from ._configuration import at_state, with_velocities
 from ._signals import signals_at
@@ -33,21 +33,21 @@ def signal_names(system: System) -> list[str]:
 
 
 def _own_names(system):
-    return [measure.name for measure in system.measures] + [element.name for element in system.blocks]
+    return [name for group in (*system.measures, *system.blocks) for name in group.names]
 
 
 def input_fields(system: System) -> list[str]:
     """Names of all fields that may be inputs, "motor.voltage"; those that a block drives are none."""
     laws = [(name, law_of(group.law)) for group in system.forces for name in group.names]
-    parts = laws + [(element.name, element.block) for element in system.blocks]
-    drivers = drivers_of(system)
+    parts = laws + [(name, group.block) for group in system.blocks for name in group.names]
+    drivers = drivers_of(system.blocks)
     found = [f"{name}.{field}" for name, part in parts for field in part.inputs]
     return [name for name in found if name not in drivers]
 
 
 def check_input_fields(system: System, names: Iterable[str]) -> None:
     """Raises: UnknownNameError; ModelError for a field that a block drives."""
-    drivers, fields = drivers_of(system), input_fields(system)
+    drivers, fields = drivers_of(system.blocks), input_fields(system)
     for name in names:
         if name in drivers:
             raise ModelError([f"input {name!r}: block {drivers[name][0]!r} drives it; take an input of that block"])
@@ -61,7 +61,7 @@ def _shape_of_field(system, name):
     element, _, field = name.rpartition(".")
     groups = [group for group in system.forces if element in group.names]
     laws = [jax.tree.map(lambda x, g=g: x[g.names.index(element)], law_of(g.law)) for g in groups]
-    (part,) = laws + [block.block for block in system.blocks if block.name == element]
+    (part,) = laws + [found.block for found in block_named(system.blocks, element)]
     try:
         return jax.eval_shape(lambda t: jnp.asarray(getattr(part, field)(t), float), jnp.zeros(())).shape
     except TypeError:  # a function of (x, v, t)

@@ -135,10 +135,9 @@ def with_internal(system, internal: Any, law_at: Callable | None = None):
 def _with_block_states(system, values):
     """The system whose blocks are at states in one vector."""
     blocks, first = [], 0
-    for element in system.blocks:
-        end = first + group_size(element)
-        s = split_states(element, values[first:end]) if element.internal else {}
-        blocks.append(replace_field(element, "s", {name: value[0] for name, value in s.items()}))
+    for group in system.blocks:
+        end = first + len(group.names) * group_size(group)
+        blocks.append(replace_field(group, "s", split_states(group, values[first:end]) if group.internal else {}))
         first = end
     return replace_field(system, "blocks", tuple(blocks))
 
@@ -155,7 +154,7 @@ def has_internal(system) -> bool:
     """True if the laws of the system are at their internal states, or have none."""
     laws = all(hasattr(group.law, "s") for group in system.forces if group.internal)
     rubs = system.friction is None or not any(system.friction.bristle_sizes) or system.friction.bristles is not None
-    return laws and rubs and all(element.s is not None for element in system.blocks if element.internal)
+    return laws and rubs and all(group.s is not None for group in system.blocks if group.internal)
 
 
 def stacked(values) -> Array:
@@ -169,9 +168,9 @@ def declared_scales(group) -> dict[str, Array]:
     return jax.vmap(lambda law: _scales(group, law), axis_size=len(group.names))(getattr(group.law, "law", group.law))
 
 
-def block_scales(element) -> dict[str, Array]:
-    """Scales (1, *shape) of a block's states by name, as it declares them."""
-    return {name: scale[None] for name, scale in _scales(element, element.block).items()}
+def block_scales(group) -> dict[str, Array]:
+    """Scales (n, *shape) of the states of a group of blocks by name, as these declare them."""
+    return jax.vmap(lambda block: _scales(group, block), axis_size=len(group.names))(group.block)
 
 
 def _scales(group, law):

@@ -1,68 +1,106 @@
 """Measures and blocks of a system: the layout of its signals."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 
 from ._internal_states import replace_field
 
 
-class Measure(eqx.Module):
-    """A signal of coordinates, velocities, internal states and time: `function(instant)`.
+class MeasureGroup(eqx.Module):
+    """Signals of coordinates, velocities, internal states and time that are read in one way.
 
-    Attributes: internal: names of the internal states that the function reads.
+    Attributes:
+        reading: of `blocks._readings`: `reading.values(instant, places)` gives the values (n, ...).
+        places: (n, k) joint or frames of each measure.
+        internal: names of the internal states that are read.
     """
 
-    name: str = eqx.field(static=True)
-    function: Any
+    names: tuple[str, ...] = eqx.field(static=True)
+    reading: Any
+    places: tuple[tuple[str, ...], ...] = eqx.field(static=True)
     internal: tuple[str, ...] = eqx.field(static=True, default=())
 
 
-class BlockElement(eqx.Module):
-    """A block with its connections.
+class BlockGroup(eqx.Module):
+    """Blocks of one structure, at one place in the order of evaluation, their parameters stacked.
 
     Attributes:
-        reads: names of signals, or numbers of `functions` of time.
-        drives: fields of force elements and blocks, "motor.voltage"; of several each gets one entry of the output.
-        internal: (name, shape, unit) of each state of the block; s: their values by name, None where not given.
+        reads: (n, k) names of signals, or numbers of `functions` of time.
+        drives: of each block the fields of force elements and blocks that it drives, "motor.voltage"; of several
+            each gets one entry of its output.
+        internal: (name, shape, unit) of each state of the block; s: their values (n, *shape) by name, None where not
+            given.
         shape: of the output; size: of all inputs together, None for one number.
+        mix: (n, size, entries) factors of all that is read in each input, None where the inputs are what is read.
         is_early: True for an output that is evaluated before its inputs are, on which it does not depend.
-        period: () [s] of a sampled block, whose last state is its "output"; rhythm: number of the period among the
-            different ones.
+        period: (n,) [s] of sampled blocks, whose last state is their "output"; rhythms: number of each period among
+            the different ones.
     """
 
-    name: str = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
     block: Any
-    reads: tuple[str | int, ...] = eqx.field(static=True)
+    reads: tuple[tuple[str | int, ...], ...] = eqx.field(static=True)
     functions: tuple[Any, ...]
-    drives: tuple[str, ...] = eqx.field(static=True)
+    drives: tuple[tuple[str, ...], ...] = eqx.field(static=True)
     internal: tuple[tuple[str, tuple[int, ...], str], ...] = eqx.field(static=True)
     shape: tuple[int, ...] = eqx.field(static=True, default=())
     size: int | None = eqx.field(static=True, default=None)
+    mix: tuple[tuple[tuple[int, ...], ...], ...] | None = eqx.field(static=True, default=None)
     is_early: bool = eqx.field(static=True, default=False)
     s: dict[str, Any] | None = None
     period: Any = None
-    rhythm: int | None = eqx.field(static=True, default=None)
+    rhythms: tuple[int, ...] = eqx.field(static=True, default=())
+
+
+class BlockElement(NamedTuple):
+    """One block of a group."""
+
+    group: BlockGroup
+    number: int
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Its name alone, as of a group of one."""
-        return (self.name,)
+    def name(self) -> str:
+        """Of the block."""
+        return self.group.names[self.number]
+
+    @property
+    def block(self) -> Any:
+        """With the element's own numbers."""
+        return jax.tree.map(lambda x: x[self.number], self.group.block)
 
 
-def drivers_of(system) -> dict[str, tuple[str, int | None]]:
+def block_elements(groups: tuple[BlockGroup, ...]) -> list[BlockElement]:
+    """All blocks in the order of their evaluation."""
+    return [BlockElement(group, k) for group in groups for k in range(len(group.names))]
+
+
+def block_named(groups: tuple[BlockGroup, ...], name: str) -> list[BlockElement]:
+    """The block of a name, alone in a list; an empty one where there is none."""
+    return [BlockElement(group, group.names.index(name)) for group in groups if name in group.names]
+
+
+def drivers_of(groups: tuple[BlockGroup, ...]) -> dict[str, tuple[str, int | None]]:
     """(block, entry of its output or None for all of it) by the field that it drives, "motor.voltage"."""
     found = {}
-    for element in system.blocks:
-        alone = len(element.drives) == 1
-        found |= {field: (element.name, None if alone else k) for k, field in enumerate(element.drives)}
+    for group in groups:
+        for name, drives in zip(group.names, group.drives, strict=True):
+            found |= drives_by_field(name, drives)
     return found
+
+
+def drives_by_field(name: str, drives: tuple[str, ...]) -> dict[str, tuple[str, int | None]]:
+    """(name, entry of its output or None for all of it) by the fields that a block drives."""
+    alone = len(drives) == 1
+    return {field: (name, None if alone else k) for k, field in enumerate(drives)}
 
 
 def internal_reads(system) -> set[str]:
     """Names of the internal states that measures and blocks read, among the names of other signals."""
-    of_measures = {name for measure in system.measures for name in measure.internal}
-    return of_measures | {read for element in system.blocks for read in element.reads if isinstance(read, str)}
+    of_measures = {name for group in system.measures for name in group.internal}
+    of_blocks = {read for group in system.blocks for reads in group.reads for read in reads if isinstance(read, str)}
+    return of_measures | of_blocks
 
 
 def law_of(law):

@@ -16,7 +16,7 @@ from ._entry_points import check_state
 from ._open_friction import open_friction_lines
 from ._pose import Pose
 from ._rows import RowGroup
-from ._signals import BlockElement, Measure
+from ._signals import BlockGroup, MeasureGroup
 from ._topology import Topology
 
 
@@ -69,8 +69,8 @@ class System(eqx.Module):
     closures: tuple[ClosureGroup, ...] = ()
     rows: tuple[RowGroup, ...] = ()
     elastic: tuple[ElasticGroup, ...] = ()
-    measures: tuple[Measure, ...] = ()
-    blocks: tuple[BlockElement, ...] = ()
+    measures: tuple[MeasureGroup, ...] = ()
+    blocks: tuple[BlockGroup, ...] = ()
     length: Float[Array, ""] = eqx.field(default_factory=lambda: as_array(1.0))
     friction: Any = None
 

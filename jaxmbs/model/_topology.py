@@ -77,6 +77,20 @@ class Mobility:
 
 
 @dataclass(frozen=True)
+class CircuitRecord:
+    """An element or node of a hydraulic circuit.
+
+    Attributes:
+        nodes: (port, node) of each port of an element, none for a node; a chamber of a cylinder is "boom.p0".
+        shaft: the force element of a pump on a joint, empty for the others.
+    """
+
+    name: str
+    nodes: tuple[tuple[str, str], ...] = ()
+    shaft: str = ""
+
+
+@dataclass(frozen=True)
 class Topology:
     """Names, the tree of bodies and the tree of nodes (simple joints), in depth-first order.
 
@@ -84,7 +98,8 @@ class Topology:
     for a weld, -1 on the ground).  A ball is three nodes with one quaternion.  `frame_node` says which node carries
     each frame.  `row_joint` names the joint or constraint of every constraint row; `slip_rows` are those of velocity
     alone.  `guess` are coordinates by joint where searches for a pose begin; `analysis` is of the pose they lead to;
-    `linear_solver` is "dense", "frontal" or "multifrontal"; `internal` are the internal states of force elements.
+    `linear_solver` is "dense", "frontal" or "multifrontal"; `internal` are the internal states of force elements
+    and blocks; `circuits` are the parts of hydraulic circuits, nodes first.
     """
 
     body_names: tuple[str, ...]
@@ -106,6 +121,7 @@ class Topology:
     analysis: Mobility | None = field(default=None)
     linear_solver: str = "dense"
     internal: tuple[InternalRecord, ...] = ()
+    circuits: tuple[CircuitRecord, ...] = ()
 
     @property
     def num_velocities(self) -> int:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
@@ -62,10 +61,11 @@ def named_numbers(system: System) -> dict[str, tuple[float, Callable]]:
             if _is_numbers(values) and np.shape(values) == (len(group.names),):
                 for k, name in enumerate(group.names):
                     found[f"{name}.{field}"] = float(values[k]), _set_law(g, field, k)
-    for e, element in enumerate(system.blocks):
-        for field, value in vars(element.block).items():
-            if _is_numbers(value) and np.shape(value) == ():
-                found[f"{element.name}.{field}"] = float(value), _set_block(e, field)
+    for g, group in enumerate(system.blocks):
+        for field, values in vars(group.block).items():
+            if _is_numbers(values) and np.shape(values) == (len(group.names),):
+                for k, name in enumerate(group.names):
+                    found[f"{name}.{field}"] = float(values[k]), _set_block(g, field, k)
     return found
 
 
@@ -88,11 +88,11 @@ def _set_law(g, field, k):
     return set_law
 
 
-def _set_block(e, field):
+def _set_block(g, field, k):
     def set_block(system, value):
         blocks = list(system.blocks)
-        block = replace_field(blocks[e].block, field, jnp.asarray(value))
-        blocks[e] = replace_field(blocks[e], "block", block)
+        values = getattr(blocks[g].block, field).at[k].set(value)
+        blocks[g] = replace_field(blocks[g], "block", replace_field(blocks[g].block, field, values))
         return replace_field(system, "blocks", tuple(blocks))
 
     return set_block

@@ -9,7 +9,7 @@ from ...analysis._linearise import column_names
 from ...checks import distinct_names, place_of, repeated
 from ...errors import ModelError
 from ...kinematics._signal_names import check_input_fields, input_fields, signal_names
-from ...model._signals import law_of
+from ...model._signals import block_named, law_of
 from ...model._system import System
 from ...typing import ScalarLike
 from ._description import Variable
@@ -40,7 +40,7 @@ def input_values(system: System, names: tuple[str, ...], t: ScalarLike) -> np.nd
     for name in names:
         element, _, field = name.rpartition(".")
         laws = [_law_in(group, element) for group in system.forces if element in group.names]
-        (part,) = laws + [block.block for block in system.blocks if block.name == element]
+        (part,) = laws + [found.block for found in block_named(system.blocks, element)]
         try:
             found.append(float(getattr(part, field)(t)))
         except TypeError:  # a function of (x, v, t)
