@@ -5,6 +5,7 @@ Force elements, blocks and elastic bodies say where their models end by margins,
 """
 
 import operator
+from collections.abc import Mapping
 
 import equinox as eqx
 import jax
@@ -19,6 +20,7 @@ from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
+from ..named_arrays import NamedRows
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported, faults_in_short
 from ..runtime import jit
@@ -35,7 +37,7 @@ class Validity(Reported, eqx.Module):
     """
 
     t: Float[Array, "..."]
-    margins: dict[str, dict[str, Margin]]
+    margins: Mapping[str, dict[str, Margin]]
 
     def report(self) -> Report:
         found = [
@@ -61,7 +63,11 @@ class Validity(Reported, eqx.Module):
     def _values(self):
         """All margins (..., n)."""
         shape = jnp.shape(self.t)
-        parts = [m.value.reshape(*shape, -1) for part in self.margins.values() for m in part.values()]
+        parts = [
+            margin.value.reshape(*shape, -1)
+            for _, part in sorted(self.margins.items())
+            for _, margin in sorted(part.items())
+        ]
         return jnp.concatenate([jnp.ones((*shape, 1)), *parts], axis=-1)
 
     def ends(self) -> list[tuple[str, str]]:
@@ -121,13 +127,8 @@ def validity_at(system: System, at: VelocityKinematics, multipliers: Array | Non
 
     Args: multipliers: (rows,) of the motion, where they are found already.
     """
-    margins = {
-        name: jax.tree.map(lambda x, k=k: x[k], margins)
-        for names, margins in margins_at(system, at, multipliers)
-        if margins
-        for k, name in enumerate(names)
-    }
-    return Validity(at.t, margins)
+    found = [(names, margins) for names, margins in margins_at(system, at, multipliers) if margins]
+    return Validity(at.t, NamedRows.of(found))
 
 
 def has_ends(system: System) -> bool:

@@ -1,5 +1,6 @@
 """Accounts of a motion: energies, work, residuals, numbers of steps."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import equinox as eqx
@@ -27,7 +28,7 @@ class Diagnostics(Reported, eqx.Module):
 
     kinetic: Float[Array, " times"]
     potential: Float[Array, " times"]
-    work: dict
+    work: Mapping[str, Array]
     energy_residual: Float[Array, " times"]
     constraint_drift: Float[Array, " times"]
     velocity_drift: Float[Array, " times"]

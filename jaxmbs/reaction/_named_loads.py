@@ -1,6 +1,6 @@
 """Loads of drives, force elements, couplers and user constraints, by name."""
 
-from typing import Any
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
@@ -11,42 +11,42 @@ from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._saddle_operator import constraint_operator
 from ..model._rows import drives, row_elements
 from ..model._system import System
-from ._result import DriveLoad, LawForce, RowLoad
+from ..named_arrays import NamedRows, NamedSlices
+from ..runtime import gather_static
+from ._result import DriveLoad, LawForce, RowLoads
 from ._self_stress import UNIQUE_TOLERANCE, row_shares
 
 
-def law_forces(system: System, acting: list[LawEffort]) -> dict[str, LawForce]:
+def law_forces(system: System, acting: list[LawEffort]) -> NamedRows:
     """Forces of the force elements by name, from the `LawEffort` of each group; see `efforts`."""
-    named = {}
-    for group, found in zip(system.forces, acting, strict=True):
-        read = jax.vmap(group.port.reading)(found.seen, found.effort)
-        for i, name in enumerate(group.names):
-            parts: list[Any] = [None if x is None else x[i] for x in read]
-            named[name] = LawForce(*parts)
-    return named
+    read = (
+        LawForce(*jax.vmap(group.port.reading)(found.seen, found.effort))
+        for group, found in zip(system.forces, acting, strict=True)
+    )
+    return NamedRows.of((group.names, force) for group, force in zip(system.forces, read, strict=True))
 
 
-def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slice], given) -> dict[str, DriveLoad]:
+def drive_loads(system: System, multipliers, stresses, actuators: dict[str, slice], given) -> NamedSlices:
     """Drive loads by joint, from the multipliers (rows,), or for actuators from the efforts given (nv,).
 
     Args: stresses (n, rows + actuators): see `self_stresses`.
     """
-    driven = drives(system.rows)
-    if not driven and not actuators:
-        return {}
-    unique, named = _is_unique(stresses), {}
-    for row in driven:
-        place = np.array(row.places)
-        named[row.name] = DriveLoad(multipliers[place], unique[place])
-    first = system.topology.num_rows
-    for name, columns in actuators.items():
-        effort = given[columns]
-        named[name] = DriveLoad(effort, unique[first : first + len(effort)])
-        first += len(effort)
-    return named
+    first, places, taken, columns = 0, [], [], []
+    for row in drives(system.rows):
+        places.append((row.name, first, first + len(row.places)))
+        first, taken = places[-1][2], [*taken, *row.places]
+    for name, part in actuators.items():
+        places.append((name, first, first + part.stop - part.start))
+        first, columns = places[-1][2], [*columns, *range(part.start, part.stop)]
+    if not places:
+        return NamedSlices(DriveLoad(multipliers[:0], jnp.ones(0, bool)), ())
+    unique, rows = _is_unique(stresses), system.topology.num_rows
+    efforts = jnp.concatenate([gather_static(multipliers, taken), gather_static(given, columns)])
+    marks = jnp.concatenate([gather_static(unique, taken), unique[rows : rows + len(columns)]])
+    return NamedSlices(DriveLoad(efforts, marks), tuple(places))
 
 
-def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> dict[str, RowLoad]:
+def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> Mapping:
     """Loads of couplers, cables and user rows by name, from all multipliers (rows,); stresses: `self_stresses`."""
     rows = [row for row in row_elements(system.rows) if not row.group.law.prescribes]
     if not rows:
@@ -54,12 +54,22 @@ def row_loads(system: System, at: VelocityKinematics, multipliers, stresses) -> 
     own = np.array([np.isin(np.arange(system.topology.num_rows), row.places) for row in rows])
     operator = constraint_operator(system, at)._replace(unit=jnp.ones_like(multipliers))
     efforts = jax.vmap(operator.efforts)(jnp.where(own, multipliers[None], 0.0))
-    named, unique = {}, _is_unique(stresses)
-    for row, effort in zip(rows, efforts, strict=True):
-        joints = [j for j in system.topology.joints if j.num_velocities and _reads_joint(row, j)]
-        parts, place = {joint.name: effort[joint.velocities] for joint in joints}, np.array(row.places)
-        named[row.name] = RowLoad(multipliers[place], parts, unique[place])
-    return named
+    joints = [
+        [
+            (joint.name, joint.velocities.start, joint.velocities.stop)
+            for joint in system.topology.joints
+            if joint.num_velocities and _reads_joint(row, joint)
+        ]
+        for row in rows
+    ]
+    return RowLoads(
+        multipliers,
+        efforts,
+        _is_unique(stresses)[: system.topology.num_rows],
+        tuple(row.name for row in rows),
+        tuple((row.places[0], row.places[-1] + 1) for row in rows),
+        tuple(map(tuple, joints)),
+    )
 
 
 def _is_unique(stresses):

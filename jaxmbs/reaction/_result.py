@@ -8,10 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from ..checks import is_concrete, no_such
+from ..checks import no_such
 from ..dynamics._validity import Validity
 from ..errors import UnknownNameError
 from ..model._describe import COMPONENTS
+from ..named_arrays import part_of
 from ..quantities import XYZ, Quantity, along_freedoms
 from ..reports import Report, Reported, failures
 from ..status import Status
@@ -77,10 +78,10 @@ class JointReactions(eqx.Module):
 
     def __getitem__(self, name: str) -> JointReaction:
         k = self.names.index(name)
-        unique_force, unique_moment = (_entries(x, np.s_[..., k, :]) for x in (self.unique_force, self.unique_moment))
-        force, moment = (_entries(x, np.s_[..., k, :]) for x in (self.force, self.moment))
-        own, total = (_entries(self.efforts, np.s_[..., slice(*part[k])]) for part in (self.own, self.total))
-        contact = None if self.lacks_contact is None else _entries(self.lacks_contact, np.s_[..., k])
+        unique_force, unique_moment = (part_of(x, np.s_[..., k, :]) for x in (self.unique_force, self.unique_moment))
+        force, moment = (part_of(x, np.s_[..., k, :]) for x in (self.force, self.moment))
+        own, total = (part_of(self.efforts, np.s_[..., slice(*part[k])]) for part in (self.own, self.total))
+        contact = None if self.lacks_contact is None else part_of(self.lacks_contact, np.s_[..., k])
         return JointReaction(force, moment, own, total, unique_force, unique_moment, contact)
 
     def __iter__(self) -> Iterator[str]:
@@ -88,11 +89,6 @@ class JointReactions(eqx.Module):
 
     def __contains__(self, name: object) -> bool:
         return name in self.names
-
-
-def _entries(x, place):
-    """Part of an array.  By NumPy where it is no trace: JAX compiles a program for every place."""
-    return jnp.asarray(np.asarray(x)[place]) if is_concrete(x) else x[place]
 
 
 def _summary(loads):
@@ -190,6 +186,38 @@ class RowLoad(Reported, eqx.Module):
         return Report([multipliers, *efforts], open_one)
 
 
+class RowLoads(eqx.Module, Mapping):
+    """Loads of couplers and user rows by name, as few arrays.
+
+    Attributes:
+        multipliers, unique: (..., rows) of all rows of the system.
+        efforts: (..., n, nv) of each of the n on every velocity.
+        names; places: first row and end of each.
+        joints: name, first velocity and end of the joints that each acts on.
+    """
+
+    multipliers: Float[Array, "... rows"]
+    efforts: Float[Array, "... n nv"]
+    unique: Bool[Array, "... rows"]
+    names: tuple[str, ...] = eqx.field(static=True)
+    places: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    joints: tuple[tuple[tuple[str, int, int], ...], ...] = eqx.field(static=True)
+
+    def __getitem__(self, name: str) -> RowLoad:
+        if name not in self.names:
+            raise KeyError(name)
+        k = self.names.index(name)
+        own = np.s_[..., slice(*self.places[k])]
+        efforts = {joint: part_of(self.efforts, np.s_[..., k, a:b]) for joint, a, b in self.joints[k]}
+        return RowLoad(part_of(self.multipliers, own), efforts, part_of(self.unique, own))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
 class Reactions(Reported, eqx.Module):
     """Reactions by joint or constraint name, `loads["main"].force`; of force elements `loads.law("spring").effort`,
     of drives and actuators `loads.drive("shaft").effort`, of couplers and user rows
@@ -216,9 +244,9 @@ class Reactions(Reported, eqx.Module):
     residual: Float[Array, "..."]
     ok: Bool[Array, "..."]
     hidden: tuple[str, ...] = eqx.field(static=True, default=())
-    laws: dict[str, LawForce] = eqx.field(default_factory=dict)
-    rows: dict[str, RowLoad] = eqx.field(default_factory=dict)
-    drives: dict[str, DriveLoad] = eqx.field(default_factory=dict)
+    laws: Mapping[str, LawForce] = eqx.field(default_factory=dict)
+    rows: Mapping[str, RowLoad] = eqx.field(default_factory=dict)
+    drives: Mapping[str, DriveLoad] = eqx.field(default_factory=dict)
     frame: str = eqx.field(static=True, default="world")
     side: str = eqx.field(static=True, default="child")
     t: Float[Array, "..."] | None = None

@@ -173,17 +173,13 @@ def _wrenches_in_frames(system, at, options, wrench):
 def _joint_reactions(system, loads, total, drives, marks):
     """Reactions of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
     joints, first = {joint.name: joint for joint in system.topology.joints}, len(total)
-    names, all_efforts, own, along = [name for name, *_ in reaction_map.carriers(system)], [total], [], []
-    for name in names:
-        columns = joints[name].velocities if name in joints else slice(0, 0)
-        along.append((columns.start, columns.stop))
-        own.append((columns.start, columns.stop))
-        if name in drives:
-            all_efforts.append(drives[name].effort)
-            own[-1] = first, first + len(all_efforts[-1])
-            first = own[-1][1]
-    efforts = jnp.concatenate(all_efforts)
-    return JointReactions(*loads, efforts, *marks, tuple(names), tuple(own), tuple(along))
+    own = {name: (first + a, first + b) for name, a, b in drives.places}
+    names = [name for name, *_ in reaction_map.carriers(system)]
+    columns = [joints[name].velocities if name in joints else slice(0, 0) for name in names]
+    along = [(part.start, part.stop) for part in columns]
+    efforts = jnp.concatenate([total, drives.vectors.effort])
+    found = tuple(own.get(name, part) for name, part in zip(names, along, strict=True))
+    return JointReactions(*loads, efforts, *marks, tuple(names), found, tuple(along))
 
 
 @jit  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
