@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Shaped
 
 from .checks import is_concrete
 
@@ -69,6 +69,6 @@ class NamedSlices(eqx.Module, Mapping):
         return len(self.places)
 
 
-def part_of(x: Float[Array, "..."], place: Any) -> Float[Array, "..."]:
+def part_of(x: Shaped[Array, "..."], place: Any) -> Shaped[Array, "..."]:
     """Part of an array.  By NumPy where it is no trace: JAX compiles a program for every place."""
     return jnp.asarray(np.asarray(x)[place]) if is_concrete(x) else x[place]

@@ -24,6 +24,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "checks",
         "arguments",
         "tables",
+        "named_arrays",
         "quantities",
         "datasets",
         "reports",

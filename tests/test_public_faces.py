@@ -37,10 +37,11 @@ FACES = {
         content_of explain_error export
         fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
         gather_static host_call is_double is_motion is_on jaxpr_function jit kernel_options lapack lazy_where
-        load_program map_chunked missing_primitives not_tracing note one_kernel public_call release_advice remat
+        load_program map_chunked missing_primitives not_tracing note ON_TAPE one_kernel progress_bar public_call release_advice
+        remat
         report_compiles
         reverse_only save_factor
-        segment_sum_static set_quick_flags sets_marks small_call store take_notes tracer_errors_in_words trick_states
+        segment_sum_static set_quick_flags sets_marks shown small_call store take_notes tracer_errors_in_words trick_states
         tuning user_jit
         with_library_calls warn_of_wrong_release without_tricks without_unused working_bytes
     """,

@@ -58,7 +58,7 @@ def diagnose(system, observed, work, final, events: tuple[str, ...] = ()) -> Dia
     return Diagnostics(
         kinetic=kinetic[1:],
         potential=potential[1:],
-        work=NamedRows.of([(names, work)], leading=1),
+        work=NamedRows.of([(names, work)] if names else [], leading=1),
         energy_residual=total[1:] - total[0] - jnp.sum(work, axis=1),
         constraint_drift=drift[1:],
         velocity_drift=speed[1:],
@@ -93,7 +93,8 @@ def _zero_for_nan(x):
 def _is_energy_missing(diagnostics, observed, ended):
     """True () if energy is missing: more than a tenth of what was exchanged, and more than rounding."""
     kinetic, potential = (_zero_for_nan(x) for x in observed[:2])
-    work = sum(jnp.sum(jnp.abs(_zero_for_nan(w)), axis=1) for w in diagnostics.work.groups)
+    done = (jnp.sum(jnp.abs(_zero_for_nan(w)), axis=1) for w in diagnostics.work.groups)
+    work = sum(done, jnp.zeros_like(kinetic[1:]))
     exchanged = jnp.max(kinetic) + jnp.max(jnp.abs(potential - potential[0])) + jnp.max(work, initial=0.0)
     largest = jnp.max(kinetic) + jnp.max(jnp.abs(potential))
     missing = jnp.where(ended, 0.0, jnp.abs(_zero_for_nan(diagnostics.energy_residual)))

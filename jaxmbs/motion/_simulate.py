@@ -29,7 +29,7 @@ from ..ode._integrate import Arguments, attach_time_derivative, integrate_equati
 from ..ode._loop import stop_gradients
 from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
-from ..runtime import as_host_array, jit, note
+from ..runtime import as_host_array, jit, note, progress_bar
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
@@ -153,7 +153,8 @@ def simulate(
         loop=loop,
         periods=periods,
     )
-    motion = _integrate(system, state, ts, t1, chosen, events, options)
+    with progress_bar("simulate", t0, t1, options.progress):
+        motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
     motion = with_jam(system, motion)

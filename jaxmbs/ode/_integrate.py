@@ -13,7 +13,7 @@ from jax import Array, lax
 from jaxtyping import PyTree
 
 from ..math._nan import value_where
-from ..runtime import FORWARD_MODE, jit, reverse_only
+from ..runtime import FORWARD_MODE, ON_TAPE, jit, reverse_only
 from ..status import Status
 from ._adjoint import integrate_with_adjoint
 from ._corners import CornerController
@@ -184,7 +184,7 @@ def integrate_equations(
         samples_end=None if clock is None else end,
         sample=None if clock is None else _sample,
         lands_on_times=options.lands_on_times,
-        meter=diffrax.TqdmProgressMeter() if options.progress else diffrax.NoProgressMeter(),
+        meter=diffrax.TqdmProgressMeter() if options.progress and not ON_TAPE.value else diffrax.NoProgressMeter(),
         checkpoints=options.checkpoints,
     )
     # a later start: what flows for less time

@@ -23,6 +23,7 @@ from ._library_calls import with_library_calls
 from ._notes import note, take_notes
 from ._packing import Packing
 from ._precision import follow_precision, is_double
+from ._progress import ON_TAPE, progress_bar, shown
 from ._public_calls import public_call
 from ._registry import TrickState, trick_states
 from ._releases import release_advice, warn_of_wrong_release
@@ -40,6 +41,7 @@ from .tape import missing_primitives
 __all__ = [
     "FORWARD_MODE",
     "KnownFunction",
+    "ON_TAPE",
     "Packing",
     "Program",
     "SMALL_PROGRAM",
@@ -82,6 +84,7 @@ __all__ = [
     "not_tracing",
     "note",
     "one_kernel",
+    "progress_bar",
     "public_call",
     "release_advice",
     "remat",
@@ -91,6 +94,7 @@ __all__ = [
     "segment_sum_static",
     "set_quick_flags",
     "sets_marks",
+    "shown",
     "small_call",
     "store",
     "take_notes",

@@ -11,6 +11,7 @@ import jax
 
 from ._compile_log import start_listening
 from ._compiler_options import check_kind, compiler_options
+from ._progress import ON_TAPE
 from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
 from ._tiers import FIXED
@@ -96,7 +97,8 @@ def compile_kind(compile: str):
     """Trace a program that is compiled with `compiler_options`, unless it is part of one of the user's."""
     backend = jax.default_backend()
     marked = compile != "tape" and not_tracing() and should_mark(backend, compiler_options(compile, backend))
-    with SMALL_PROGRAM(compile != "full" or SMALL_PROGRAM.value), MARKING(marked), garbage_collection_paused():
+    small = compile != "full" or SMALL_PROGRAM.value
+    with SMALL_PROGRAM(small), MARKING(marked), ON_TAPE(compile == "tape"), garbage_collection_paused():
         with tracer_errors_in_words():
             yield
 

@@ -31,7 +31,7 @@ from ..ode._integrate import (
 from ..ode._options import check_event, check_options, make_options
 from ..ode._save_times import save_times, valid_times
 from ..ode._stages_of_equations import shared_diagonal
-from ..runtime import as_array, as_dtype, jit
+from ..runtime import as_array, as_dtype, jit, progress_bar
 from ..status import Status, succeeded
 from ..typing import AnyArray, ArrayLike, WordedError
 from ._block_equations import BlockCondensation, BlockEquations
@@ -141,7 +141,8 @@ def simulate(
         has_event=event is not None,
         dtype=ts.dtype,
     )
-    motion = _integrate(system, condensation, LinearState(t0, *x0), ts, t1, forces, laws, event, options)
+    with progress_bar("simulate", t0, t1, options.progress):
+        motion = _integrate(system, condensation, LinearState(t0, *x0), ts, t1, forces, laws, event, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(_explain(motion, float(np.asarray(t0))), motion)
     return motion

@@ -5,7 +5,7 @@ from ._flatten import UnsupportedError
 from ._machine import ASKED, is_available, machine_kind
 from ._overtime import OvertimeError, time_limit
 from ._rows import TapeError
-from ._tape import Tape
+from ._tape import SHOWN, WATCH, Tape
 
 
 def missing_primitives() -> list[str]:
@@ -17,6 +17,8 @@ def missing_primitives() -> list[str]:
 
 __all__ = [
     "ASKED",
+    "SHOWN",
+    "WATCH",
     "OvertimeError",
     "Tape",
     "TapeError",

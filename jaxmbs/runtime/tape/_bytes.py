@@ -16,12 +16,12 @@ from ._parts import Parts, Place
 from ._rows import TapeError
 from ._tape import Tape
 
-_MARK = b"jaxmbs tape 1\n\0\0"
+_MARK = b"jaxmbs tape 2\n\0\0"
 _DIGEST = 16
 _WHOLE, _DOUBLE = np.dtype("<i8"), np.dtype("<f8")
 #: Type of each array: instructions, starts, tables, sizes, places and lengths of constants, their numbers, inputs,
-#: results.
-_TYPES = (_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE)
+#: results, and what is shown.
+_TYPES = (_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE, _WHOLE)
 #: Types of inputs and results.
 _PLACE_TYPES = (*DTYPES, np.dtype(np.complex128))
 #: Most numbers of an arena or array, a GiB of them, and most axes of an array.
@@ -47,7 +47,7 @@ def write_tape(tape: Tape) -> bytes:
     constants = np.array([(place, numbers.size) for place, numbers in parts.constants], _WHOLE)
     numbers = np.concatenate([np.zeros(0), *(numbers for _, numbers in parts.constants)])
     arrays = [parts.code, parts.starts, parts.tables, (parts.size, parts.largest_work), constants, numbers]
-    arrays += [_numbers_of(parts.inputs), _numbers_of(parts.outputs)]
+    arrays += [_numbers_of(parts.inputs), _numbers_of(parts.outputs), _numbers_of(parts.shown)]
     flat = [np.asarray(array, kind).reshape(-1) for array, kind in zip(arrays, _TYPES, strict=True)]
     body = b"".join(
         [np.array([array.size for array in flat], _WHOLE).tobytes(), *(array.tobytes() for array in flat)]
@@ -94,7 +94,7 @@ def _split(body):
 
 
 def _parts(arrays):
-    code, starts, tables, sizes, constants, numbers, inputs, outputs = arrays
+    code, starts, tables, sizes, constants, numbers, inputs, outputs, shown = arrays
     fields = len(FIELDS)
     if sizes.size != 2 or not 0 <= sizes[0] <= _MOST_NUMBERS:
         raise TapeError("the arena of the tape is of no possible size")
@@ -108,6 +108,7 @@ def _parts(arrays):
         constants=_constants(constants.reshape(-1, 2), numbers),
         inputs=_places(inputs),
         outputs=_places(outputs),
+        shown=_places(shown),
         largest_work=int(sizes[1]),
     )
 

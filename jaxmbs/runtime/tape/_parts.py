@@ -43,7 +43,8 @@ def by_array(places: list[Place]) -> list[tuple[Place, ...]]:
 
 class Parts(NamedTuple):
     """Instructions (number, fields), starts of the tapes in them, tables, doubles of the arena, constants and their
-    places in it, inputs and results, and multiplications of the largest product or factor of matrices."""
+    places in it, inputs and results, numbers that may be looked at while it runs, and multiplications of the largest
+    product or factor of matrices."""
 
     code: np.ndarray
     starts: np.ndarray
@@ -52,6 +53,7 @@ class Parts(NamedTuple):
     constants: list[tuple[int, np.ndarray]]
     inputs: list[Place]
     outputs: list[Place]
+    shown: list[Place]
     largest_work: int
 
     def validated(self) -> "Parts":
@@ -59,5 +61,6 @@ class Parts(NamedTuple):
         places: list[tuple[int, Any]] = [(start, numbers.size) for start, numbers in self.constants]
         places += [(place.start, place.size) for place in self.inputs]
         places += [(place.start, 1 if place.is_splat else place.size) for place in self.outputs]
+        places += [(place.start, place.size) for place in self.shown]
         validate(self.code, self.starts, self.tables, self.size, places)
         return self

@@ -7,6 +7,7 @@ import numpy as np
 from ._flatten import Operation
 from ._fold import iota, spread_axes
 from ._memory import Value
+from ._tape import SHOWN
 from ._writer import Writer, rule
 
 
@@ -29,12 +30,23 @@ def places_of(shape: tuple[int, ...]) -> np.ndarray:
 
 
 @rule(
-    *("reverse_only", "copy", "copy_p", "optimization_barrier", "name", "reduce_precision", "stop_gradient", "pvary"),
+    *("reverse_only", "copy", "copy_p", "optimization_barrier", "reduce_precision", "stop_gradient", "pvary"),
     *("xla_metadata_value", "device_put"),
     *("nontraceable", "nonbatchable", "nondifferentiable_backward"),
 )
 def _same(writer, operation, values):
     return [v.with_constant(v.constant) for v in values]
+
+
+@rule("name")
+def _name(writer, operation, values):
+    """A value with the name `SHOWN` is kept where nothing else is written, for those who look while the tape runs."""
+    if operation.params["name"] == SHOWN and not writer.shown:
+        (value,), size = values, operation.inputs[0].size
+        place = writer.lasting(size).place
+        writer.copy(value, size, place)
+        writer.shown.append((place, size))
+    return _same(writer, operation, values)
 
 
 @rule("reshape", "squeeze", "expand_dims")

@@ -1,6 +1,7 @@
 """A tape: a traced program as instructions of the machine, run without compiling anything."""
 
 import contextlib
+import contextvars
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,11 @@ from .. import _tuning as tuning
 from ._machine import bind
 from ._overtime import LIMITED, OvertimeError
 from ._parts import Parts, by_array
+
+#: Name, by `jax.ad_checkpoint.checkpoint_name`, of numbers that may be looked at while a tape runs.
+SHOWN = "jaxmbs shown"
+#: Called with a view of the numbers that a tape shows while it runs, before it does.
+WATCH: contextvars.ContextVar[Callable[[np.ndarray], None] | None] = contextvars.ContextVar("watch", default=None)
 
 
 class Tape:
@@ -60,6 +66,9 @@ class Tape:
                 places, (array,) if len(places) == 1 else (array.real, array.imag), strict=True
             ):
                 arena[place.start : place.start + place.size] = numbers.reshape(-1)
+        if watch := WATCH.get():
+            for place in self.parts.shown:
+                watch(arena[place.start : place.start + place.size])
         self._run(run)
         found = [_result(arena, places) for places in self._outputs]
         if self.parts.size <= tuning.TAPE_ARENA_KEPT:

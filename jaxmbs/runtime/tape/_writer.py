@@ -31,6 +31,7 @@ class Writer:
         self.arena = Arena()
         self.tapes: list[list[tuple[int, ...]]] = [[]]
         self.largest_work = 0
+        self.shown: list[tuple[int, int]] = []  # place and size
         self._tape = 0
         self._temporary: list[Buffer] = []
         self._dying: dict[Buffer, int] = {}
@@ -44,6 +45,11 @@ class Writer:
     def new(self, size: int) -> Value:
         """A place for the result of an instruction."""
         buffer = self.arena.buffer(size)
+        return Value(buffer, buffer.place, size == 1)
+
+    def lasting(self, size: int) -> Value:
+        """A place in which nothing else is ever written."""
+        buffer = self.arena.buffer(size, is_lasting=True)
         return Value(buffer, buffer.place, size == 1)
 
     def temporary(self, size: int) -> Value:

@@ -40,6 +40,7 @@ def _parts(program, asked):
         constants=writer.arena.constants,
         inputs=_places(inputs, given, False),
         outputs=_places(outputs, wanted, True),
+        shown=[Place(place, False, (size,), np.dtype(float)) for place, size in writer.shown],
         largest_work=writer.largest_work,
     )
 

@@ -209,7 +209,7 @@ def test_measures_and_blocks_come_back(tmp_path):
     system, found = b.build(), again(b, tmp_path).build()
     state = mbs.State.at(system, pin=0.1, internal={"loop.integral": 0.3})
     assert mbs.signals(found, state) == mbs.signals(system, state) and len(mbs.signals(found, state)) == 5
-    assert [one.drives for one in found.blocks] == [(), ("motor.voltage",)]
+    assert [drives for group in found.blocks for drives in group.drives] == [(), ("motor.voltage",)]
 
 
 def test_every_class_is_tried():
