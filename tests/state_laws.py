@@ -13,7 +13,7 @@ def number(x):
     return jnp.asarray(x, float)
 
 
-class Lag(F.AbstractScalarStateLaw):
+class Lag(F.AbstractScalarLaw):
     """Force f that follows a command, `tau df/dt = command - f`; its power counts as input."""
 
     is_source: ClassVar[bool] = True
@@ -31,7 +31,7 @@ class Lag(F.AbstractScalarStateLaw):
         return s["force"]
 
 
-class PoseLag(F.AbstractPoseStateLaw):
+class PoseLag(F.AbstractPoseLaw):
     """Maxwell's element of three directions: stretch z (3,), `dz/dt = v - rate z`, force `-k z`."""
 
     stiffness: jax.Array = eqx.field(converter=number)
@@ -51,7 +51,7 @@ class PoseLag(F.AbstractPoseStateLaw):
         return self.stiffness * jnp.sum(s["stretch"] ** 2) / 2.0
 
 
-class Wake(F.AbstractBodyStateLaw):
+class Wake(F.AbstractBodyLaw):
     """Drag `-c w` of a wake that follows the velocity, `tau dw/dt = v - w`."""
 
     drag: jax.Array = eqx.field(converter=number)
@@ -68,7 +68,7 @@ class Wake(F.AbstractBodyStateLaw):
         return -self.drag * s["wake"], jnp.zeros(3)
 
 
-class Servo(F.AbstractSystemStateLaw):
+class Servo(F.AbstractSystemLaw):
     """Efforts `i - damping v` with integral states i of every velocity, `di/dt = gain (target - q)`."""
 
     gain: jax.Array = eqx.field(converter=number)

@@ -37,12 +37,11 @@ FACES = {
         content_of explain_error export
         fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused
         gather_static host_call is_double is_motion is_on jaxpr_function jit kernel_options lapack lazy_where
-        load_program map_chunked missing_primitives not_tracing note ON_TAPE one_kernel progress_bar public_call release_advice
-        remat
-        report_compiles
+        load_program map_chunked missing_primitives not_tracing note ON_TAPE one_kernel progress_bar public_call
+        release_advice remat report_compiles
         reverse_only save_factor
-        segment_sum_static set_quick_flags sets_marks shown small_call store take_notes tracer_errors_in_words trick_states
-        tuning user_jit
+        segment_sum_static set_quick_flags sets_marks shown small_call store take_notes
+        tracer_errors_in_words trick_states tuning user_jit
         with_library_calls warn_of_wrong_release without_tricks without_unused working_bytes
     """,
     "jaxmbs.dynamics": """
@@ -148,9 +147,9 @@ FACES = {
         stresses
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractBodyStateLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractPoseStateLaw
-        AbstractScalarLaw AbstractScalarStateLaw AbstractSignal AbstractStateLaw AbstractSystemLaw
-        AbstractSystemStateLaw Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
+        AbstractBodyLaw AbstractLaw AbstractPathLaw AbstractPoseLaw
+        AbstractScalarLaw AbstractSignal AbstractSystemLaw
+        Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
         BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic ElementBond Eyelet
         Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
         JointLuGre LuGre Margin Maxwell Motor PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp

@@ -23,7 +23,7 @@ from ..math._nan import nan_where
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
-from ..model._signals import law_of
+from ..model._signals import block_elements
 from ..model._system import System
 from ..runtime import jit, lapack, note
 from ..status import Status
@@ -176,11 +176,10 @@ def _advice(system, held):
 
 def _holding(system):
     """Names of the internal states that may rest at any value, as their laws and blocks say."""
-    own = [(element.name, element.block) for element in system.blocks if element.internal]
+    each = [(element.name, element.block) for element in block_elements(system.blocks) if element.group.internal]
     for group in (group for group in system.forces if group.internal):
-        each = enumerate(group.names)
-        own += [(name, jax.tree.map(lambda x, k=k: x[k], law_of(group.law))) for k, name in each]
-    return [f"{name}.{state}" for name, thing in own for state in thing.holds]
+        each += [(name, jax.tree.map(lambda x, k=k: x[k], group.law)) for k, name in enumerate(group.names)]
+    return [f"{name}.{state}" for name, thing in each for state in thing.holds]
 
 
 def _equilibrium_on_sets(system, state, moving, held):

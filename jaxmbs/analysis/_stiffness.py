@@ -98,7 +98,7 @@ def spring_stiffness(system: System, at: Configuration):
             K = port.stiffness(law, x, f, at.t)
             return K, port.slope(law, x, f, at.t) - K
 
-        found = jax.vmap(both)(group.law, displacement, flow)
+        found = jax.vmap(both)(group.acting, displacement, flow)
         own, turned = (jnp.einsum("eka,ekl,elb->ab", G, K, G) for K in found)
         elastic, turning = elastic + own, turning + turned
     return elastic, turning

@@ -4,14 +4,13 @@ A block is a frozen pytree whose numbers are array leaves.  Its states are inter
 """
 
 import abc
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
 from ..forces._fields import value_faults
-from ..forces._law_at import States
-from ..forces._state_laws import InternalState
+from ..forces._internal_state import InternalState, States
 from ..forces._validity import Margin
 from ..tables import fields_repr
 from ..typing import ScalarLike
@@ -94,8 +93,3 @@ class AbstractBlock(eqx.Module):
     def faults(self) -> list[str]:
         """Faults of the values, one message each; traced values are not checked."""
         return value_faults(self)
-
-
-def block_layout(block: Any) -> tuple[tuple[str, tuple[int, ...], str], ...]:
-    """(name, shape, unit) of each state of a block."""
-    return tuple((name, tuple(one.shape), one.unit) for name, one in block.internal_states.items())

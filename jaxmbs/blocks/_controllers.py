@@ -9,9 +9,8 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, may_be_nonzero, negative, not_positive
 from ..forces._fields import number, optional_number
-from ..forces._law_at import States
+from ..forces._internal_state import InternalState, States
 from ..forces._signals import as_signal
-from ..forces._state_laws import InternalState
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock
 

@@ -12,8 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, is_concrete, may_be_nonzero, not_positive
 from ..forces._fields import number
-from ..forces._law_at import States
-from ..forces._state_laws import InternalState
+from ..forces._internal_state import InternalState, States
 from ..runtime import as_array
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock

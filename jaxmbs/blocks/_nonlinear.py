@@ -9,8 +9,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, not_increasing, not_positive
 from ..forces._fields import as_law_function, number, optional_number
-from ..forces._law_at import States
-from ..forces._state_laws import InternalState
+from ..forces._internal_state import InternalState, States
 from ..math._interpolation import hermite, pchip_slopes
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractBlock

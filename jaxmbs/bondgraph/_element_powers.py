@@ -149,7 +149,7 @@ def _asked(group, displacement, flow, t, method):
         found = getattr(law, method)(*arguments, t)
         return jnp.zeros(()) if found is None else found
 
-    return jax.vmap(of_one)(group.law, displacement, flow)
+    return jax.vmap(of_one)(group.acting, displacement, flow)
 
 
 def _friction_powers(system, at):

@@ -11,9 +11,9 @@ import jax
 import jax.numpy as jnp
 
 from ..forces._element_bonds import PORT, Bonds, ends
+from ..forces._law_at import LawAt
 from ..kinematics._element_flows import element_flows
 from ..math._linalg import direction
-from ..model._signals import law_of
 from ..model._system import System
 
 
@@ -33,7 +33,7 @@ def group_bonds(group, displacement, flow, t) -> Bonds:
         law, arguments = group.port.law_and_arguments(law, displacement, flow)
         return law.bonds(*arguments, t)
 
-    return jax.vmap(of_one)(group.law, displacement, flow)
+    return jax.vmap(of_one)(group.acting, displacement, flow)
 
 
 def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[InnerBond]:
@@ -43,9 +43,9 @@ def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[Inner
     """
     if not group.law.has_bonds:
         return []
-    law = jax.tree.map(lambda x: x[i], law_of(group.law))
+    law = jax.tree.map(lambda x: x[i], group.law)
     if group.internal:
-        law = law.at({name: jnp.zeros(shape) for name, shape, _ in group.internal})
+        law = LawAt(law, {name: jnp.zeros(shape) for name, shape, _ in group.internal})
     top = system.topology
     still = group.port.still(top.num_coordinates, top.num_velocities)
     shapes = jax.eval_shape(lambda: law.bonds(*still, jnp.zeros(())))

@@ -136,7 +136,7 @@ def graph_values(system: System, P, psi, u, t) -> GraphValues:
         port, of_flow = group.port, lambda V, u, group=group: element_flows(system, group, at, V, u)[2]
         _, displacement, flow = element_flows(system, group, at, at.V, u)
         stored = jax.vmap(lambda law, x, f, port=port: port.stored_effort(law, x, f, t))(
-            group.law, displacement, flow
+            group.acting, displacement, flow
         )
         modulus = jax.vmap(of_flow, in_axes=(0, 1), out_axes=-1)(twists, L)
         ports.append((modulus, flow, stored, element_efforts(group, displacement, flow, t)))

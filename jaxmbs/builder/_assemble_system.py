@@ -7,10 +7,10 @@ import numpy as np
 
 from ..checks import is_concrete
 from ..forces._fields import as_function
+from ..forces._internal_state import internal_layout
 from ..forces._path_ports import PathPort, WinchPort
 from ..forces._ports import JointPort, port_of
 from ..forces._signals import as_signal
-from ..forces._state_laws import internal_layout
 from ..friction._joint_friction import bristle_groups
 from ..joints import AbstractClosure, FramePath
 from ..joints._rows import DriveRow

@@ -2,8 +2,8 @@
 
 from typing import Any, NamedTuple
 
-from ..blocks._base import block_layout
 from ..forces._fields import number
+from ..forces._internal_state import internal_layout
 from ..forces._signals import as_signal
 from ..model._signals import BlockGroup
 from ._block_connections import drives_of, field_of, reads_of, rhythms
@@ -43,7 +43,7 @@ def block_items(model: Model) -> list[BlockItem]:
             functions += [] if isinstance(read, str) else [as_signal(read)]
         drives = tuple(field_of(one, model)[0] for one in drives_of(item))
         block = item.block if item.every is None else item.block.sampled(item.every)
-        layout = block_layout(block)
+        layout = internal_layout(block)
         sampling: tuple = ()
         if item.every is not None:
             layout += (("output", (), ""),)

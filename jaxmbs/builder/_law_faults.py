@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import any_concrete, faults_if
-from ..forces import AbstractStateLaw, InternalState
+from ..forces import AbstractLaw, InternalState
+from ..forces._law_at import LawAt
 from ..runtime import as_array, explain_error
 
 
@@ -15,13 +16,13 @@ def law_call_faults(law, port, displacement, size) -> list[str]:
     Args: displacement: as the port's methods take it.
     """
     flow, t = as_array(np.zeros(size)), as_array(0.0)
-    if not isinstance(law, AbstractStateLaw):
-        return effort_faults(law, port, displacement, flow, t)
     declared, faults = _declared_states(law)
-    if faults:
-        return faults
+    if not faults and not declared and type(law).internal_states is not AbstractLaw.internal_states:
+        faults = ["internal_states must be a dict of InternalState by name, got none; leave it out without states"]
+    if faults or not declared:
+        return faults or effort_faults(law, port, displacement, flow, t)
     s = {name: jnp.zeros(one.shape) for name, one in declared.items()}
-    (x, v), here = port.arguments(displacement, flow), law.at(s)
+    (x, v), here = port.arguments(displacement, flow), LawAt(law, s)
     faults = effort_faults(here, port, displacement, flow, t)
     faults += named_faults("rate", lambda: law.rate(*x, *v, s, t), declared, True)
     faults += named_faults("start", lambda: law.start(*x, *v, t), declared, False)
@@ -43,18 +44,18 @@ def _shape_of(what, call):
         return [f"the {what} cannot be evaluated: {explain_error(error)}"], None
 
 
-def declared_state_faults(part, may_have_none: bool = False) -> list[str]:
+def declared_state_faults(part) -> list[str]:
     """Faults of the declaration of the internal states of a law or block."""
-    return _declared_states(part, may_have_none)[1]
+    return _declared_states(part)[1]
 
 
-def _declared_states(law, may_have_none=False):
+def _declared_states(law):
     """(the declared internal states by name, faults of the declaration)."""
     try:
         declared = law.internal_states
     except Exception as error:  # noqa: BLE001 - the user's own code
         return {}, [f"internal_states cannot be evaluated: {explain_error(error)}"]
-    if not isinstance(declared, dict) or not (declared or may_have_none):
+    if not isinstance(declared, dict):
         return {}, [f"internal_states must be a dict of InternalState by name, got {declared!r}"]
     faults = []
     for name, one in declared.items():

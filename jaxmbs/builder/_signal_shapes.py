@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from ..forces import AbstractSystemLaw, AbstractSystemStateLaw
+from ..forces import AbstractSystemLaw
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import DrivenValue
 from ..kinematics._configuration import configuration, with_velocities
@@ -195,7 +195,7 @@ def _driven_law_faults(system, forces, shapes):
 
 def _port(law, on_joint, top):
     """(port, displacement, number of flows) for an abstract call of a law."""
-    if isinstance(law, AbstractSystemLaw | AbstractSystemStateLaw):
+    if isinstance(law, AbstractSystemLaw):
         return SystemPort(), (jnp.zeros(top.num_coordinates),), top.num_velocities
     port, place = JointPort() if on_joint else port_of(law), (jnp.eye(3), jnp.zeros(3))
     displacement = {LinePort: place[1:], JointPort: (jnp.zeros(()),)}.get(type(port), place)

@@ -3,12 +3,11 @@
 import numpy as np
 
 from ..blocks import AbstractBlock
-from ..blocks._base import block_layout
 from ..blocks._readings import AXES, OF_FRAME, OF_FRAMES, OF_JOINT, REFUSED
 from ..checks import any_concrete, faults_if, no_such
 from ..forces._fields import as_function
+from ..forces._internal_state import internal_layout
 from ..forces._signals import Constant
-from ..forces._state_laws import internal_layout
 from ._block_connections import drives_of, field_of, is_real, reads_of, rhythms
 from ._declarations import Model
 from ._evaluation_order import evaluation_order
@@ -70,7 +69,7 @@ def block_faults(model: Model) -> list[str]:
         if not isinstance(item.block, AbstractBlock):
             found.append(f"{where}: {item.block!r} is no block such as PI(...), or Function(f) of a function f(u, t)")
             continue
-        found += [f"{where}: {fault}" for fault in item.block.faults() + declared_state_faults(item.block, True)]
+        found += [f"{where}: {fault}" for fault in item.block.faults() + declared_state_faults(item.block)]
         for read in reads_of(item):
             found += [f"{where}: {fault}" for fault in _read_faults(item, read, names, states, model)]
         for name in drives_of(item):
@@ -97,7 +96,7 @@ def _sampling_faults(item):
         return [f"every= takes a period in seconds, got {item.every!r}"]
     if any_concrete(lambda x: ~(np.isfinite(x) & (x > 0.0)), item.every):
         return [f"every= must be a positive period in seconds, got {item.every}"]
-    kind, states = type(item.block).__name__, [name for name, *_ in block_layout(item.block)]
+    kind, states = type(item.block).__name__, [name for name, *_ in internal_layout(item.block)]
     return [
         *item.block.sampling_faults(item.every),
         *faults_if(
@@ -135,7 +134,7 @@ def _state_names(model):
     for item in (*model.forces.values(), *model.blocks.values()):
         part = item.law if hasattr(item, "law") else item.block
         try:
-            layout = block_layout(part) if isinstance(part, AbstractBlock) else internal_layout(part)
+            layout = internal_layout(part)
         except Exception:  # noqa: BLE001 - reported with the part itself
             continue
         yield from ((item.name, name) for name, *_ in layout)

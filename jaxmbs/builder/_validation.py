@@ -7,14 +7,10 @@ import numpy as np
 from ..checks import LARGEST, any_concrete, faults_if, in_range, is_concrete, list_faults, no_such, shape_of
 from ..forces import (
     AbstractBodyLaw,
-    AbstractBodyStateLaw,
     AbstractPathLaw,
     AbstractPoseLaw,
-    AbstractPoseStateLaw,
     AbstractScalarLaw,
-    AbstractScalarStateLaw,
     AbstractSystemLaw,
-    AbstractSystemStateLaw,
 )
 from ..forces._path_ports import PathPort, WinchPort
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
@@ -229,13 +225,13 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
     """Faults of the law, port and references of one force element."""
     where, law, found = f"force {force.name!r}", force.law, []
     given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
-    if isinstance(law, (AbstractScalarLaw, AbstractScalarStateLaw)):
+    if isinstance(law, AbstractScalarLaw):
         wanted = ("between", "joint")
-    elif isinstance(law, (AbstractPoseLaw, AbstractPoseStateLaw, AbstractPathLaw)):
+    elif isinstance(law, (AbstractPoseLaw, AbstractPathLaw)):
         wanted = ("between",)
-    elif isinstance(law, (AbstractBodyLaw, AbstractBodyStateLaw)):
+    elif isinstance(law, AbstractBodyLaw):
         wanted = ("on",)
-    elif isinstance(law, (AbstractSystemLaw, AbstractSystemStateLaw)):
+    elif isinstance(law, AbstractSystemLaw):
         wanted = ()
     else:
         return [f"{where}: {law!r} is not a force law such as SpringDamper(...) or Force(...)"]
@@ -300,7 +296,7 @@ def _effort_faults(law, on_joint) -> list[str]:
 
 def system_law_faults(forces, topology) -> list[str]:
     """Faults that one abstract call of every law of the whole system shows."""
-    laws = [force for force in forces if isinstance(force.law, (AbstractSystemLaw, AbstractSystemStateLaw))]
+    laws = [force for force in forces if isinstance(force.law, AbstractSystemLaw)]
     laws = [force for force in laws if not any(isinstance(getattr(force.law, f), Driven) for f in force.law.inputs)]
 
     def faults_of(law):

@@ -5,14 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..forces._state_laws import AbstractPoseStateLaw, InternalState, States
+from ..forces._base import AbstractPoseLaw
+from ..forces._internal_state import InternalState, States
 from ..friction import AbstractBristles
 from ..math._linalg import skew
 from ..typing import Matrix3, Scalar, ScalarLike, Vector3
 from ._contact import AbstractContact, PointForces, wrench_of
 
 
-class BristleContact(AbstractContact, AbstractPoseStateLaw):
+class BristleContact(AbstractContact, AbstractPoseLaw):
     """A `Contact` whose friction has bristles, and sticks: `b.contact(..., friction=LuGre(...))` declares it.
 
     The bend of the bristles at its k points is the internal state "bristle" (k, 3) [m], in the axes of the surface's

@@ -46,7 +46,7 @@ def port_efforts(system: System, at: Configuration):
     for group in system.forces:
         _, displacement, flow = element_flows(system, group, still, still.V, still.u)
         own = jax.vmap(lambda law, x, f, port=group.port: port.stored_effort(law, x, f, at.t))
-        stored.append(own(group.law, displacement, flow))
+        stored.append(own(group.acting, displacement, flow))
         other.append(element_efforts(group, displacement, flow, at.t) - stored[-1])
     return stored, other
 

@@ -104,6 +104,6 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
 def _point_loads(system, at, group, k):
     """Loads at the points of the k-th element of a group, and the axes and the place of its first frame."""
     parts = element_flows(system, group, at, at.V, at.u)
-    law, seen, displacement, flow = jax.tree.map(lambda x: x[k], (group.law, *parts))
+    law, seen, displacement, flow = jax.tree.map(lambda x: x[k], (group.acting, *parts))
     law, arguments = group.port.law_and_arguments(law, displacement, flow)
     return law.point_loads(*arguments, at.t), group.port.reference(*seen)

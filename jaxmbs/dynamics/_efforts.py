@@ -22,13 +22,13 @@ from ._loads import Loads
 
 def element_efforts(group, displacement, flow, t):
     """Efforts (n, size) of a group's elements on the system."""
-    return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.law, displacement, flow)
+    return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.acting, displacement, flow)
 
 
 def efforts_and_storage_powers(group, displacement, flow, t):
     """Efforts (n, size) of a group's elements, and the powers (n,) that go into their stored energy."""
     both = lambda law, x, f: group.port.effort_and_storage_power(law, x, f, t)  # noqa: E731
-    return jax.vmap(both)(group.law, displacement, flow)
+    return jax.vmap(both)(group.acting, displacement, flow)
 
 
 class LawEffort(NamedTuple):
@@ -66,7 +66,7 @@ def state_power(group, displacement, flow, t):
     """Power (n,) that goes into the stored energy of a group by the rates of its internal states."""
     x = jax.vmap(lambda d, f: group.port.arguments(d, f)[0])(displacement, flow)
     rates = group_rates(group, displacement, flow, t)
-    return jax.vmap(lambda law, x, rates: law.state_power(x, rates, t))(group.law, x, rates)
+    return jax.vmap(lambda law, x, rates: law.state_power(x, rates, t))(group.acting, x, rates)
 
 
 def element_names(system: System) -> tuple[str, ...]:
@@ -88,7 +88,7 @@ def stored_energy(system: System, at: Configuration, ends: list | None = None):
     stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), at_rest(system, at)
     for group in system.forces:
         displacement = element_flows(system, group, at, still.V, still.u)[1]
-        parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)
+        parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.acting, displacement)
         stored = stored + jnp.sum(parts)
     return stored
 
@@ -101,9 +101,11 @@ def _stored_energy_and_ends(system, at, ends):
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         if group.law.has_ends:
             both = lambda law, x, f, port=group.port: port.potential_and_validity(law, x, f, at.t)  # noqa: E731
-            energy, margins = jax.vmap(both)(group.law, displacement, flow)
+            energy, margins = jax.vmap(both)(group.acting, displacement, flow)
             ends.append((group.names, margins))
         else:
-            energy = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.law, displacement)
+            energy = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(
+                group.acting, displacement
+            )
         stored = stored + jnp.sum(energy)
     return stored

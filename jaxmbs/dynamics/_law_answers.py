@@ -46,7 +46,7 @@ def force_answers(
             law, arguments = port.law_and_arguments(law, x, flow)
             return ask(law)(*arguments, at.t)
 
-        values = jax.vmap(of_one)(group.law, x, flow)
+        values = jax.vmap(of_one)(group.acting, x, flow)
         yield Answers(group.names, values, jax.vmap(group.port.reference)(*seen) if in_space else None)
 
 

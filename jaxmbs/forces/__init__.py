@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ._generalised import GeneralisedEffort
     from ._hydraulic_cylinder import HydraulicCylinder
     from ._inextensible_cable import InextensibleCable
+    from ._internal_state import InternalState
     from ._maxwell import Maxwell
     from ._motor import Motor
     from ._old_friction import BearingFriction, BrownMcPhee, CoulombFriction, JointLuGre, LuGre, SmoothCoulomb
@@ -39,14 +40,6 @@ if TYPE_CHECKING:
     from ._readings import Arrows, PointLoads, Reading
     from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
     from ._spring_damper import SpringDamper
-    from ._state_laws import (
-        AbstractBodyStateLaw,
-        AbstractPoseStateLaw,
-        AbstractScalarStateLaw,
-        AbstractStateLaw,
-        AbstractSystemStateLaw,
-        InternalState,
-    )
     from ._table import Table
     from ._validity import Margin
     from ._worm_gear import WormGear
@@ -54,17 +47,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AbstractBodyLaw",
-    "AbstractBodyStateLaw",
     "AbstractLaw",
     "AbstractPathLaw",
     "AbstractPoseLaw",
-    "AbstractPoseStateLaw",
     "AbstractScalarLaw",
-    "AbstractScalarStateLaw",
     "AbstractSignal",
-    "AbstractStateLaw",
     "AbstractSystemLaw",
-    "AbstractSystemStateLaw",
     "Actuator",
     "AirSpring",
     "Arrows",

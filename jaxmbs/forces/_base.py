@@ -6,7 +6,12 @@ structure and calls the methods under `jax.vmap`, so methods never branch on val
 time. Time is always the last argument, and wrenches are pairs (force, moment). The part of the effort that derives
 from `potential` is stored energy; the rest is dissipation, or input when `is_source`. Effort times flow is the power
 fed into the system.
-Source: S2 (76).
+
+A law may have internal states: a pressure, a current, the force of a spring behind a damper.  It declares them by
+`internal_states`, and each of its methods takes them, arrays by name, as `s` before the time.  They have a rate,
+`ds/dt = rate(x, v, s, t)`, and are integrated with the motion.  What such a law feeds in beside the energy that it
+stores is, as for all laws, `effort . flow + d(stored energy)/dt`.
+Source: S2 (76); (27)-(28), (56)-(67) of elements with states of their own.
 """
 
 import abc
@@ -22,8 +27,9 @@ from ..math._linalg import direction, safe_norm, skew
 from ..math._spatial import cross
 from ..tables import fields_repr
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
-from ._element_bonds import Bonds
+from ._element_bonds import Bonds, bond_sums
 from ._fields import value_faults
+from ._internal_state import InternalState, States
 from ._readings import Arrows, PointLoads, Reading, is_own
 from ._validity import Margin
 
@@ -57,6 +63,32 @@ class AbstractLaw(eqx.Module):
     def dissipates(self) -> bool:
         """True if there is effort beside that of the potential: resistance, or input where `is_source`."""
         return True
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        """Declaration of its internal states by name, none by default; of a law whose parameters are arrays the
+        shapes may follow from theirs."""
+        return {}
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Names of the internal states that may rest at any value of a band, such as bends of bristles: at rest their
+        rates say nothing.  By default none."""
+        return ()
+
+    def start(self, *args: Any) -> States:
+        """Initial values of the internal states by name, of (x, v, t); those that are left out are zero."""
+        return {}
+
+    def rate(self, *args: Any) -> States:
+        """Rates `ds/dt` of the internal states by name, of (x, v, s, t)."""
+        return {}
+
+    def dissipated(self, *args: Any) -> Scalar | None:
+        """Power [W] that the law turns into heat, of the arguments of its effort: by default that of the resistors
+        among its `bonds`, None where it declares none."""
+        bonds = self.bonds(*args)
+        return bond_sums(bonds).dissipated if bonds else None
 
     def bonds(self, *args: Any) -> Bonds:
         """Bonds of the graph inside the element by name, "Se:voltage -> 1:current", of the arguments of its effort;
@@ -312,3 +344,7 @@ class AbstractSystemLaw(AbstractLaw):
     @abc.abstractmethod
     def effort(self, coordinates: ArrayLike, velocities: ArrayLike, t: ScalarLike) -> Float[Array, " nv"]:
         """Efforts (nv,) along the velocities, from coordinates (nq,), velocities (nv,) and time [s]."""
+
+    def potential(self, coordinates: ArrayLike, t: ScalarLike) -> Scalar:
+        """Energy [J] of its internal states; that of the mechanism is no part of it."""
+        return jnp.zeros((), jnp.result_type(coordinates, float))

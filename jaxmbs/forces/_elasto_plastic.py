@@ -5,12 +5,13 @@ import jax.numpy as jnp
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
-from ._state_laws import AbstractScalarStateLaw, InternalState, States
+from ._internal_state import InternalState, States
 
 
-class ElastoPlastic(AbstractScalarStateLaw):
+class ElastoPlastic(AbstractScalarLaw):
     """Spring that yields at a force and hardens linearly, smooth (Bouc and Wen's model without decay).
 
     `effort = -k (r (x - x0) + (1 - r) z)` with `dz/dt = v - (|v| z + v |z|) |z / z_y|^(n - 1) / (2 z_y)`, where

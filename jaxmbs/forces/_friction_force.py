@@ -14,7 +14,7 @@ from ..typing import Convertible, Scalar, ScalarLike, WordedError
 from ._base import AbstractLaw, AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
-from ._state_laws import AbstractScalarStateLaw, InternalState, States
+from ._internal_state import InternalState, States
 
 
 class AbstractFrictionForce(AbstractLaw):
@@ -65,7 +65,7 @@ class FrictionForce(AbstractFrictionForce, AbstractScalarLaw):
         return -self.radius * resistance * slip
 
 
-class BristleForce(AbstractFrictionForce, AbstractScalarStateLaw):
+class BristleForce(AbstractFrictionForce, AbstractScalarLaw):
     """`FrictionForce` of a model with bristles, which sticks, breaks away and slides.
 
     The bend of the bristles is the internal state "bristle" [m].  Stiff: take an implicit solver, or loose

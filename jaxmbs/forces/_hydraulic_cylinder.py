@@ -15,8 +15,8 @@ from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond, fluid
 from ._fields import as_law_function, number
+from ._internal_state import InternalState, States
 from ._signals import AbstractSignal, Constant, as_signal
-from ._state_laws import AbstractScalarStateLaw, InternalState, States
 from ._validity import Margin
 
 #: Pressure of the atmosphere [Pa], from which pressures of oil count: below minus this the oil has turned to vapour.
@@ -34,7 +34,7 @@ def _optional_signal(value):
     return None if value is None else as_signal(value)
 
 
-class HydraulicCylinder(AbstractScalarStateLaw):
+class HydraulicCylinder(AbstractScalarLaw):
     """Double-acting cylinder between two points, or along a joint, with its four-way valve.
 
     The chambers' pressures are its internal states "p0", which drives x up, and "p1":
@@ -199,8 +199,9 @@ class HydraulicCylinder(AbstractScalarStateLaw):
             return [f"areas and volumes are those of two chambers, got {self.areas.shape} and {self.volumes.shape}"]
         has_valve = any_concrete(lambda gain: gain > 0, self.flow_gain)
         below = has_valve and any_concrete(lambda p, q: p < q, self.supply, self.tank)
-        if self.end_cushion is not None and not isinstance(self.end_cushion, AbstractScalarLaw):
-            return [f"end_cushion must be a law of one displacement, such as BumpStop, not {self.end_cushion!r}"]
+        cushion = self.end_cushion
+        if cushion is not None and (not isinstance(cushion, AbstractScalarLaw) or cushion.internal_states):
+            return [f"end_cushion must be a law of one displacement without states, as BumpStop, not {cushion!r}"]
         return super().faults() + faults_if(
             (self.length.shape != (), "length must be one number"),
             (not_positive(self.areas), "areas must be positive"),

@@ -11,7 +11,7 @@ from jax.flatten_util import ravel_pytree
 from ..math import _square as square
 from ..typing import Scalar
 from ._base import AbstractScalarLaw
-from ._law_at import States
+from ._internal_state import States
 
 _MOST_ITERATIONS = 20
 

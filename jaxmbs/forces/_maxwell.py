@@ -5,12 +5,13 @@ import jax.numpy as jnp
 
 from ..checks import faults_if, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
-from ._state_laws import AbstractScalarStateLaw, InternalState, States
+from ._internal_state import InternalState, States
 
 
-class Maxwell(AbstractScalarStateLaw):
+class Maxwell(AbstractScalarLaw):
     """Spring k and damper c in series: the force of a steady stretch decays with the time c / k.
 
     Its internal state "stretch" is that of the spring z [m or rad], `dz/dt = v - (k / c) z`, and its effort `-k z`

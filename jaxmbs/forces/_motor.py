@@ -9,13 +9,14 @@ import jax.numpy as jnp
 from ..checks import faults_if, negative, not_positive
 from ..drawings import Drawing, Symbol
 from ..typing import Convertible, Scalar, ScalarLike
+from ._base import AbstractScalarLaw
 from ._element_bonds import Bonds, ElementBond, electric
 from ._fields import number, optional_number
+from ._internal_state import InternalState, States
 from ._signals import as_signal
-from ._state_laws import AbstractScalarStateLaw, InternalState, States
 
 
-class Motor(AbstractScalarStateLaw):
+class Motor(AbstractScalarLaw):
     """Direct-current motor, or a synchronous one by its torque-making current, behind a gear of some ratio.
 
     `inductance di/dt = voltage - resistance i - ke ratio v` and `effort = ratio kt i`: a gyrator between voltage and

@@ -16,7 +16,6 @@ from ._base import AbstractBodyLaw, AbstractPathLaw, AbstractPoseLaw, AbstractSc
 from ._frame_motion import frame_motions
 from ._path_ports import PathPort
 from ._port import AbstractPort
-from ._state_laws import AbstractBodyStateLaw, AbstractPoseStateLaw, AbstractScalarStateLaw
 
 
 class _BetweenFrames(AbstractPort):
@@ -237,11 +236,7 @@ def port_of(law) -> AbstractPort:
     """The port of a law that acts on frames or on the whole system."""
     if isinstance(law, AbstractPathLaw):
         return PathPort(law.num_frames)
-    kinds = (
-        ((AbstractScalarLaw, AbstractScalarStateLaw), LinePort),
-        ((AbstractPoseLaw, AbstractPoseStateLaw), PosePort),
-        ((AbstractBodyLaw, AbstractBodyStateLaw), FramePort),
-    )
+    kinds = ((AbstractScalarLaw, LinePort), (AbstractPoseLaw, PosePort), (AbstractBodyLaw, FramePort))
     return next((port() for kind, port in kinds if isinstance(law, kind)), SystemPort())
 
 

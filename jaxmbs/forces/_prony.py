@@ -8,13 +8,14 @@ from jaxtyping import Array, Float
 from ..checks import faults_if, negative, not_positive
 from ..math._rotation import rotation_vector
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
+from ._base import AbstractPoseLaw, AbstractScalarLaw
 from ._bushing import moment_of_gradient
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
-from ._state_laws import AbstractPoseStateLaw, AbstractScalarStateLaw, InternalState, States
+from ._internal_state import InternalState, States
 
 
-class Prony(AbstractScalarStateLaw):
+class Prony(AbstractScalarLaw):
     """Rubber as a Prony series (generalised Maxwell model): a spring k0 beside n springs k_i that relax in times T_i.
 
     `effort = -k0 (x - x0) - sum k_i z_i` with `dz_i/dt = v - z_i / T_i`; of a vibration its complex stiffness is
@@ -64,7 +65,7 @@ class Prony(AbstractScalarStateLaw):
         return super().faults() + _faults(self)
 
 
-class PronyBushing(AbstractPoseStateLaw):
+class PronyBushing(AbstractPoseLaw):
     """Rubber mount with memory: `Prony` in each of the six coordinates of a `Bushing`, its axes and its zero.
 
     Attributes:

@@ -7,8 +7,8 @@ from ..checks import faults_if, negative
 from ..typing import Convertible, Scalar, ScalarLike
 from ._element_bonds import Bonds, ElementBond
 from ._fields import number
+from ._internal_state import States
 from ._maxwell import Maxwell
-from ._state_laws import States
 
 
 class Zener(Maxwell):

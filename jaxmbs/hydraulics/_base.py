@@ -18,8 +18,7 @@ from ..blocks import AbstractBlock
 from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
 from ..forces._hydraulic_cylinder import ATMOSPHERE, EMPTY
-from ..forces._law_at import States
-from ..forces._state_laws import InternalState
+from ..forces._internal_state import InternalState, States
 from ..forces._validity import Margin
 from ..typing import Scalar, ScalarLike
 

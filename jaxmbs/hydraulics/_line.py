@@ -9,8 +9,7 @@ from jaxtyping import Array
 from ..checks import faults_if, negative, not_positive
 from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
-from ..forces._law_at import States
-from ..forces._state_laws import InternalState
+from ..forces._internal_state import InternalState, States
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractTwoPort, through
 

@@ -11,7 +11,7 @@ from ..checks import faults_if, negative, not_positive
 from ..forces import AbstractScalarLaw
 from ..forces._element_bonds import Bonds, ElementBond, fluid
 from ..forces._fields import number
-from ..forces._law_at import States
+from ..forces._internal_state import States
 from ..forces._signals import as_signal
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractTwoPort

@@ -5,7 +5,7 @@ from typing import Any
 from jaxtyping import Array
 
 from ..blocks import AbstractBlock
-from ..forces._law_at import States
+from ..forces._internal_state import States
 from ..typing import ScalarLike
 
 

@@ -7,7 +7,7 @@ from jaxtyping import Array
 
 from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
-from ..forces._law_at import States
+from ..forces._internal_state import States
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractNode
 

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from ..checks import any_concrete, faults_if, not_positive
 from ..forces._element_bonds import Bonds, fluid
 from ..forces._fields import number
-from ..forces._law_at import States
+from ..forces._internal_state import States
 from ..math._signed_root import signed_root, smooth_ramp
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractHydraulicElement

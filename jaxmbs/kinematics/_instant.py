@@ -111,14 +111,12 @@ class InternalValues(Mapping):
     """Internal states by name of a system whose laws and blocks are at them, sliced where they are read."""
 
     def __init__(self, system: System) -> None:
-        laws = ((group.names, group.internal, getattr(group.law, "s", None)) for group in system.forces)
-        blocks = ((group.names, group.internal, group.s) for group in system.blocks)
         self._places = {
-            f"{element}.{name}": (s[name], k)
-            for names, internal, s in (*laws, *blocks)
-            if s
-            for k, element in enumerate(names)
-            for name, *_ in internal
+            f"{element}.{name}": (group.s[name], k)
+            for group in (*system.forces, *system.blocks)
+            if group.s
+            for k, element in enumerate(group.names)
+            for name, *_ in group.internal
         }
 
     def __getitem__(self, name: str) -> Array:

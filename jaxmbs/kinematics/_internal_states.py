@@ -38,7 +38,7 @@ def group_rates(group, displacement, flow, t) -> dict[str, Array]:
         rates = law.rate(*x, *v, t)
         return {name: rates[name] for name, *_ in group.internal}
 
-    return jax.vmap(of_one)(group.law, displacement, flow)
+    return jax.vmap(of_one)(group.acting, displacement, flow)
 
 
 def internal_rates(system: System, at: VelocityKinematics) -> Array:
@@ -74,7 +74,7 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
                 for name, shape, _ in group.internal
             }
 
-        return join_states(group, jax.vmap(of_one)(group.law, displacement, flow))
+        return join_states(group, jax.vmap(of_one)(group.acting, displacement, flow))
 
     values = [of_group(group) for group in system.forces if group.internal]
     if _has_bristles(system):

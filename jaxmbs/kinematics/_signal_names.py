@@ -9,7 +9,7 @@ from jax import Array
 from ..checks import place_of
 from ..errors import ModelError
 from ..model._entry_points import state_function
-from ..model._signals import block_named, drivers_of, law_of
+from ..model._signals import block_named, drivers_of
 from ..model._system import System
 from ._configuration import at_state, with_velocities
 from ._signals import signals_at
@@ -38,7 +38,7 @@ def _own_names(system):
 
 def input_fields(system: System) -> list[str]:
     """Names of all fields that may be inputs, "motor.voltage"; those that a block drives are none."""
-    laws = [(name, law_of(group.law)) for group in system.forces for name in group.names]
+    laws = [(name, group.law) for group in system.forces for name in group.names]
     parts = laws + [(name, group.block) for group in system.blocks for name in group.names]
     drivers = drivers_of(system.blocks)
     found = [f"{name}.{field}" for name, part in parts for field in part.inputs]
@@ -60,7 +60,7 @@ def _shape_of_field(system, name):
     """Shape of the values of a field that is a function of time alone, () of others."""
     element, _, field = name.rpartition(".")
     groups = [group for group in system.forces if element in group.names]
-    laws = [jax.tree.map(lambda x, g=g: x[g.names.index(element)], law_of(g.law)) for g in groups]
+    laws = [jax.tree.map(lambda x, g=g: x[g.names.index(element)], g.law) for g in groups]
     (part,) = laws + [found.block for found in block_named(system.blocks, element)]
     try:
         return jax.eval_shape(lambda t: jnp.asarray(getattr(part, field)(t), float), jnp.zeros(())).shape

@@ -14,7 +14,7 @@ from jax import Array
 
 from ..forces._signals import DrivenValue, Input
 from ..model._internal_states import group_size, join_states, replace_field
-from ..model._signals import BlockElement, BlockGroup, drivers_of, law_of, with_law_field
+from ..model._signals import BlockElement, BlockGroup, drivers_of
 from ..model._system import System
 from ..runtime import constant_product
 from ._configuration import Configuration, VelocityKinematics, at_rest
@@ -192,9 +192,9 @@ def with_idle_blocks(system: System) -> System:
 
 def _with_driven_law(group, drivers, values):
     law = group.law
-    for field in law_of(law).inputs:
+    for field in law.inputs:
         if sources := _sources(group.names, field, drivers):
-            law = with_law_field(law, field, DrivenValue(_driven(values, sources)))
+            law = replace_field(law, field, DrivenValue(_driven(values, sources)))
     return group if law is group.law else replace_field(group, "law", law)
 
 
@@ -241,8 +241,8 @@ def with_inputs(system: System, values: Mapping[str, Any], replace: bool) -> Sys
         element, _, field = name.rpartition(".")
         for k, group in enumerate(groups):
             if element in group.names:
-                given = _input(group, element, getattr(law_of(group.law), field), value, replace)
-                groups[k] = replace_field(group, "law", with_law_field(group.law, field, given))
+                given = _input(group, element, getattr(group.law, field), value, replace)
+                groups[k] = replace_field(group, "law", replace_field(group.law, field, given))
         for k, block in enumerate(blocks):
             if element in block.names:
                 given = _input(block, element, getattr(block.block, field), value, replace)

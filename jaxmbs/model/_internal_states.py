@@ -105,12 +105,12 @@ def join_states(group, states: dict[str, Array]) -> Array:
     return (rows[0] if len(rows) == 1 else jnp.concatenate(rows, axis=1)).reshape(-1)
 
 
-def with_internal(system, internal: Any, law_at: Callable | None = None):
+def with_internal(system, internal: Any, group_at: Callable | None = None):
     """The system whose laws have the internal states of a state, an `InternalStates` or its values (ns,).
 
     One without internal states, or at given ones already where none are given, is returned as it is.
 
-    Args: law_at: (group, states by name) -> the law in place of the group's; default the law at its states.
+    Args: group_at: (group, states by name) -> the group in its place; default the group at its states.
     """
     if internal is None or not system.topology.internal:
         return system
@@ -121,8 +121,7 @@ def with_internal(system, internal: Any, law_at: Callable | None = None):
             continue
         end = first + len(group.names) * group_size(group)
         s = split_states(group, values[first:end])
-        law = getattr(group.law, "law", group.law).at(s) if law_at is None else law_at(group, s)
-        groups.append(eqx.tree_at(lambda g: g.law, group, law))
+        groups.append(replace_field(group, "s", s) if group_at is None else group_at(group, s))
         first = end
     if groups:
         system = eqx.tree_at(lambda s: s.forces, system, tuple(groups))
@@ -152,7 +151,7 @@ def replace_field(module, name: str, value):
 
 def has_internal(system) -> bool:
     """True if the laws of the system are at their internal states, or have none."""
-    laws = all(hasattr(group.law, "s") for group in system.forces if group.internal)
+    laws = all(group.s is not None for group in system.forces if group.internal)
     rubs = system.friction is None or not any(system.friction.bristle_sizes) or system.friction.bristles is not None
     return laws and rubs and all(group.s is not None for group in system.blocks if group.internal)
 
@@ -165,7 +164,7 @@ def stacked(values) -> Array:
 
 def declared_scales(group) -> dict[str, Array]:
     """Scales (n, *shape) of a group's states by name, as its laws declare them."""
-    return jax.vmap(lambda law: _scales(group, law), axis_size=len(group.names))(getattr(group.law, "law", group.law))
+    return jax.vmap(lambda law: _scales(group, law), axis_size=len(group.names))(group.law)
 
 
 def block_scales(group) -> dict[str, Array]:

@@ -5,8 +5,6 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 
-from ._internal_states import replace_field
-
 
 class MeasureGroup(eqx.Module):
     """Signals of coordinates, velocities, internal states and time that are read in one way.
@@ -101,15 +99,3 @@ def internal_reads(system) -> set[str]:
     of_measures = {name for group in system.measures for name in group.internal}
     of_blocks = {read for group in system.blocks for reads in group.reads for read in reads if isinstance(read, str)}
     return of_measures | of_blocks
-
-
-def law_of(law):
-    """The law itself, of a law at its internal states."""
-    return getattr(law, "law", law)
-
-
-def with_law_field(law, name: str, value):
-    """A law, at its internal states or not, with another value of a field."""
-    inner = law_of(law)
-    changed = replace_field(inner, name, value)
-    return changed if inner is law else replace_field(law, "law", changed)

@@ -15,11 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..forces._implicit_law import ImplicitLaw
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._internal_states import internal_rates
 from ..math import _square as square
-from ..model._internal_states import group_size, with_internal
+from ..model._internal_states import group_size, replace_field, with_internal
 from ..model._signals import internal_reads
 from ..ode._stages_of_equations import StageStart
 from ..runtime import gather_static
@@ -111,12 +110,11 @@ class _ImplicitEquations:
         """The equations at the internal states in z, a configuration, and the second half, not scaled."""
         implicit = _implicit_laws(self.equations.system)
 
-        def law_at(group, states):
-            if group.names in implicit:
-                return ImplicitLaw(group.law, states, jnp.broadcast_to(self.step, len(group.names)))
-            return group.law.at(states)
+        def group_at(group, states):
+            step = jnp.broadcast_to(self.step, len(group.names)) if group.names in implicit else None
+            return replace_field(replace_field(group, "s", states), "step", step)
 
-        system = with_internal(self.equations.system, self._internal(z), law_at)
+        system = with_internal(self.equations.system, self._internal(z), group_at)
         equations = eqx.tree_at(lambda e: e.system, self.equations, system)
         at = configuration(system, equations.P, z[: self.nq], self.t)
         return equations, at, z[self.nq : self.nq + self.end] * equations.scale[: self.end]

@@ -43,8 +43,11 @@ class CoordinateLaw(eqx.Module):
     def __init__(self, law: AbstractScalarLaw, row: Mapping[str | tuple, ScalarLike]) -> None:
         if not row:
             raise ValueError("a CoordinateLaw needs at least one coordinate")
-        if not isinstance(law, AbstractScalarLaw):
-            raise TypeError(f"the law of a CoordinateLaw is a scalar law such as BumpStop(...), got {law!r}")
+        if not isinstance(law, AbstractScalarLaw) or law.internal_states:
+            raise TypeError(
+                "the law of a CoordinateLaw is a scalar law without internal states such as BumpStop(...), "
+                f"got {law!r}"
+            )
         self.law, self.names = law, tuple(row)
         self.coefficients = jnp.stack([as_array(value) for value in row.values()])
         if self.coefficients.ndim != 1:

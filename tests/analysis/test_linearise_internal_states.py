@@ -115,7 +115,7 @@ def test_equilibrium_of_an_integrator():
     np.testing.assert_allclose(jax.grad(integral, argnums=(0, 1))(0.2, 300.0), (300.0, 0.2), rtol=1e-7)
 
 
-class Trapped(F.AbstractScalarStateLaw):
+class Trapped(F.AbstractScalarLaw):
     """A closed column of oil: its pressure keeps any value at rest."""
 
     area: float = 0.01

@@ -7,6 +7,7 @@ import pytest
 
 from jaxmbs import forces as F
 from jaxmbs.forces._element_bonds import CONSERVING, PORT, bond_sums, ends, kind_of
+from jaxmbs.forces._law_at import LawAt
 from jaxmbs.friction import LuGre
 from jaxmbs.math._rotation import rotation_matrix
 
@@ -36,9 +37,9 @@ LAWS = {
 
 def arguments(law, s):
     """(x, v, t) of the law at its states."""
-    is_pose = isinstance(law, F.AbstractPoseStateLaw)
+    is_pose = isinstance(law, F.AbstractPoseLaw)
     x, v = (POSE, TWIST) if is_pose else ((jnp.array(0.4),), (jnp.array(0.7),))
-    return (law if s is None else law.at(s)), x, v, 0.0
+    return (law if s is None else LawAt(law, s)), x, v, 0.0
 
 
 def flow_and_effort(law, x, v, t):

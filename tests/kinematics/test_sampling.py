@@ -7,7 +7,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.blocks import PI, AbstractBlock, FirstOrder, Function, StateSpace
 from jaxmbs.errors import ModelError
-from jaxmbs.forces._state_laws import InternalState
+from jaxmbs.forces import InternalState
 from jaxmbs.kinematics._configuration import at_state, with_velocities
 from jaxmbs.kinematics._sampling import sample_periods, sampled_values
 from jaxmbs.model._internal_states import with_internal

@@ -47,9 +47,9 @@ EXEMPT = {
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
         hydraulics.AbstractTwoPort forces.AbstractJointFriction
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
-        forces.AbstractBodyStateLaw forces.AbstractPoseStateLaw forces.AbstractScalarStateLaw
+
         forces.AbstractPathLaw forces.PathKinematics
-        forces.AbstractStateLaw forces.AbstractSystemStateLaw forces.ElementBond
+        forces.ElementBond
         forces.InternalState forces.Margin forces.Reading forces.Arrows forces.PointLoads model.InternalStates
         contact.AbstractPair contact.Touch
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure

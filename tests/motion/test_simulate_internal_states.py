@@ -261,7 +261,7 @@ def test_twenty_states_on_a_four_bar():
     np.testing.assert_allclose(slope, difference, rtol=1e-5, atol=1e-5)
 
 
-class Cylinder(F.AbstractScalarStateLaw):
+class Cylinder(F.AbstractScalarLaw):
     """A closed column of oil with a leak, its pressure in a unit of so many pascals."""
 
     unit: float = eqx.field(static=True)
@@ -294,7 +294,7 @@ def test_tolerances_apply_to_the_state_over_its_scale():
     np.testing.assert_allclose(pascal.internal("oil.p"), 1e9 * giga.internal("oil.p"), rtol=1e-9)
 
 
-class Bristle(F.AbstractScalarStateLaw):
+class Bristle(F.AbstractScalarLaw):
     """LuGre's friction: a bristle of deflection z under the Stribeck curve g, `dz/dt = v - |v| z / g(v)`."""
 
     stiffness: jax.Array = eqx.field(converter=jnp.asarray)

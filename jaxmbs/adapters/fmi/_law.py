@@ -9,14 +9,14 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ...errors import ModelError
-from ...forces import AbstractScalarStateLaw, InternalState
-from ...forces._law_at import States
+from ...forces import AbstractScalarLaw, InternalState
+from ...forces._internal_state import States
 from ...runtime import host_call
 from ...typing import Scalar, ScalarLike
 from ._foreign import Interface, instance_of, read_interface
 
 
-class Fmu(AbstractScalarStateLaw):
+class Fmu(AbstractScalarLaw):
     """An FMU of model exchange (FMI 3.0) as a law between two points or on a joint, through the package fmpy.
 
     **An FMU is a program of whoever made it, and runs with all your rights from the first evaluation of the law on.**

@@ -10,7 +10,6 @@ from ...checks import distinct_names, no_such
 from ...design._variables import read_variables
 from ...errors import ModelError
 from ...model._internal_states import replace_field
-from ...model._signals import law_of, with_law_field
 from ...model._system import System
 
 
@@ -57,7 +56,7 @@ def named_numbers(system: System) -> dict[str, tuple[float, Callable]]:
     for k, body in enumerate(system.topology.body_names):
         found[f"{body}.mass"] = float(system.mass[k]), _set_mass(k)
     for g, group in enumerate(system.forces):
-        for field, values in vars(law_of(group.law)).items():
+        for field, values in vars(group.law).items():
             if _is_numbers(values) and np.shape(values) == (len(group.names),):
                 for k, name in enumerate(group.names):
                     found[f"{name}.{field}"] = float(values[k]), _set_law(g, field, k)
@@ -81,8 +80,8 @@ def _set_law(g, field, k):
     def set_law(system, value):
         groups = list(system.forces)
         law = groups[g].law
-        values = getattr(law_of(law), field).at[k].set(value)
-        groups[g] = replace_field(groups[g], "law", with_law_field(law, field, values))
+        values = getattr(law, field).at[k].set(value)
+        groups[g] = replace_field(groups[g], "law", replace_field(law, field, values))
         return replace_field(system, "forces", tuple(groups))
 
     return set_law

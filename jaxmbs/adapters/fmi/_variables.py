@@ -9,7 +9,7 @@ from ...analysis._linearise import column_names
 from ...checks import distinct_names, place_of, repeated
 from ...errors import ModelError
 from ...kinematics._signal_names import check_input_fields, input_fields, signal_names
-from ...model._signals import block_named, law_of
+from ...model._signals import block_named
 from ...model._system import System
 from ...typing import ScalarLike
 from ._description import Variable
@@ -51,7 +51,7 @@ def input_values(system: System, names: tuple[str, ...], t: ScalarLike) -> np.nd
 def _law_in(group, element):
     """The law of one element of a group."""
     k = group.names.index(element)
-    return jax.tree.map(lambda x: x[k], law_of(group.law))
+    return jax.tree.map(lambda x: x[k], group.law)
 
 
 def variables_of(flat: FlatMechanism, start: np.ndarray, units: Mapping[str, str]) -> list[Variable]:
