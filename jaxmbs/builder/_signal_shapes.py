@@ -10,10 +10,10 @@ import jax.numpy as jnp
 from ..forces import AbstractSystemLaw
 from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import DrivenValue
+from ..friction._joint_friction import bristle_groups
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._instant import Instant
 from ..kinematics._poses import neutral_coordinates, node_parameters
-from ..model._friction import bristle_groups
 from ..model._internal_states import internal_records, replace_field
 from ..model._signals import drivers_of, drives_by_field
 from ..model._system import System
