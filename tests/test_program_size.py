@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs import blocks, hydraulics
 from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.design import _minimise, _uncertainty
 from jaxmbs.forces import Attachment, FrictionForce, Sheave
@@ -232,6 +233,43 @@ def guided(count):
     return b.build()
 
 
+def controlled(count):
+    """Sixteen wheels, so many of them with a speed loop: a measure, a PI and an actuator."""
+    b = mbs.SystemBuilder()
+    for k in range(16):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Revolute("z"), "ground", f"b{k}")
+    for k in range(count):
+        b.force(f"motor{k}", mbs.Actuator(0.0), joint=f"j{k}")
+        b.measure(f"speed{k}", joint=f"j{k}", of="velocity")
+        b.block(f"loop{k}", blocks.PI(1.0 + k, 2.0, target=1.0), reads=f"speed{k}", drives=f"motor{k}")
+    return b.build()
+
+
+def piped(count):
+    """A wheel, and so many volumes of oil that orifices join in a row."""
+    b = mbs.SystemBuilder()
+    b.body("b", 1.0, inertia=0.1)
+    b.joint("j", mbs.Revolute("z"), "ground", "b")
+    b.hydraulic("tank", hydraulics.Tank())
+    for k in range(count):
+        b.hydraulic(f"v{k}", hydraulics.Volume(1e-3, pressure=1e6 * (k + 1)))
+        ports = {"a": f"v{k}", "b": f"v{k + 1}" if k + 1 < count else "tank"}
+        b.hydraulic(f"o{k}", hydraulics.Orifice(1e-6), ports=ports)
+    return b.build()
+
+
+def sprung(count):
+    """Sixteen wheels, so many of them with a spring."""
+    b = mbs.SystemBuilder()
+    for k in range(16):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Revolute("z"), "ground", f"b{k}")
+    for k in range(count):
+        b.force(f"s{k}", mbs.SpringDamper(10.0 + k, 0.1), joint=f"j{k}")
+    return b.build()
+
+
 def rubbing(count, model=SmoothCoulomb(0.2, transition_speed=0.05)):  # noqa: B008
     """A four-bar, so many of whose pins rub."""
     b = four_bar_builder(LENGTHS)
@@ -276,6 +314,9 @@ KINDS = {
     "coupler": (geared, 15, (850, 40), (3100, 40)),
     "row of a user": (guided, 4, (1010, 20), (4320, 20)),
     "drive": (turned, 15, (890, 20), (3900, 40)),
+    "control loop": (controlled, 16, (1290, 10), (3740, 20)),
+    "volume and orifice": (piped, 12, (940, 10), (3020, 20)),
+    "spring": (sprung, 16, (1300, 10), (3660, 20)),
 }
 
 
