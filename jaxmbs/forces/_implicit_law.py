@@ -3,12 +3,11 @@
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jax import Array, lax
 from jax.flatten_util import ravel_pytree
 
-from ..math import _square as square
+from ..math._newton import newton_root
 from ..typing import Scalar
 from ._base import AbstractScalarLaw
 from ._internal_state import States
@@ -60,35 +59,6 @@ class ImplicitLaw(eqx.Module):
         scale = ravel_pytree({name: jnp.broadcast_to(declared[name].scale, x.shape) for name, x in self.s.items()})[0]
         residual = eqx.filter_closure_convert(residual, start)
         guess, scale = lax.stop_gradient((start, scale.astype(start.dtype)))
-        return *motion, unravel(_root(residual, guess, scale)), t
-
-
-@eqx.filter_custom_jvp
-def _root(residual, values, scale):
-    """Root near values (m,), by Newton's method to rounding; not a number where that does not converge."""
-    limit = jnp.finfo(values.dtype).eps ** 0.75
-
-    def iterate(carry):
-        values, _, count = carry
-        change = _solve(residual, values, residual(values))
-        return values - change, jnp.max(jnp.abs(change) / (scale + jnp.abs(values))), count + 1
-
-    def unfinished(carry):
-        _, size, count = carry
-        return (size > limit) & (count < _MOST_ITERATIONS)
-
-    found, size, _ = lax.while_loop(unfinished, iterate, (values, jnp.asarray(jnp.inf, values.dtype), 0))
-    return jnp.where(size <= limit, found, jnp.nan)
-
-
-@_root.def_jvp
-def _root_jvp(primals, tangents):
-    residual, values = primals[0], _root(*primals)
-    change = eqx.filter_jvp(lambda residual: residual(values), (residual,), (tangents[0],))[1]
-    return values, jnp.zeros_like(values) if change is None else -_solve(residual, values, change)
-
-
-def _solve(residual, values, right):
-    """Solution (m,) with the derivative of the residual."""
-    matrix = jax.jacfwd(residual)(values)
-    return right / matrix[0] if values.size == 1 else square.solve(matrix, right)
+        limit = jnp.finfo(start.dtype).eps ** 0.75
+        found, size = newton_root(residual, guess, scale, None, limit, _MOST_ITERATIONS, relative=1.0)
+        return *motion, unravel(jnp.where(size <= limit, found, jnp.nan)), t

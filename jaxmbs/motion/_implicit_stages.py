@@ -18,6 +18,7 @@ from jax import Array, lax
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._internal_states import internal_rates
 from ..math import _square as square
+from ..math._newton import newton_root
 from ..model._internal_states import group_size, replace_field, with_internal
 from ..model._signals import internal_reads
 from ..ode._stages_of_equations import StageStart
@@ -57,8 +58,10 @@ class ImplicitStages(eqx.Module):
         """The rate, and True if it was found."""
         stage = _ImplicitEquations(self.equations, self.step, t, y)
         residual = eqx.filter_closure_convert(stage.residual, stage.start)
-        z, found = _root(residual, *lax.stop_gradient((stage.start, self.scale, self.inverse)))
-        return stage.rates(z), found
+        start, scale, inverse = lax.stop_gradient((stage.start, self.scale, self.inverse))
+        z, size = newton_root(residual, start, scale, inverse, _CONVERGED, _MOST_ITERATIONS)
+        found = size <= _CONVERGED
+        return stage.rates(jnp.where(found, z, start)), found
 
 
 class _ImplicitEquations:
@@ -144,31 +147,3 @@ def eliminated_states(system) -> np.ndarray:
     sizes = [(group.names in implicit, len(group.names) * group_size(group)) for group in system.forces]
     of_laws = np.repeat(*np.array(sizes, dtype=int).reshape(-1, 2).T).astype(bool)
     return np.concatenate([of_laws, np.zeros(system.topology.num_internal - of_laws.size, bool)])
-
-
-@eqx.filter_custom_jvp
-def _root(residual, z, scale, inverse):
-    """(root near z, True if it was found), by Newton's method with one inverse."""
-
-    def iterate(carry):
-        z, _, count = carry
-        change = inverse @ residual(z)
-        return z - change, jnp.max(jnp.abs(change) / scale), count + 1
-
-    def unfinished(carry):
-        _, size, count = carry
-        return (size > _CONVERGED) & (count < _MOST_ITERATIONS)
-
-    found, size, _ = lax.while_loop(unfinished, iterate, (z, jnp.asarray(jnp.inf, z.dtype), 0))
-    converged = size <= _CONVERGED
-    return jnp.where(converged, found, z), converged
-
-
-@_root.def_jvp
-def _root_jvp(primals, tangents):
-    residual = primals[0]
-    z, converged = _root(*primals)
-    change = eqx.filter_jvp(lambda residual: residual(z), (residual,), (tangents[0],))[1]
-    along = jax.linearize(residual, z)[1]
-    matrix = jax.vmap(along, 1, 1)(jnp.eye(z.size, dtype=z.dtype))
-    return (z, converged), (-square.solve(matrix, change), None)
