@@ -12,7 +12,7 @@ from jaxtyping import Array, Shaped
 from .checks import is_concrete
 
 
-class NamedRows(eqx.Module, Mapping):
+class NamedRows(eqx.Module, Mapping):  # type: ignore[misc]
     """Things of equal structure by name, those of a group stacked.
 
     Attributes:
@@ -47,7 +47,7 @@ class NamedRows(eqx.Module, Mapping):
         return sum(map(len, self.names))
 
 
-class NamedSlices(eqx.Module, Mapping):
+class NamedSlices(eqx.Module, Mapping):  # type: ignore[misc]
     """Parts of a vector by name.
 
     Attributes:

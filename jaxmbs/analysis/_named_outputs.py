@@ -1,6 +1,6 @@
 """Inputs and outputs of a linearisation by name: joints, signals, and fields of force elements and blocks."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -50,7 +50,7 @@ class NamedOutputs(eqx.Module):
 
     def at(self, system: System, at: Configuration, state: State) -> Array:
         """Values (m,) at a state and its configuration, of a system that is at its internal states."""
-        signals = {}
+        signals: Mapping[str, Array] = {}
         if any(isinstance(part, str) for part in self.parts):
             signals = signals_at(system, with_velocities(system, at, state.velocities))
         values = [

@@ -51,7 +51,7 @@ class BristleContact(AbstractContact, AbstractPoseLaw):
         turning = jax.jvp(lambda R, x: self.pair.touch(R, x).normal, (rotation, displacement), moving)[1]
         return {"bristle": slip - jnp.sum(turning * bend, axis=1, keepdims=True) * found.touch.normal}
 
-    def wrench(
+    def wrench(  # type: ignore[override]
         self,
         rotation: Matrix3,
         displacement: Vector3,
@@ -64,7 +64,7 @@ class BristleContact(AbstractContact, AbstractPoseLaw):
         found = self.point_forces(rotation, displacement, angular_velocity, velocity, s)
         return wrench_of(found, displacement)
 
-    def potential(self, rotation: Matrix3, displacement: Vector3, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, rotation: Matrix3, displacement: Vector3, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Stored energy of the overlap [J], without that of the bristles."""
         return self._stored(rotation, displacement)
 

@@ -49,12 +49,12 @@ class ElastoPlastic(AbstractScalarLaw):
         knee = jnp.where(size > 0.0, jnp.where(size > 0.0, size, 1.0) ** (self.sharpness - 1.0), 0.0)
         return {"elastic": v - 0.5 * (jnp.abs(v) * z + v * jnp.abs(z)) * knee / limit}
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`-k (r (x - x0) + (1 - r) z)` [N or N m]."""
         r = self.hardening
         return -self.stiffness * (r * (x - self.free_length) + (1.0 - r) * s["elastic"])
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`k/2 (r (x - x0)^2 + (1 - r) z^2)` [J]."""
         r = self.hardening
         return self.stiffness / 2.0 * (r * jnp.square(x - self.free_length) + (1.0 - r) * jnp.square(s["elastic"]))

@@ -94,12 +94,12 @@ class BristleForce(AbstractFrictionForce, AbstractScalarLaw):
         """Rate of the bend [m/s]."""
         return {"bristle": self._bristles(v, s)[2][0]}
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Minus what bend, its rate and slip give under the load [N or N m]."""
         slip, bend, rate = self._bristles(v, s)
         return -self.radius * self.load * self.friction.traction(bend, rate, slip)[0]
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Energy of the bent bristles [J]."""
         return self.load * self.friction.energy(jnp.asarray(s["bristle"])[None])
 

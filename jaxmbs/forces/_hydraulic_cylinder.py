@@ -130,12 +130,12 @@ class HydraulicCylinder(AbstractScalarLaw):
         rates = self.bulk_modulus * inflow / self.chambers(x)
         return {"p0": rates[0], "p1": rates[1]}
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Force that drives x up [N]."""
         force = self.areas[0] * s["p0"] - self.areas[1] * s["p1"] - self.damping * v
         return force if self.end_cushion is None else force + self.end_cushion.effort(x, v, t)
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Energy of the compressed oil `sum V p^2 / (2 E)`, and of the cushion [J]."""
         p = jnp.stack([s["p0"], s["p1"]])
         oil = jnp.sum(self.chambers(x) * jnp.square(p)) / (2.0 * self.bulk_modulus)

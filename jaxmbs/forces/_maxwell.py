@@ -34,11 +34,11 @@ class Maxwell(AbstractScalarLaw):
         """`v - (k / c) z` [m/s or rad/s]."""
         return {"stretch": v - self.stiffness / self.damping * s["stretch"]}
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`-k z` [N or N m]."""
         return -self.stiffness * s["stretch"]
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`k/2 z^2` [J]."""
         return self.stiffness / 2.0 * jnp.square(s["stretch"])
 

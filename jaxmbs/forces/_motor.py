@@ -78,11 +78,11 @@ class Motor(AbstractScalarLaw):
             voltage = jnp.clip(voltage, lowest, highest)
         return voltage if self.max_voltage is None else jnp.clip(voltage, -self.max_voltage, self.max_voltage)
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Torque at the joint [N m or N]."""
         return self.ratio * self.kt * s["current"]
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Energy of the winding's field [J]."""
         return self.inductance / 2.0 * jnp.square(s["current"])
 

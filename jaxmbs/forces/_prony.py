@@ -41,11 +41,11 @@ class Prony(AbstractScalarLaw):
         """`v - z_i / T_i` [m/s or rad/s]."""
         return {"stretch": v - s["stretch"] / self.times}
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`-k0 (x - x0) - sum k_i z_i` [N or N m]."""
         return -self.stiffness * (x - self.free_length) - jnp.sum(self.branches * s["stretch"])
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`k0/2 (x - x0)^2 + sum k_i/2 z_i^2` [J]."""
         relaxing = jnp.sum(self.branches * jnp.square(s["stretch"]))
         return 0.5 * (self.stiffness * jnp.square(x - self.free_length) + relaxing)
@@ -96,7 +96,7 @@ class PronyBushing(AbstractPoseLaw):
         moving = jnp.concatenate([velocity, _turning(vector, angular_velocity)])
         return {"stretch": moving[None, :] - s["stretch"] / self.times[:, None]}
 
-    def wrench(
+    def wrench(  # type: ignore[override]
         self,
         rotation: Matrix3,
         displacement: Vector3,
@@ -111,7 +111,7 @@ class PronyBushing(AbstractPoseLaw):
         gradient = static + jnp.sum(self.branches * s["stretch"], axis=0)
         return -gradient[:3], -moment_of_gradient(vector, gradient[3:])
 
-    def potential(self, rotation: Matrix3, displacement: Vector3, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, rotation: Matrix3, displacement: Vector3, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """Energy of all springs [J]."""
         z = jnp.concatenate([displacement, rotation_vector(rotation)])
         return 0.5 * (jnp.sum(self.stiffness * z**2) + jnp.sum(self.branches * jnp.square(s["stretch"])))

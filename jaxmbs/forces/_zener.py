@@ -27,11 +27,11 @@ class Zener(Maxwell):
     static_stiffness: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
     free_length: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`-k0 (x - x0) - k z` [N or N m]."""
         return super().effort(x, v, s, t) - self.static_stiffness * (x - self.free_length)
 
-    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def potential(self, x: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """`k0/2 (x - x0)^2 + k/2 z^2` [J]."""
         return super().potential(x, s, t) + self.static_stiffness / 2.0 * jnp.square(x - self.free_length)
 

@@ -111,9 +111,10 @@ class InternalValues(Mapping):
     """Internal states by name of a system whose laws and blocks are at them, sliced where they are read."""
 
     def __init__(self, system: System) -> None:
+        groups: tuple[Any, ...] = (*system.forces, *system.blocks)
         self._places = {
             f"{element}.{name}": (group.s[name], k)
-            for group in (*system.forces, *system.blocks)
+            for group in groups
             if group.s
             for k, element in enumerate(group.names)
             for name, *_ in group.internal

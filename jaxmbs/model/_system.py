@@ -44,9 +44,9 @@ class ForceGroup(eqx.Module):
     @property
     def acting(self) -> Any:
         """The law, at the internal states where it has some: a law of (x, v, t)."""
-        if self.step is not None:
-            return ImplicitLaw(self.law, self.s, self.step)
-        return self.law if self.s is None else LawAt(self.law, self.s)
+        if self.s is None:
+            return self.law
+        return LawAt(self.law, self.s) if self.step is None else ImplicitLaw(self.law, self.s, self.step)
 
 
 class ClosureGroup(eqx.Module):

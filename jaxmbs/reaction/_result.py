@@ -186,7 +186,7 @@ class RowLoad(Reported, eqx.Module):
         return Report([multipliers, *efforts], open_one)
 
 
-class RowLoads(eqx.Module, Mapping):
+class RowLoads(eqx.Module, Mapping):  # type: ignore[misc]
     """Loads of couplers and user rows by name, as few arrays.
 
     Attributes:

@@ -70,7 +70,7 @@ class Fmu(AbstractScalarLaw):
         """Rates of the FMU's states."""
         return dict(zip(self.interface.states, self._values(x, v, s, t), strict=False))
 
-    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:
+    def effort(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Scalar:  # type: ignore[override]
         """The FMU's output [N or N m]."""
         return self._values(x, v, s, t)[-1]
 
