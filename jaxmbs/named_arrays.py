@@ -7,7 +7,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Shaped
 
 from .checks import is_concrete
 
@@ -69,6 +68,8 @@ class NamedSlices(eqx.Module, Mapping):  # type: ignore[misc]
         return len(self.places)
 
 
-def part_of(x: Shaped[Array, "..."], place: Any) -> Shaped[Array, "..."]:
-    """Part of an array.  By NumPy where it is no trace: JAX compiles a program for every place."""
+def part_of(x: Any, place: Any) -> Any:
+    """Part of an array, or of its shape.  By NumPy outside of traces: JAX compiles a program for every place."""
+    if isinstance(x, jax.ShapeDtypeStruct):
+        return jax.eval_shape(lambda x: x[place], x)
     return jnp.asarray(np.asarray(x)[place]) if is_concrete(x) else x[place]
