@@ -45,7 +45,7 @@ EXEMPT = {
     """,
     "what users derive from": """
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
-        hydraulics.AbstractTwoPort forces.AbstractJointFriction
+        hydraulics.AbstractTwoPort friction.AbstractBristles friction.AbstractFriction
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
 
         forces.AbstractPathLaw forces.PathKinematics
