@@ -1,5 +1,6 @@
-"""The catalogue has every joint, constraint, law, signal, element and reduction, and is made from the docstrings."""
+"""The catalogue has every kind of thing that models are made of, and is made from the docstrings."""
 
+import importlib
 import importlib.util
 import inspect
 import sys
@@ -9,10 +10,11 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import elements, forces, joints, reductions
+from jaxmbs import blocks, contact, elements, forces, friction, hydraulics, joints, ode, reductions
 from jaxmbs.math._rotation import rotation_vector
 
 EXTENSIONS = Path(__file__).parent.parent / "docs" / "_ext"
+ROOMS = (joints, forces, friction, contact, hydraulics, blocks, elements, reductions)
 
 
 @pytest.fixture(scope="module")
@@ -26,10 +28,22 @@ def catalogue():
 
 
 def test_every_public_class_is_in_it(catalogue):
-    found = [name for kinds in catalogue.sections().values() for name in kinds]
-    names = {name for room in (joints, forces, elements, reductions) for name in room.__all__ if name[0].isupper()}
-    wanted = {name for name in names if not name.startswith(catalogue.LEFT_OUT)}
-    assert sorted(found) == sorted(wanted) == sorted(catalogue.DRAWINGS)
+    found = [f"{room}.{name}" for kinds in catalogue.sections().values() for name, (room, _) in kinds.items()]
+    names = {(room, name) for room in ROOMS for name in room.__all__ if inspect.isclass(getattr(room, name))}
+    wanted = {f"{room.__name__}.{n}" for room, n in names if not n.startswith("Abstract")}
+    wanted = {name for name in wanted if name.split(".")[-1] not in catalogue.LEFT_OUT}
+    wanted |= {f"jaxmbs.motion.{name}" for name in [*ode.__all__, "Event"]}
+    assert sorted(name for name in found if ".drawings." not in name) == sorted(wanted)
+    assert "jaxmbs.drawings.Plane" in found
+    assert set(catalogue.DRAWINGS) <= {name.split(".")[-1] for name in found}
+
+
+def test_each_thing_is_where_the_page_says(catalogue):
+    text = catalogue.PAGE.read_text(encoding="utf-8")
+    for kinds in catalogue.sections().values():
+        for name, (room, kind) in kinds.items():
+            assert getattr(importlib.import_module(room), name) is kind
+            assert f"`{room}.{name}(" in text
 
 
 def test_page_and_pictures_are_those_of_the_docstrings(catalogue):
