@@ -100,7 +100,7 @@ _ROOMS = {face.removeprefix("jaxmbs.") for face in FACES} - {
     *("ode", "runtime"),  # not for users; pyYeti has an `ode` too
 }
 _NAMED = re.compile(r"`(?:jaxmbs\.|mbs\.)?(\w+)\.(\w+)[`(]|`mbs\.(\w+)[`(]")
-_LINK = re.compile(r"\]\((?!http)([^)#]+)[^)]*\)")
+_LINK = re.compile(r"(?:\]\(|src=\")(?!http)([^)\"#]+)")
 
 
 @pytest.mark.parametrize("page", [*PAGES, DOCS.parent / "README.md"], ids=lambda page: page.stem)
@@ -112,6 +112,15 @@ def test_what_a_page_names_exists(page):
         assert not plain or hasattr(jaxmbs, plain), plain
     for target in _LINK.findall(text):
         assert (page.parent / target).exists(), target
+
+
+def test_readme_leads_to_every_guide_in_at_most_160_lines():
+    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    wanted = {
+        f"docs/{page.relative_to(DOCS)}" for room in ("guide", "tasks", "extend") for page in (DOCS / room).iterdir()
+    }
+    assert wanted <= set(_LINK.findall(text))
+    assert text.count("\n") <= 160
 
 
 _CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")

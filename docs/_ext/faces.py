@@ -8,8 +8,8 @@ from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
-    runtime ode blocksparse joints forces contact blocks hydraulics elements model fatigue linear vibration kinematics
-    builder fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph
+    runtime ode blocksparse joints forces friction contact blocks hydraulics elements model fatigue linear vibration
+    kinematics builder fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph
     batching design identification studies qualification io viz adapters adapters.fmi demo
 """.split()
 
@@ -84,7 +84,7 @@ class Face(SphinxDirective):
             lines += [f"   * - :py:{role}:`{name} <{homes[name]}>`", f"     - {first_line(thing)}"]
         lines += [""]
         for name, thing in things.items():
-            if homes[name] == f"{module.__name__}.{name}" and name not in ROOMS:
+            if homes[name] == f"{module.__name__}.{name}" and homes[name].removeprefix("jaxmbs.") not in ROOMS:
                 lines += entry(homes[name], thing)
         return self.parse_text_to_nodes("\n".join(StringList(lines, source=self.arguments[0])))
 
