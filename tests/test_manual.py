@@ -123,6 +123,33 @@ def test_readme_leads_to_every_guide_in_at_most_160_lines():
     assert text.count("\n") <= 160
 
 
+#: What somebody with an everyday task looks for.
+WORDS = {
+    "motor and spring": "torque, spring, peak, worst, minimise, gradient, limit, bounds, kink, rms",
+    "wishbone": "McPherson, wheel rate, roll centre, anti-dive, camber, toe, hardpoint, bushing, tie rod, kingpin",
+    "crane": "crane, hoist, winch, rope, drum, sheave, trapezoid, jerk, sway, tension",
+    "press": "press, toggle, dead centre, friction circle, efficiency, self-lock, screw, crank, redundant, stiff",
+    "excavator": "excavator, valve, servo valve, pressure control, force control, lift table, pump, relief, "
+    "spool, boom",
+    "box": "isolator, rattle space, GEVS, NASA, random vibration, PSD, fatigue, Dirlik, notch, electronics",
+    "robot": "UR5, robot, URDF, trajectory, payload, torque limit, inverse_dynamics, Pareto, tolerance, sweep",
+    "identification": "identif, parameter estimation, calibration, free decay, standard error, prior, chi squared, "
+    "excitation, model updating, measured",
+    "four-bar": "four-bar, coupler, elastic, stress, strain, envelope, thickness, Craig-Bampton, Rodas5P, mode",
+    "other tools": "FMU, FMI, OpenMDAO, Tesseract, Simulink, Modelica, Dymola, component, co-simulation, export",
+    "results": "report, PDF, to_excel, spreadsheet, video, movie, GIF, HTML, to_pandas, colleague",
+    "mistakes": "mistake, misspelt, did you mean, degrees, unit, traced, np.sin, precision, millimetres, warning",
+}
+
+
+@pytest.mark.parametrize("task", WORDS)
+def test_words_of_everyday_tasks_are_found(task):
+    pages = [page for page in PAGES if page.name not in ("bibliography.md", "catalogue.md", "index.md")]
+    text = " ".join(" ".join(page.read_text(encoding="utf-8") for page in pages).split()).lower()
+    words = WORDS[task].split(", ")
+    assert len(words) == 10 and [word for word in words if word.lower() not in text] == []
+
+
 _CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")
 
 
