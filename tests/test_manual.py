@@ -19,7 +19,7 @@ PAGES = sorted(DOCS.rglob("*.md"))
 # One page is quick, those of more than six seconds long, all others slow.
 QUICK = ("start/first-mechanism",)
 LONG = ("tasks/shaper", "tasks/excavator", "tasks/plate-arm", "tasks/wishbone", "tasks/linkages", "guide/elastic")
-LONG += ("guide/qualification", "guide/blocks", "guide/components")
+LONG += ("guide/qualification", "guide/blocks", "guide/components", "tasks/box")
 LONG += ("guide/qualification", "guide/fmi")
 LONG += (
     "guide/pictures",

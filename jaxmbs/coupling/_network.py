@@ -1,7 +1,7 @@
 """`ComponentNetwork`, a linear system of components joined by named bonds, and the loads of the bonds."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,13 +11,10 @@ from jaxtyping import Array
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..linear._block_rows import NumberTable
-from ..linear._static_response import StaticResponse
 from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
-from ..vibration._harmonic_response import HarmonicResponse
-from ..vibration._linear_motion import LinearMotion
 from ._bond_loads import BondLoads, Determinacy, bond_loads, tie_loads
 from ._group_reactions import tie_forces
 from ._primal_assembly import Assembly, interface_reactions, joint_reactions
@@ -178,7 +175,18 @@ def _generalised_force(component, given):
     return jnp.broadcast_to(whole, shape).astype(dtype) + jnp.broadcast_to(part, shape).astype(dtype)
 
 
-def reactions(network: LinearSystem, answer: LinearMotion | StaticResponse | HarmonicResponse) -> BondLoads:
+@runtime_checkable
+class HasTerms(Protocol):
+    """An answer of a linear system: the displacements and their rates (cases, r) that its matrices act on, and the
+    forces given."""
+
+    @property
+    def forces(self) -> tuple: ...
+
+    def terms(self, system: LinearSystem) -> tuple: ...
+
+
+def reactions(network: LinearSystem, answer: HasTerms) -> BondLoads:
     """Loads of the bonds in a motion, at rest or over frequencies: `reactions(net, motion)["bolts"].force`.
 
     Args: answer: result of `simulate`, `equilibrium` or `harmonic_response` of this network.

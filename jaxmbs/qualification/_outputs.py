@@ -1,7 +1,7 @@
 """Outputs of responses by name: motions of coordinates, loads of bonds and of the base, stresses, rows of users."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -115,7 +115,7 @@ class BondForces(eqx.Module):
         self.bonds = distinct_names("bonds", bonds) or None
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
-        found = reactions(system, cast(Any, _Answer(terms)))
+        found = reactions(system, _Answer(terms))
         names = list(found) if self.bonds is None else self.bonds
         for name in names:
             place_of("bond", name, found)
