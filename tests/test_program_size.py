@@ -20,13 +20,14 @@ import jaxmbs as mbs
 from jaxmbs import blocks, hydraulics
 from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.design import _minimise, _uncertainty
-from jaxmbs.forces import Attachment, FrictionForce, Sheave
+from jaxmbs.forces import Attachment, BeamSection, FrictionForce, Sheave
 from jaxmbs.friction import LuGre, SmoothCoulomb
 from jaxmbs.joints import AbstractRows
 from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from jaxmbs.runtime.tape import is_available
+from tests.flexible.beams import elastic_beam
 from tests.models import chain_of_bars, four_bar_builder
 
 pytestmark = pytest.mark.skipif("JAXMBS_TRICKS" in os.environ, reason="without its tricks a program is another one")
@@ -300,6 +301,40 @@ def rubbed(count):
     return b.build()
 
 
+def bent(count):
+    """So many cantilevers of two exact beam elements."""
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    section = BeamSection([1e6, 1e6, 1e6, 1.0, 1.0, 1.0], 1.0, [2e-3, 1e-3, 1e-3])
+    for k in range(count):
+        ends = [(0.0, float(k), 0.0), (1.0, float(k), 0.0)]
+        b.beam(f"rod{k}", section, ends, 2, (0, 1, 0))
+        b.joint(f"clamp{k}", mbs.Weld(), "ground", f"rod{k}.0", at=ends[0])
+    return b.build()
+
+
+def swinging(count):
+    """So many elastic arms on hinges."""
+    b, frame = mbs.SystemBuilder(), elastic_beam(0.5, 3, num_modes=1)
+    for k in range(count):
+        b.elastic(f"arm{k}", frame.body)
+        place = (0.0, float(k), 0.0)
+        b.joint(f"pin{k}", mbs.Revolute("y"), "ground", f"arm{k}.{frame.body.interfaces[0]}", parent_frame=place)
+    return b.build()
+
+
+def meshing(count):
+    """Eight wheels, so many pairs of which mesh by their teeth, and a motor's rotor on each of these pairs."""
+    b = mbs.SystemBuilder()
+    for k in range(8):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Revolute("z"), "ground", f"b{k}", parent_frame=(0.1 * (k % 2), float(k // 2), 0.0))
+    for k in range(count):
+        b.rotor(f"j{2 * k}", 1e-3, ratio=5.0)
+        teeth = {"teeth": (20, 20), "module": 0.005, "stiffness": 1e8, "damping": 1e3}
+        b.gear_pair(f"g{k}", f"b{2 * k}", f"b{2 * k + 1}", **teeth)
+    return b.build()
+
+
 #: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
 KINDS = {
     "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (2240, 20), (10150, 60)),
@@ -317,6 +352,9 @@ KINDS = {
     "control loop": (controlled, 16, (1290, 10), (3740, 20)),
     "volume and orifice": (piped, 12, (940, 10), (3020, 20)),
     "spring": (sprung, 16, (1300, 10), (3660, 20)),
+    "exact beam": (bent, 4, (2200, 400), (4850, 750)),
+    "elastic body": (swinging, 4, (3250, 200), (8010, 260)),
+    "gear pair and rotor": (meshing, 4, (1560, 10), (4220, 20)),
 }
 
 
@@ -331,6 +369,29 @@ def test_many_things_of_a_kind_cost_what_one_does(kind):
         assert one <= most and more - one <= growth, (name, one, more)
         if jax.__version_info__ < (0, 11):  # later ones need fewer
             assert one > 0.9 * most, f"{name}: {one} equations; lower its ceiling"
+
+
+#: What a builder adds without a row above, and why.
+WITHOUT_ROW = {
+    "body": "in every row", "joint": "in every row", "frame": "a number of a body", "link": "a body of other numbers",
+    "drive": "a word of its joint, as in its row",
+}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_every_kind_of_thing_has_a_ceiling(monkeypatch):
+    """A method of the builder that adds a thing is called by the model of a row."""
+    nouns = {name for name in dir(mbs.SystemBuilder) if not name.startswith("_")} - {"build", "faults", "declared"}
+    called = set()
+
+    def noted(name, method):
+        return lambda *args, **options: called.add(name) or method(*args, **options)
+
+    for name in nouns:
+        monkeypatch.setattr(mbs.SystemBuilder, name, noted(name, getattr(mbs.SystemBuilder, name)))
+    for build, *_ in KINDS.values():
+        build(1)
+    assert nouns - called - set(WITHOUT_ROW) == set()
 
 
 @pytest.mark.long
