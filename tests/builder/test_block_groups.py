@@ -32,8 +32,9 @@ def motion_of(members, every=None):
     return mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.0, 0.5, 6))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("every", [None, 0.05], ids=["continuous", "sampled"])
-def test_many_loops_act_as_each_alone(every):
+def test_many_loops_move_as_each_alone(every):
     together = motion_of(range(4), every)
     for k in range(4):
         alone = motion_of([k], every)
@@ -41,6 +42,24 @@ def test_many_loops_act_as_each_alone(every):
             np.testing.assert_allclose(
                 together.states.internal[name], alone.states.internal[name], rtol=1e-6, atol=1e-8
             )
+
+
+def seen(members):
+    """Signals and accelerations at a state with all of them moving."""
+    system = arms(members)
+    internal = {f"loop{k}.integral": 0.3 + k for k in members} | {f"filter{k}.value": 0.1 * (k + 1) for k in members}
+    state = mbs.State.at(system, velocities={f"pin{k}": 0.5 - k for k in members}, internal=internal)
+    return mbs.signals(system, state), mbs.forward_dynamics(system, state)[0]
+
+
+def test_many_loops_act_as_each_alone():
+    together, accelerations = seen([0, 1])
+    for k in range(2):
+        alone, own = seen([k])
+        assert set(alone) == {f"speed{k}", f"filter{k}", f"loop{k}"}
+        for name, value in alone.items():
+            np.testing.assert_allclose(together[name], value, atol=1e-14)
+        np.testing.assert_allclose(accelerations[k], own[0], atol=1e-13)
 
 
 def test_blocks_of_one_structure_are_one_group():
@@ -52,6 +71,7 @@ def test_blocks_of_one_structure_are_one_group():
     assert [group.names for group in system.measures] == [tuple(f"speed{k}" for k in range(4))]
 
 
+@pytest.mark.long
 def test_an_input_of_one_block_of_a_group_is_its_own():
     system = arms(range(2))
     field = mbs.motion.vector_field(system, inputs=["loop1.target"], outputs=["loop0", "loop1"])
@@ -83,6 +103,7 @@ def read_chains(members):
     return mbs.signals(system, mbs.State.at(system, turn, velocities=rates))
 
 
+@pytest.mark.slow
 def test_readings_of_many_are_those_of_each_alone():
     together = read_chains([0, 1])
     for k in range(2):
