@@ -179,7 +179,7 @@ CHECKS = {
 }
 #: What depends on none of these traits, or has its own tests of all of them: `test_balances`, `test_reactions`.
 ELSEWHERE = {"left_product", "plane_mix", "quadratic", "right_product", "reactions", "branch", "signals"}
-ELSEWHERE |= {"joint_friction", "contact_load", "cable_states", "validity"}
+ELSEWHERE |= {"joint_friction", "contact_load", "cable_states", "validity", "element_reports"}
 
 
 def _at_fixed_time(w):
