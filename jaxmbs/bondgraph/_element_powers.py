@@ -127,7 +127,7 @@ def _group_powers(system, group, at):
     if group.internal:
         stored = stored + state_power(group, displacement, flow, at.t)
     if group.law.has_storage_beside:
-        stored = stored + _asked(group, displacement, flow, at.t, "storage_beside")
+        stored = stored + _powers_of(group, displacement, flow, at.t, "storage_beside")
     bonds = group_bonds(group, displacement, flow, at.t) if group.law.has_bonds else {}
     if bonds:
         heat, supplied, exchanged, _ = jax.vmap(bond_sums)(bonds)
@@ -141,7 +141,7 @@ def _group_powers(system, group, at):
     return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
 
 
-def _asked(group, displacement, flow, t, method):
+def _powers_of(group, displacement, flow, t, method):
     """Powers (n,) that a method of the law gives, of the arguments of its effort; zero where it gives none."""
 
     def of_one(law, x, f):
@@ -187,5 +187,5 @@ def _split_rest(group, displacement, flow, t, rest):
     """Heat and supply (n,) of laws without bonds, from their power beside what they store."""
     if not group.law.is_source:
         return -rest, jnp.zeros_like(rest)
-    heat = _asked(group, displacement, flow, t, "dissipated") if group.internal else jnp.zeros_like(rest)
+    heat = _powers_of(group, displacement, flow, t, "dissipated") if group.internal else jnp.zeros_like(rest)
     return heat, rest + heat

@@ -1,4 +1,4 @@
-"""How a cable looks: its course along tangents and around wheels, the wheels, and the points where loads act."""
+"""Drawing of a cable: its course along tangents and around wheels, the wheels, and the points where loads act."""
 
 import jax.numpy as jnp
 import numpy as np

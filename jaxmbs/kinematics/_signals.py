@@ -99,7 +99,7 @@ def with_driven_fields(group: BlockGroup, drivers, values: SignalValues):
 
 
 def _sources(names, field, drivers):
-    """What drives a field of each element of a group; none where it does not."""
+    """Drivers of a field of each element of a group; none where a block drives none."""
     sources = [drivers.get(f"{name}.{field}") for name in names]
     return sources if all(source is not None for source in sources) else []
 

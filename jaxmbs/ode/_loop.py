@@ -17,7 +17,7 @@ from diffrax import RESULTS
 from jax import lax
 from jaxtyping import Array, PyTree
 
-from ..runtime import any_in_batch, shown, small_call
+from ..runtime import any_in_batch, expose, small_call
 from ._diffrax_internals import is_diagonally_implicit
 from ._event import EventBracket, bracket_after_action, locate_event, start_bracket
 from ._implicit_step import step as implicit_step
@@ -113,7 +113,7 @@ def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[L
     due = due_samples(problem, state, keep, ends)
     y1, bracket = _take_samples(problem, state, acting, due, y1, args, bracket)
     sampled = None if due is None else state.sampled + due.astype(jnp.int32)  # type: ignore[operator]
-    start = shown(jnp.where(keep, jnp.minimum(start, problem.t1), t))
+    start = expose(jnp.where(keep, jnp.minimum(start, problem.t1), t))
     t_next = _limit_by_events(problem, acting, start, t_next, aim)
     t_next = _clip_step(problem, start, t_next, keep, saved, sampled)
     if problem.jump is not None:

@@ -23,7 +23,7 @@ from ._library_calls import with_library_calls
 from ._notes import note, take_notes
 from ._packing import Packing
 from ._precision import follow_precision, is_double
-from ._progress import ON_TAPE, progress_bar, shown
+from ._progress import ON_TAPE, expose, progress_bar
 from ._public_calls import public_call
 from ._registry import TrickState, trick_states
 from ._releases import release_advice, warn_of_wrong_release
@@ -63,6 +63,7 @@ __all__ = [
     "content_of",
     "explain_error",
     "export",
+    "expose",
     "fingerprint",
     "flag_advice",
     "follow_precision",
@@ -94,7 +95,6 @@ __all__ = [
     "segment_sum_static",
     "set_quick_flags",
     "sets_marks",
-    "shown",
     "small_call",
     "store",
     "take_notes",

@@ -20,14 +20,14 @@ _EVERY = 0.1  # s, between two looks
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
 
 
-def shown(x: Float[Array, "..."]) -> Float[Array, "..."]:
+def expose(x: Float[Array, "..."]) -> Float[Array, "..."]:
     """The same numbers, which a `progress_bar` sees while a tape runs."""
     return checkpoint_name(x, SHOWN)
 
 
 @contextlib.contextmanager
 def progress_bar(title: str, begin: Any, end: Any, is_wanted: bool) -> Iterator[None]:
-    """Show a bar of the numbers that are `shown` by the tapes that run meanwhile, the least of several, on their way
+    """Show a bar of the numbers that are exposed by the tapes that run meanwhile, the least of several, on their way
     from one number to another; none where no tape runs, or where these are traced."""
     if not (is_wanted and is_concrete(begin, end)):
         yield

@@ -58,7 +58,7 @@ def _each(names, stacked):
 
 
 class Place(NamedTuple):
-    """Where a shape is along a trajectory.
+    """Poses of a shape along a trajectory.
 
     Attributes:
         R, x: rotations (T, 3, 3) and positions (T, 3) of its frame in the world.
@@ -79,7 +79,7 @@ class Place(NamedTuple):
 
 
 def place_of_shape(thing: Thing, shape: Any, film) -> Place:
-    """Where a shape of a thing is."""
+    """Place of a shape of a thing."""
     own = thing.frames[shape.frame]
     others = [film.position_in_frame(own, frame) for frame in thing.frames if frame != own]
     inside = np.stack(others or [np.zeros_like(film.x[:, own])], axis=1)
