@@ -51,6 +51,7 @@ LONG += (
     "extend/friction",
     "extend/law",
     "extend/reduction",
+    "extend/tyre",
 )
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
