@@ -99,7 +99,7 @@ def with_driven_fields(group: BlockGroup, drivers, values: SignalValues):
 
 
 def _sources(names, field, drivers):
-    """Drivers of a field of each element of a group; none where a block drives none."""
+    """(block, entry of its output) that drives a field of each element of a group; [] where none does."""
     sources = [drivers.get(f"{name}.{field}") for name in names]
     return sources if all(source is not None for source in sources) else []
 
