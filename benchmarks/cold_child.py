@@ -162,7 +162,7 @@ def sizes(system, state, motion):
         "reactions": lambda s: mbs.reactions(s, motion),
         "linearise": lambda s: mbs.linearise(s, state),
         "stiffness": lambda s: mbs.stiffness(s, state),
-        "kic": lambda s: mbs.kinematics.kic(s, state),
+        "kic": lambda s: mbs.constraints.kic(s, state),
     }
     for name, question in asked.items():
         found[f"{name}: equations"] = equations(of_system(question), numbers)

@@ -20,12 +20,12 @@ from cases import load
 from scipy.linalg import lu_factor, lu_solve
 
 import jaxmbs as mbs
+from jaxmbs.constraints import _closures as closures
+from jaxmbs.constraints import _constraints as constraints
 from jaxmbs.dynamics._newton_euler import saddle_sides
 from jaxmbs.elements import Beam
 from jaxmbs.fem import Structure, assemble
 from jaxmbs.flexible import floating_frame
-from jaxmbs.kinematics import _closures as closures
-from jaxmbs.kinematics import _constraints as constraints
 from jaxmbs.kinematics._configuration import at_state, with_velocities
 from jaxmbs.kinematics._elastic import mass_matrix
 

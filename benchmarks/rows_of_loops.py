@@ -34,7 +34,7 @@ def compiled(function, *args):
 def saddle_by_superlu(system, state):
     """Function that factors and solves the sparse saddle system."""
     M = sparse.csc_array(np.asarray(mbs.mass_matrix(system, state)))
-    A = sparse.csc_array(np.asarray(mbs.kinematics.constraint_jacobian(system, state)))
+    A = sparse.csc_array(np.asarray(mbs.constraints.constraint_jacobian(system, state)))
     lower = -1e-9 * sparse.eye_array(A.shape[0])
     K, b = sparse.block_array([[M, A.T], [A, lower]], format="csc"), np.ones(sum(A.shape))
     return lambda: spl.splu(K).solve(b)
@@ -136,7 +136,7 @@ def verb_rows(n, system):
     """Verbs about one state of the row, second calls."""
     state = models.n_four_bar_state(system, 0.6, 0.0)
     verbs = {
-        "kic": lambda: mbs.kinematics.kic(system, state),
+        "kic": lambda: mbs.constraints.kic(system, state),
         "linearise": lambda: mbs.linearise(system, state),
         "equilibrium": lambda: mbs.equilibrium(system, models.n_four_bar_state(system, 2.6, 0.0)),
         "State.at, near": lambda: mbs.State.at(system, A0=0.7, near=state),

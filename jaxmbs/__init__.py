@@ -10,10 +10,12 @@ if TYPE_CHECKING:
     from . import (
         adapters,
         analysis,
+        assembly,
         batching,
         blocks,
         blocksparse,
         bondgraph,
+        constraints,
         contact,
         coupling,
         design,
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
         reaction,
         reductions,
         runtime,
+        signal_flow,
         statics,
         studies,
         vibration,
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
     from .adapters import as_block
     from .adapters.fmi import Fmu, export_fmu
     from .analysis import linearise, stiffness
+    from .assembly import State
     from .batching import batch
     from .builder import SystemBuilder
     from .design import Limit, minimise
@@ -69,7 +73,7 @@ if TYPE_CHECKING:
     from .identification import identify
     from .io import load_model, save_model
     from .joints import Coupler, Cylindrical, Free, Planar, Prismatic, Revolute, Screw, Spherical, Universal, Weld
-    from .kinematics import State, position, rotation, signals, velocity
+    from .kinematics import position, rotation, velocity
     from .linear import LinearSystem
     from .model import Pose, System, inertia, rotations
     from .motion import Motion, vector_field
@@ -77,6 +81,7 @@ if TYPE_CHECKING:
     from .reaction import inverse_dynamics
     from .runtime import cache
     from .runtime import user_jit as jit
+    from .signal_flow import signals
     from .status import Status
     from .studies import sweep
     from .verbs import check, equilibrium, frequency_response, modes, random_response, reactions, simulate
@@ -123,6 +128,7 @@ __all__ = [
     "adapters",
     "analysis",
     "as_block",
+    "assembly",
     "batch",
     "batching",
     "blocks",
@@ -130,6 +136,7 @@ __all__ = [
     "bondgraph",
     "cache",
     "check",
+    "constraints",
     "contact",
     "coupling",
     "design",
@@ -174,6 +181,7 @@ __all__ = [
     "runtime",
     "save_model",
     "shock_spectrum",
+    "signal_flow",
     "signals",
     "simulate",
     "statics",

@@ -12,7 +12,8 @@ import importlib
 import importlib.util
 import sys
 import types
-from collections.abc import Callable, Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 
@@ -23,6 +24,8 @@ class Room(types.ModuleType):
         absent = AttributeError(f"module {self.__name__!r} has no attribute {name!r}", name=name, obj=self)
         if name.startswith("__") or not name.isidentifier():
             raise absent
+        if name in vars(self)["_moved"]:
+            return self._from_its_room(name)
         file, original = origins(self).get(name, (f"{self.__name__}.{name}", ""))
         try:
             with _collection_paused():
@@ -35,6 +38,13 @@ class Room(types.ModuleType):
             setattr(self, name, getattr(module, original))
             self._prepare(self, [name] if name in self.__all__ else [])
         return vars(self)[name]
+
+    def _from_its_room(self, name: str) -> Any:
+        """A name that another room has now, with a warning."""
+        room = vars(self)["_moved"][name]
+        text = f"{self.__name__}.{name} is deprecated; it is {room}.{name}"
+        warnings.warn(text, DeprecationWarning, stacklevel=3)
+        return getattr(importlib.import_module(room), name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute; Python sets one for each file that it has loaded, before anyone takes names from it."""
@@ -52,12 +62,18 @@ class Room(types.ModuleType):
             prepare(vars(module), names)
 
 
-def import_when_asked(room: str, prepare: Callable[[dict[str, Any], Sequence[str]], None] | None = None) -> None:
+def import_when_asked(
+    room: str,
+    prepare: Callable[[dict[str, Any], Sequence[str]], None] | None = None,
+    moved: Mapping[str, str] | None = None,
+) -> None:
     """Let a room, given by its `__name__`, import its files when their names are asked for.
 
-    Args: prepare: a function that is called with the variables of each file that was loaded, and the public names.
+    Args:
+        prepare: a function that is called with the variables of each file that was loaded, and the public names.
+        moved: names that used to be this room's, with the room that has each now: here they come with a warning.
     """
-    vars(sys.modules[room])["_prepare_names"] = prepare
+    vars(sys.modules[room]).update(_prepare_names=prepare, _moved=moved or {})
     sys.modules[room].__class__ = Room
 
 

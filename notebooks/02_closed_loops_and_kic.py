@@ -24,7 +24,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs.kinematics import internal_kic_second, internal_kic_second_printed
+from jaxmbs.constraints import internal_kic_second, internal_kic_second_printed
 
 jax.config.update("jax_enable_x64", True)
 FAST = bool(os.environ.get("JAXMBS_FAST"))
@@ -47,7 +47,7 @@ print(system.describe())
 
 # %%
 state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.5}, velocities={"A": 2.0})
-K = mbs.kinematics.kic(system, state)
+K = mbs.constraints.kic(system, state)
 print("Gi =", np.asarray(K.internal).ravel())
 print("rates B, D per rate of A:", np.asarray(state.velocities)[1:] / 2.0)
 forms = internal_kic_second(system, state), internal_kic_second_printed(system, state)
@@ -64,7 +64,7 @@ for angle in angles:
     joints = system.coordinates(follow)
     follow = mbs.State.at(system, A=angle, guess={name: joints[name] for name in ("B", "D")})
     turn.append(
-        (float(system.coordinates(follow)["D"]), np.asarray(mbs.kinematics.kic(system, follow).internal)[1, 0])
+        (float(system.coordinates(follow)["D"]), np.asarray(mbs.constraints.kic(system, follow).internal)[1, 0])
     )
 turn = np.array(turn)
 fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")

@@ -182,7 +182,7 @@ def bushed(H):
 
 soft = bushed(POINTS)
 design = mbs.State.at(soft)
-coefficients = mbs.kinematics.kic(soft, design)  # of the upright: turning, and sliding at its centre of mass
+coefficients = mbs.constraints.kic(soft, design)  # of the upright: turning, and sliding at its centre of mass
 turning, sliding = (np.asarray(part["upright"]) for part in (coefficients.rotational, coefficients.translational))
 arm = np.asarray(patches[12] - POINTS["AO"])
 J = np.concatenate([sliding + np.cross(turning, arm, axis=0), turning])

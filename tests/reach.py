@@ -11,7 +11,7 @@ import functools
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-SETTING_UP = {("jaxmbs.builder._builder", "SystemBuilder"), ("jaxmbs.kinematics._state", "State")}
+SETTING_UP = {("jaxmbs.builder._builder", "SystemBuilder"), ("jaxmbs.assembly._state", "State")}
 
 
 @functools.cache

@@ -37,7 +37,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "blocksparse",
     ],
     ["joints", "friction", "forces", "contact", "blocks", "hydraulics", "elements", "model", "fatigue"],
-    ["linear", "vibration", "kinematics", "builder", "fem"],
+    ["linear", "vibration", "kinematics", "constraints", "signal_flow", "assembly", "builder", "fem"],
     ["statics", "dynamics", "reaction", "reductions", "coupling", "flexible"],
     [
         "analysis",

@@ -100,7 +100,7 @@ def test_a_test_of_something_else_is_noticed():
     row = "tests/statics/test_solve.py", "test_four_bar_in_space_has_the_papers_counts"
     assert leads_to(*row, "jaxmbs/statics/_reaction_matrix.py", "reaction_matrix")
     assert not leads_to(*row, "jaxmbs/dynamics/_hamilton.py", "canonical_rate")
-    assert not leads_to(*row, "jaxmbs/kinematics/_kic_second.py", "kic_second")
+    assert not leads_to(*row, "jaxmbs/constraints/_kic_second.py", "kic_second")
 
 
 def _citing():

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from jaxmbs import lazy
+from jaxmbs import kinematics, lazy
 from tests.test_public_faces import FACES
 
 ROOT = Path(__file__).parent.parent
@@ -224,3 +224,12 @@ def test_a_new_process_reads_a_pickle_before_it_asks_for_anything(place):
     program = f"import pickle, json, importlib; item = pickle.loads(bytes.fromhex({data!r})); "
     program += f"print(json.dumps(item is getattr(importlib.import_module({room!r}), {name!r})))"
     assert _answer(program) is True
+
+
+@pytest.mark.parametrize("name", vars(kinematics)["_moved"])
+def test_names_that_have_moved_come_with_a_warning(name):
+    place = f"{vars(kinematics)['_moved'][name]}.{name}"
+    with pytest.warns(DeprecationWarning, match=f"jaxmbs.kinematics.{name} is deprecated; it is {place}"):
+        found = getattr(kinematics, name)
+    room, _, name = place.rpartition(".")
+    assert found is getattr(importlib.import_module(room), name) and name not in dir(kinematics)

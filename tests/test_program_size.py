@@ -43,7 +43,7 @@ QUESTIONS = {
     "reactions": lambda system, _, motion: mbs.reactions(system, motion),
     "linearise": lambda system, state, _: mbs.linearise(system, state),
     "stiffness": lambda system, state, _: mbs.stiffness(system, state),
-    "kic": lambda system, state, _: mbs.kinematics.kic(system, state),
+    "kic": lambda system, state, _: mbs.constraints.kic(system, state),
 }
 # A motion takes 30 more than it did: its end has derivatives, and what is lost makes no NaN of what is kept.
 # Reactions of loops: 150 equations and a loop count the marks at each state, those of the build were another's.

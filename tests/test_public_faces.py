@@ -54,10 +54,18 @@ FACES = {
         total_effort validity
     """,
     "jaxmbs.kinematics": """
-        Instant Kic SecondKic State angular_velocity branch constraint_jacobian constraint_residual count_mobility
-        internal_kic internal_kic_second internal_kic_second_printed jacobian kic kic_rate kic_second
-        kic_second_vector left_product plane_mix point_kic position quadratic right_product rotation
-        signals states_along velocity with_mobility_at
+        angular_velocity jacobian position rotation velocity
+    """,
+    "jaxmbs.constraints": """
+        Kic SecondKic constraint_jacobian constraint_residual count_mobility internal_kic
+        internal_kic_second internal_kic_second_printed kic kic_rate kic_second kic_second_vector
+        left_product plane_mix point_kic quadratic right_product with_mobility_at
+    """,
+    "jaxmbs.signal_flow": """
+        Instant signals
+    """,
+    "jaxmbs.assembly": """
+        State branch states_along
     """,
     "jaxmbs.joints": """
         AbstractClosure AbstractJoint AbstractRows Coupler Cylindrical Distance FramePath Free KnifeEdge Node Planar
@@ -71,15 +79,16 @@ FACES = {
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
     """,
     "jaxmbs": """
-        Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force Free Harmonic
-        Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp Revolute Screw
-        SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder Table Torque Universal
-        UnknownNameError Weld adapters analysis as_block batch batching blocks blocksparse bondgraph cache check
-        contact coupling design dynamics elements equilibrium experiment export_fmu fatigue fem flexible forces
-        forward_dynamics frequency_response friction hydraulics identification identify inertia inverse_dynamics io
-        jit joints kinematics linear linearise load_model mass_matrix minimise model modes motion ode position
-        qualification random_response reaction reactions reductions rotation rotations runtime save_model
-        shock_spectrum signals simulate statics stiffness studies sweep vector_field velocity vibration viz
+                Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force
+        Free Harmonic         Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp
+        Revolute Screw         SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder
+        Table Torque Universal         UnknownNameError Weld adapters analysis as_block assembly batch batching
+        blocks blocksparse bondgraph cache check         constraints contact coupling design dynamics elements
+        equilibrium experiment export_fmu fatigue fem flexible forces         forward_dynamics frequency_response
+        friction hydraulics identification identify inertia inverse_dynamics io         jit joints kinematics linear
+        linearise load_model mass_matrix minimise model modes motion ode position         qualification
+        random_response reaction reactions reductions rotation rotations runtime save_model         shock_spectrum
+        signal_flow signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.adapters": """
         SystemBlock as_block fmi openmdao tesseract

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.assembly import State
 from jaxmbs.forces import Margin, Reading
-from jaxmbs.kinematics import State
 from jaxmbs.quantities import Axis, Quantity, along_freedoms, entries, matrix, numbered
 from jaxmbs.reports import Report, Reported, failures
 from tests.misuse.test_misuse import CASES, EXEMPT, PUBLIC
@@ -147,7 +147,7 @@ def spectrum_response():
 
 
 def kic():
-    return mbs.kinematics.Kic(numbers(1, 1), {"crank": numbers(3, 1)}, {"crank": numbers(3, 1)}, (0,), (1,))
+    return mbs.constraints.Kic(numbers(1, 1), {"crank": numbers(3, 1)}, {"crank": numbers(3, 1)}, (0,), (1,))
 
 
 def contact():
@@ -198,7 +198,9 @@ MADE = {
     "Direction": lambda: mbs.identification.Direction("a + 0.3 b", {"a": 1.0, "b": 0.3}, 2.0, "a"),
     "Curves": lambda: mbs.io.Curves(T, numbers(3, 2), "time", ["a", "b"], ["m", "N"]),
     "Kic": kic,
-    "SecondKic": lambda: mbs.kinematics.SecondKic(numbers(1, 1, 1), {"a": numbers(1, 3, 1)}, {"a": numbers(1, 3, 1)}),
+    "SecondKic": lambda: mbs.constraints.SecondKic(
+        numbers(1, 1, 1), {"a": numbers(1, 3, 1)}, {"a": numbers(1, 3, 1)}
+    ),
     "State": state,
     "Check": check,
     "StaticResponse": lambda: mbs.linear.StaticResponse(numbers(3), numbers(0), numbers(3, 0)),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics._state import State
+from jaxmbs.assembly._state import State
 from jaxmbs.motion import Diagnostics
 from jaxmbs.reaction import JointReaction, Reactions
 from jaxmbs.statics._indeterminacy import Redundancy

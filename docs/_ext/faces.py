@@ -9,8 +9,9 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
     runtime ode blocksparse joints forces friction contact blocks hydraulics elements model fatigue linear vibration
-    kinematics builder fem statics dynamics reaction reductions coupling flexible analysis motion experiment bondgraph
-    batching design identification studies qualification io viz adapters adapters.fmi demo
+    kinematics constraints signal_flow assembly builder fem statics dynamics reaction reductions coupling flexible
+    analysis motion experiment bondgraph batching design identification studies qualification io viz adapters
+    adapters.fmi demo
 """.split()
 
 

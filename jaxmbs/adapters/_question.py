@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
+from ..assembly._state import State
 from ..batching._result import design_status
 from ..checks import repeated
 from ..design._variables import Variables, read_variables
-from ..kinematics._state import State
 from ..motion._motion import Motion
 from ..runtime import compile_kind, jaxpr_function, without_unused
 

@@ -8,13 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..kinematics._mobility import with_mobility_at
-from ..kinematics._sampling import refuse_sampled
-from ..kinematics._state import State
+from ..assembly._state import State
+from ..constraints._mobility import with_mobility_at
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state, check_system
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._sampling import refuse_sampled
 from ..tables import sentence_repr
 from ..typing import ScalarLike, WordedError
 from .fmi._parameters import Parameters

@@ -13,16 +13,16 @@ import numpy as np
 from jax import Array, lax
 from jax.scipy.linalg import block_diag
 
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints._kic import independent_columns, motion_map
 from ..kinematics._configuration import configuration, with_velocities
-from ..kinematics._internal_states import internal_rates, internal_scale
-from ..kinematics._kic import independent_columns, motion_map
 from ..kinematics._poses import coordinate_rate, node_parameters
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..runtime import lapack
+from ..signal_flow._internal_states import internal_rates, internal_scale
 from ._linearise import unbalanced_efforts
 from ._steep_laws import given_or_own, is_steep, own_stresses, steep_groups, stresses_at, under_stresses
 from ._unknowns import after_step, at_unknowns, normalised, rate_of_step

@@ -6,11 +6,10 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Complex, Float
 
+from ..assembly._state import State
 from ..checks import any_concrete, is_concrete, no_such
 from ..errors import ModelError, SimulationError, UnknownNameError
 from ..friction._joint_friction import refuse_friction
-from ..kinematics._sampling import refuse_sampled
-from ..kinematics._state import State
 from ..math._eigen import eig
 from ..math._square import solve
 from ..model._entry_points import check_single_state
@@ -18,6 +17,7 @@ from ..model._system import System
 from ..quantities import Axis, Quantity, numbered
 from ..reports import Report, Reported, failures
 from ..runtime import as_dtype, jit
+from ..signal_flow._sampling import refuse_sampled
 from ..typing import ArrayLike
 from ..vibration._mode_shapes import best_pairs, mac
 from ._equilibrium import equilibrium

@@ -10,15 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..assembly._state import State
 from ..checks import distinct_names, is_concrete, no_such
+from ..constraints._kic import independent_columns
+from ..constraints._mobility import is_determined, with_mobility_at
 from ..dynamics._bodies import total_mass
 from ..dynamics._validity import has_ends, validity
 from ..errors import ModelError, SimulationError
 from ..friction._joint_friction import bristle_groups, refuse_friction, without_friction
-from ..kinematics._kic import independent_columns
-from ..kinematics._mobility import is_determined, with_mobility_at
-from ..kinematics._sampling import refuse_sampled
-from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
@@ -26,6 +25,7 @@ from ..model._internal_states import replace_field
 from ..model._signals import block_elements
 from ..model._system import System
 from ..runtime import jit, lapack, note
+from ..signal_flow._sampling import refuse_sampled
 from ..status import Status
 from ._balance import search_balance, still_columns
 from ._equilibrium_result import Equilibrium, has_negative_curvature

@@ -8,10 +8,10 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
+from ..assembly._state import State
+from ..assembly._state_report import state_quantities
 from ..checks import is_concrete
 from ..dynamics._validity import Validity
-from ..kinematics._state import State
-from ..kinematics._state_report import state_quantities
 from ..reports import Report, Reported
 from ..runtime import lapack
 from ..status import Status

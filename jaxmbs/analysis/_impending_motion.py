@@ -9,6 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
+from ..assembly._state import State
 from ..checks import distinct_names
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import rubbing, solve_friction
@@ -18,7 +19,6 @@ from ..friction import BearingFriction
 from ..friction._groups import ModelGroup, values_of
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
-from ..kinematics._state import State
 from ..kinematics._wrench_targets import node_targets
 from ..math._nan import nan_where
 from ..model._changes import system_at

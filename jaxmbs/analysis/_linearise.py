@@ -11,23 +11,20 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..assembly._state import State
 from ..blocks import StateSpace
 from ..checks import distinct_names, require_numbers
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints._kic import independent_columns, motion_map, position_map, velocity_map
+from ..constraints._mobility import nan_unless_determined, with_mobility_at
 from ..dynamics._newton_euler import forward_dynamics, required_efforts
 from ..dynamics.paper._ports import projected_resistance_field
 from ..errors import ModelError
 from ..flexible._stiffening import squared_spins, stiffening_errors, warn_of_stiffening
 from ..friction._joint_friction import without_friction
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import at_state, configuration, node_accelerations, with_velocities
-from ..kinematics._internal_states import internal_rates
-from ..kinematics._kic import independent_columns, motion_map, position_map, velocity_map
-from ..kinematics._mobility import nan_unless_determined, with_mobility_at
 from ..kinematics._poses import coordinate_rate
-from ..kinematics._sampling import refuse_sampled
-from ..kinematics._signals import with_inputs
-from ..kinematics._state import State
 from ..linear._transfer import TransferFunctions
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
@@ -37,6 +34,9 @@ from ..model._internal_states import InternalStates, replace_field, with_interna
 from ..model._rows import drives
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._internal_states import internal_rates
+from ..signal_flow._sampling import refuse_sampled
+from ..signal_flow._signals import with_inputs
 from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
 from ._friction_slopes import friction_slopes, loads_with_friction, nan_at_stick, refuse_stick

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..kinematics._kic import independent_columns
-from ..kinematics._state import State
+from ..assembly._state import State
+from ..constraints._kic import independent_columns
 from ..model._system import System
 from ..runtime import jit
 from ._balance import Balance, NewtonStep, balance, given_or_own, newton_step, still_columns

@@ -6,14 +6,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ..assembly._state import State
 from ..checks import distinct_names, is_concrete, place_of
 from ..errors import ModelError
-from ..kinematics._sampling import refuse_sampled
-from ..kinematics._state import State
 from ..math._eigen import eig, eig_rounding
 from ..math._square import solve
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._sampling import refuse_sampled
 from ..vibration._modes import Modes
 from ._linearisation import Linearisation
 from ._linearise import linearise

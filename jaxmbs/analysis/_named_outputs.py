@@ -7,14 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..assembly._state import State
 from ..checks import place_of
+from ..constraints._kic import independent_columns
 from ..kinematics._configuration import Configuration, with_velocities
-from ..kinematics._kic import independent_columns
-from ..kinematics._signal_names import check_input_fields, input_fields, signal_names
-from ..kinematics._signals import signals_at
-from ..kinematics._state import State
 from ..model._system import System
 from ..reaction._solve import reactions
+from ..signal_flow._signal_names import check_input_fields, input_fields, signal_names
+from ..signal_flow._signals import signals_at
 
 
 def check_names(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> tuple[str, ...]:

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from ..checks import is_concrete
+from ..constraints._constraint_rows import constraint_jacobian
 from ..errors import ModelError
-from ..kinematics._constraint_rows import constraint_jacobian
 from ..model._rows import groups_without
 from ..model._system import System
 

@@ -8,20 +8,20 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..assembly._state import State
+from ..constraints._kic import velocity_map
+from ..constraints._kic_second import along_independent
+from ..constraints._mobility import independent_state_function
 from ..dynamics._bodies import bodies_of, total
 from ..dynamics._conservative_efforts import conservative_efforts, source_efforts
 from ..dynamics.paper._ports import projected_gravity_effort
 from ..friction._joint_friction import refuse_friction
 from ..kinematics._configuration import Configuration, at_rest, at_state, node_motion
 from ..kinematics._element_flows import element_flows
-from ..kinematics._kic import velocity_map
-from ..kinematics._kic_second import along_independent
-from ..kinematics._mobility import independent_state_function
-from ..kinematics._signals import with_signals
-from ..kinematics._state import State
 from ..model._system import System
 from ..quantities import matrix
 from ..reports import Report, Reported
+from ..signal_flow._signals import with_signals
 
 
 class Stiffness(Reported, eqx.Module):

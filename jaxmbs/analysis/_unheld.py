@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics._kic import independent_columns
-from ..kinematics._mobility import with_mobility_at
+from ..constraints._kic import independent_columns
+from ..constraints._mobility import with_mobility_at
 from ..model._system import System
 from ..runtime import jit
 from ._balance import balance

@@ -4,10 +4,10 @@ divided by their scales.  Steps are displacements of the velocity columns, then 
 
 import jax.numpy as jnp
 
-from ..kinematics._internal_states import internal_scale
 from ..kinematics._poses import coordinate_rate, normalise, step_coordinates
 from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
+from ..signal_flow._internal_states import internal_scale
 
 
 def unknowns_of(system: System, state):

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from ..analysis import Equilibrium
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..motion._motion import Motion
 from ..reaction import Reactions
 from ..status import Status, succeeded

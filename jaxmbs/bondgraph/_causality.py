@@ -10,13 +10,13 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
+from ..assembly._assembly import assemble_in_trace
+from ..assembly._state import State
 from ..checks import is_concrete
-from ..kinematics._assembly import assemble_in_trace
+from ..constraints._kic import velocity_map
+from ..constraints._mobility import with_mobility_at
 from ..kinematics._configuration import at_state
-from ..kinematics._kic import velocity_map
-from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import neutral_coordinates, node_parameters, normalise, step_coordinates
-from ..kinematics._state import State
 from ..model._changes import with_changes
 from ..model._entry_points import check_state, check_system
 from ..model._system import System

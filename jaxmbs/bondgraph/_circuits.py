@@ -11,9 +11,9 @@ import jax.numpy as jnp
 
 from ..forces._element_bonds import Bonds, ends
 from ..hydraulics._pump import SHAFT
-from ..kinematics._signals import signals_and_blocks
 from ..model._signals import block_named
 from ..model._system import System
+from ..signal_flow._signals import signals_and_blocks
 from ._inner_graph import InnerBond, vectors
 
 

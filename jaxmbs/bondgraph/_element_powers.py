@@ -4,15 +4,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from ..assembly._state import State
 from ..dynamics._efforts import efforts_and_storage_powers, state_power
 from ..dynamics._newton_euler import motion_with_friction
 from ..forces._element_bonds import DOMAINS, SOURCES, bond_sums, power_into
 from ..friction._bristles import bristle_storage
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
-from ..kinematics._signals import with_signals
 from ..kinematics._slips import slips_of
-from ..kinematics._state import State
 from ..model._changes import system_at
 from ..model._entry_points import check_system, states_of
 from ..model._system import System
@@ -20,6 +19,7 @@ from ..motion._motion import Motion
 from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..runtime import jit
+from ..signal_flow._signals import with_signals
 from ._circuits import circuit_powers
 from ._inner_graph import group_bonds
 

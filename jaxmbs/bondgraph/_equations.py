@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..kinematics._mobility import independent_state_function
+from ..assembly._state import State
+from ..constraints._mobility import independent_state_function
 from ..kinematics._poses import node_parameters
-from ..kinematics._state import State
 from ..math._spd import spd_solve
 from ..model._system import System
 from ._elastic import elastic_names

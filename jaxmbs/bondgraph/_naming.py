@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics._kic import dependent_columns, independent_columns
+from ..constraints._kic import dependent_columns, independent_columns
 from ..model._system import System
 from ._elastic import NUM_RIGID, elastic_names
 from ._values import GraphValues

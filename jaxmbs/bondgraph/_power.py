@@ -4,12 +4,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from ..assembly._state import State
+from ..constraints import _constraints as constraints
+from ..constraints._mobility import with_mobility_at
 from ..dynamics._newton_euler import accelerations
-from ..kinematics import _constraints as constraints
-from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate, node_parameters
-from ..kinematics._signals import with_signals
-from ..kinematics._state import State
 from ..model._changes import system_at
 from ..model._entry_points import states_of
 from ..model._system import System
@@ -17,6 +16,7 @@ from ..motion._motion import Motion
 from ..quantities import Quantity, along_freedoms
 from ..reports import Report, Reported
 from ..runtime import jit
+from ..signal_flow._signals import with_signals
 from ._circuits import circuit_values, joined_ports
 from ._elastic import elastic_names, momentum_rates
 from ._graph import BondGraph

@@ -10,18 +10,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..constraints import _constraints as constraints
+from ..constraints._kic import independent_columns
 from ..dynamics._efforts import element_efforts
 from ..dynamics._loads import Loads, on_columns
 from ..dynamics._newton_euler import all_efforts, motion_with_friction
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, node_motion, with_velocities
 from ..kinematics._element_flows import element_flows
-from ..kinematics._kic import independent_columns
 from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
-from ..kinematics._signals import with_signals
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._signals import with_signals
 from ._elastic import elastic_fields, elastic_values, field_gyristor, field_inertia, field_weight
 from ._views import drive_rows
 

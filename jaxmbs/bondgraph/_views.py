@@ -10,11 +10,11 @@ import functools
 import jax
 
 from ..checks import may_be_nonzero
+from ..constraints._kic import dependent_columns
 from ..errors import ModelError
 from ..forces._element_bonds import PORT
-from ..kinematics._kic import dependent_columns
-from ..kinematics._signals import with_idle_blocks
 from ..model._system import System
+from ..signal_flow._signals import with_idle_blocks
 from ._circuits import circuit_bonds, joined_ports
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
 from ._elements import Element, PowerBond

@@ -8,10 +8,10 @@ from collections.abc import Iterable
 import jax.numpy as jnp
 
 from ..checks import is_concrete
+from ..constraints._linear_solver import with_linear_solver
+from ..constraints._mobility import with_mobility
 from ..errors import ModelError
 from ..joints import AbstractRows, Weld
-from ..kinematics._linear_solver import with_linear_solver
-from ..kinematics._mobility import with_mobility
 from ..model._internal_states import replace_field
 from ..model._open_friction import open_friction, warn_of_open_friction
 from ..model._pose import Pose

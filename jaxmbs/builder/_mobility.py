@@ -7,15 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse
 
+from ..assembly._host_assembly import close_on_host, has_finite_rows, is_closed, search_on_host
+from ..assembly._levenberg_marquardt import BUILD_RESTARTS, CLOSED_RESIDUAL
+from ..assembly._state import State
+from ..constraints._host_rows import evaluate_rows, step_on_host
+from ..constraints._mobility import mobility_of, row_spaces, with_mobility
+from ..constraints._rank import constraint_spaces
 from ..errors import AssemblyError, ModelError
 from ..joints._base import HALF_TURN_RESIDUAL
-from ..kinematics._host_assembly import close_on_host, has_finite_rows, is_closed, search_on_host
-from ..kinematics._host_rows import evaluate_rows, step_on_host
-from ..kinematics._levenberg_marquardt import BUILD_RESTARTS, CLOSED_RESIDUAL
-from ..kinematics._mobility import mobility_of, row_spaces, with_mobility
 from ..kinematics._poses import neutral_coordinates
-from ..kinematics._rank import constraint_spaces
-from ..kinematics._state import State
 from ..model._system import System
 
 _NUM_POSES = 4  # at which ranks are compared: one singular pose among them does no harm, nor do two

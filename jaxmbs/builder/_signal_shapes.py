@@ -12,12 +12,12 @@ from ..forces._ports import JointPort, LinePort, SystemPort, port_of
 from ..forces._signals import DrivenValue
 from ..friction._joint_friction import bristle_groups
 from ..kinematics._configuration import configuration, with_velocities
-from ..kinematics._instant import Instant
 from ..kinematics._poses import neutral_coordinates, node_parameters
 from ..model._internal_states import internal_records, replace_field
 from ..model._signals import drivers_of, drives_by_field
 from ..model._system import System
 from ..runtime import explain_error
+from ..signal_flow._instant import Instant
 from ._block_groups import BlockItem, block_groups
 from ._law_faults import law_call_faults, named_faults
 

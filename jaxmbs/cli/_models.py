@@ -4,10 +4,10 @@ import argparse
 import warnings
 from pathlib import Path
 
+from ..assembly._state import State
 from ..builder import SystemBuilder
 from ..errors import ModelFileError
 from ..io import Imported, load_model, read_mjcf, read_urdf
-from ..kinematics._state import State
 from ..model._system import System
 from ._installation import prepare
 from ._terminal import print_note

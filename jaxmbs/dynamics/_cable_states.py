@@ -6,12 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from ..assembly._state import HasStates, State
 from ..forces import Cable, PathKinematics
 from ..forces._cable_route import CableRoute
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
-from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._rows import row_elements

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 
 from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._element_flows import element_flows
-from ..kinematics._signals import with_signals
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
+from ..signal_flow._signals import with_signals
 from ._bodies import bodies_of, total
 from ._efforts import element_efforts
 from ._loads import Loads, on_columns

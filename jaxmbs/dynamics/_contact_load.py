@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..assembly._state import State
 from ..errors import ModelError
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
-from ..kinematics._state import State
 from ..model._entry_points import state_function
 from ..model._system import System
 from ..quantities import XYZ, Quantity, numbered

@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from ..constraints._rows import at_frames
 from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._element_flows import element_flows
-from ..kinematics._rows import at_frames
 from ..model._system import System
 
 

@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
-from ..kinematics import _reaction_map as reaction_map
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints import _reaction_map as reaction_map
+from ..constraints._joint_wrenches import wrenches_at_frames
+from ..constraints._saddle_operator import row_kinds
 from ..kinematics._configuration import Configuration
-from ..kinematics._joint_wrenches import wrenches_at_frames
-from ..kinematics._saddle_operator import row_kinds
 from ..math._linalg import RowScale, few_columns, saddle_solve
 from ..math._spatial import from_public_order, to_public_order
 from ..math._spd import spd_solve

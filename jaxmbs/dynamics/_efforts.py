@@ -12,10 +12,10 @@ from jax import Array
 
 from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
 from ..kinematics._element_flows import element_flows
-from ..kinematics._internal_states import group_rates
-from ..kinematics._signals import with_signals
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
+from ..signal_flow._internal_states import group_rates
+from ..signal_flow._signals import with_signals
 from ._bodies import bodies_of, total
 from ._loads import Loads
 

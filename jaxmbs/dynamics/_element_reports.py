@@ -7,16 +7,16 @@ import jax
 from jax import Array
 from jaxtyping import Float
 
+from ..assembly._state import HasStates, State
 from ..forces._readings import Reading
 from ..kinematics._configuration import at_state, with_velocities
-from ..kinematics._signals import with_signals
-from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..runtime import jit
+from ..signal_flow._signals import with_signals
 from ._law_answers import force_answers, row_answers
 
 

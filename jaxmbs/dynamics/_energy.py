@@ -2,8 +2,8 @@
 
 import jax.numpy as jnp
 
+from ..assembly._state import State
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
-from ..kinematics._state import State
 from ..model._entry_points import state_function
 from ..model._system import System
 from ..typing import Scalar

@@ -7,14 +7,14 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
+from ..assembly._state import State
+from ..constraints import _closures as closures
+from ..constraints._coupled_joints import coupled_joints, couplers_and_user_rows
+from ..constraints._saddle_operator import constraint_operator
 from ..errors import ModelError
 from ..friction._normal_loads import contraction
 from ..friction._surfaces import SURFACES, surface_rows
-from ..kinematics import _closures as closures
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
-from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
-from ..kinematics._saddle_operator import constraint_operator
-from ..kinematics._state import State
 from ..math._linalg import few_columns
 from ..model._entry_points import state_function
 from ..model._system import System

@@ -8,8 +8,12 @@ independent coordinates sees the paper's p as `Gamma^T P` because `Gamma^T A^T =
 import jax
 import jax.numpy as jnp
 
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints._frontal_saddle import MOTION_COMPLIANCE
+from ..constraints._kic import velocity_map
+from ..constraints._linear_solver import linear_solver
+from ..constraints._saddle_operator import constraint_operator
 from ..kinematics._configuration import (
     Configuration,
     VelocityKinematics,
@@ -18,11 +22,7 @@ from ..kinematics._configuration import (
     with_velocities,
 )
 from ..kinematics._elastic import mass_matrix
-from ..kinematics._frontal_saddle import MOTION_COMPLIANCE
-from ..kinematics._kic import velocity_map
-from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
-from ..kinematics._saddle_operator import constraint_operator
 from ..kinematics._tree import solve, subtrees
 from ..math._linalg import saddle_solve
 from ..math._spatial import cross_motion, dot

@@ -16,13 +16,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..constraints import _closures as closures
+from ..constraints import _rows as constraint_rows
 from ..friction._bristles import with_tractions
 from ..friction._groups import resistances
 from ..friction._joint_friction import JointFriction
 from ..friction._normal_loads import LoadMap, NormalLoads, normal_loads
 from ..friction._surfaces import surface_rows
-from ..kinematics import _closures as closures
-from ..kinematics import _rows as constraint_rows
 from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._slips import slips_of
 from ..kinematics._wrench_targets import node_targets

@@ -7,11 +7,11 @@ import jax
 import numpy as np
 from jax import Array
 
+from ..constraints._rows import at_frames
 from ..forces import PathKinematics
 from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
-from ..kinematics._rows import at_frames
 from ..model._system import System
 from ._newton_euler import accelerations
 

@@ -8,15 +8,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..assembly._state import State
 from ..checks import is_concrete
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints._linear_solver import linear_solver
+from ..constraints._saddle_operator import constraint_operator
 from ..errors import ModelError
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import mass_matrix as inertia_matrix
-from ..kinematics._linear_solver import linear_solver
-from ..kinematics._saddle_operator import constraint_operator
-from ..kinematics._state import State
 from ..kinematics._tree import solve
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import saddle_solve

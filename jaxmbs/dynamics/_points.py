@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from jaxtyping import Array, Float
 
+from ..assembly._state import HasStates, State
 from ..kinematics._points import point_acceleration
-from ..kinematics._state import HasStates, State
 from ..model._changes import with_changes
 from ..model._entry_points import map_states, rates_of, states_of
 from ..model._system import System

@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from ..kinematics._kic import body_kic
+from ..constraints._kic import body_kic
 from ..math._spatial import cross, dot, momentum, momentum_by_matrix, momentum_rate, scale
 from ._body import AbstractBodies
 from ._loads import Loads

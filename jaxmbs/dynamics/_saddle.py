@@ -1,8 +1,8 @@
 """The saddle system of a mechanism by either block-sparse solver."""
 
+from ..constraints._frontal_saddle import frontal_saddle
+from ..constraints._saddle_operator import ConstraintOperator
 from ..kinematics._configuration import Configuration
-from ..kinematics._frontal_saddle import frontal_saddle
-from ..kinematics._saddle_operator import ConstraintOperator
 from ..model._system import System
 from ._sparse_saddle import sparse_saddle
 

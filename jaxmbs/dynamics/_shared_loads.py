@@ -4,11 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics import _closures as closures
-from ..kinematics import _reaction_map as reaction_map
-from ..kinematics import _rows as rows
+from ..constraints import _closures as closures
+from ..constraints import _reaction_map as reaction_map
+from ..constraints import _rows as rows
+from ..constraints._linear_solver import linear_solver
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
-from ..kinematics._linear_solver import linear_solver
 from ..kinematics._wrench_targets import body_targets
 from ..math._linalg import few_columns
 from ..model._system import System

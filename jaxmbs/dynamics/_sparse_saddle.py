@@ -12,10 +12,10 @@ import numpy as np
 from jax import lax
 
 from .. import blocksparse
-from ..kinematics import _constraints as constraints
+from ..constraints import _constraints as constraints
+from ..constraints._saddle_operator import ConstraintOperator, largest_of_element, row_kinds, stop_gradients
 from ..kinematics._configuration import Configuration
 from ..kinematics._elastic import mass_operator
-from ..kinematics._saddle_operator import ConstraintOperator, largest_of_element, row_kinds, stop_gradients
 from ..kinematics._tree import ancestors, subtrees
 from ..math._linalg import proximal_rounds, relative
 from ..math._spd import spd_inverse

@@ -14,9 +14,9 @@ import numpy as np
 from jax import Array, lax
 from jaxtyping import Bool, Float
 
+from ..assembly._state import HasStates, State
 from ..forces._validity import Margin
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
-from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import map_states, states_of
 from ..model._system import System

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 import jax.numpy as jnp
 
+from ..assembly._state import HasStates, State
 from ..checks import no_such
+from ..constraints import _reaction_map as reaction_map
 from ..dynamics._newton_euler import accelerations
 from ..elements import DIRECTIONS
 from ..errors import ModelError
-from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import at_state, node_accelerations, with_velocities
-from ..kinematics._state import HasStates, State
 from ..linear._system import LinearSystem
 from ..math._linalg import skew
 from ..model._changes import system_at

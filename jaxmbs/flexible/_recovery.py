@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..assembly._state import HasStates, State
 from ..checks import no_such
 from ..dynamics._elastic import inverse_dynamics_load
 from ..dynamics._newton_euler import accelerations
 from ..errors import UnknownNameError
 from ..kinematics._configuration import at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
-from ..kinematics._state import HasStates, State
 from ..math._rotation import rotation_vector_rate
 from ..math._spatial import to_public_order
 from ..model._changes import system_at

@@ -5,12 +5,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..assembly._state import HasStates, State
 from ..checks import no_such
 from ..errors import UnknownNameError
 from ..forces import BeamElement
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
-from ..kinematics._state import HasStates, State
 from ..model._system import System
 from ._recovery import map_states
 

@@ -6,11 +6,11 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+from ..assembly._state import HasStates, State
 from ..elements import Beam
 from ..errors import ModelError
 from ..fem import Structure
 from ..forces import BeamElement
-from ..kinematics._state import HasStates, State
 from ..math._screw import pose_of_screw
 from ..model._entry_points import states_of
 from ..model._system import System

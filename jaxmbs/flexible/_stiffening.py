@@ -9,10 +9,10 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array
 
+from ..assembly._state import HasStates, State
 from ..checks import is_concrete
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._elastic import interface_rates
-from ..kinematics._state import HasStates, State
 from ..model._changes import system_at
 from ..model._entry_points import states_of
 from ..model._system import System

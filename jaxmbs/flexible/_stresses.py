@@ -8,12 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..assembly._state import HasStates, State
 from ..checks import no_such
 from ..errors import ModelError
 from ..fem import Structure, gather_rows, scatter_rows
 from ..fem._prestress import element_geometric_stiffness
 from ..fem._recovery import recover_under_loads
-from ..kinematics._state import HasStates, State
 from ..math import _stress as measures
 from ..model._entry_points import states_of
 from ..model._system import System

@@ -1,6 +1,6 @@
 """Laws of constraint rows: what vanishes at poses of frames and at coordinates, and how it changes with them.
 
-A new kind of row is a law here or in the room of its subject; the walks over all rows are `kinematics._rows`.
+A new kind of row is a law here or in the room of its subject; the walks over all rows are `constraints._rows`.
 """
 
 from collections.abc import Callable

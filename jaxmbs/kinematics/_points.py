@@ -2,19 +2,20 @@
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import no_such
 from ..errors import UnknownNameError
 from ..math._spatial import to_public_order
 from ..model._entry_points import state_function
+from ..model._state import AbstractState
 from ..model._system import System
 from ..runtime import as_array
 from ..typing import FrameLike, Matrix3, Vector3
 from ._configuration import configuration
-from ._kic import point_jacobian
 from ._poses import coordinate_rate, node_parameters, node_poses
-from ._state import State
 
 
 def resolve_frame(system: System, frame):
@@ -52,25 +53,25 @@ def _world_pose(system, P, psi, place):
 
 
 @state_function
-def position(system: System, state: State, frame: FrameLike) -> Vector3:
+def position(system: System, state: AbstractState, frame: FrameLike) -> Vector3:
     """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
     return _world_pose(system, node_parameters(system), state.coordinates, resolve_frame(system, frame))[1]
 
 
 @state_function
-def rotation(system: System, state: State, frame: FrameLike) -> Matrix3:
+def rotation(system: System, state: AbstractState, frame: FrameLike) -> Matrix3:
     """World rotation (3, 3) of a frame."""
     return _world_pose(system, node_parameters(system), state.coordinates, resolve_frame(system, frame))[0]
 
 
 @state_function
-def velocity(system: System, state: State, frame: FrameLike) -> Vector3:
+def velocity(system: System, state: AbstractState, frame: FrameLike) -> Vector3:
     """World velocity (3,) [m/s] of a frame's origin or of a point (frame, point)."""
     return (jacobian(system, state, frame) @ state.velocities)[:3]
 
 
 @state_function
-def angular_velocity(system: System, state: State, frame: FrameLike) -> Vector3:
+def angular_velocity(system: System, state: AbstractState, frame: FrameLike) -> Vector3:
     """Angular velocity (3,) [rad/s] of a frame, world axes."""
     return (jacobian(system, state, frame) @ state.velocities)[3:]
 
@@ -87,7 +88,7 @@ def point_acceleration(system: System, state, frame, rates):
 
 
 @state_function
-def jacobian(system: System, state: State, frame: FrameLike) -> Float[Array, "6 nv"]:
+def jacobian(system: System, state: AbstractState, frame: FrameLike) -> Float[Array, "6 nv"]:
     """Jacobian (6, nv) of a frame: velocity of its origin, then angular velocity, world axes, per velocity.
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent.
@@ -96,3 +97,15 @@ def jacobian(system: System, state: State, frame: FrameLike) -> Float[Array, "6 
     at = configuration(system, P, state.coordinates, state.t, inertias=False)
     point = _world_pose(system, P, state.coordinates, place)[1] - at.origin
     return to_public_order(point_jacobian(system, at.S, place[0], point), 0)
+
+
+def point_jacobian(system: System, S, node, point):
+    """(6, nv) angular velocity, then velocity of the `point` carried by `node` (-1: the ground), per velocity; the
+    point is seen from where the twists S refer to.
+
+    Source: S2 (11)-(12), (14)-(15) with every joint independent, 1 - alpha and alpha as S carries them.
+    """
+    path = np.vstack([system.topology.nodes.path, np.zeros((1, system.topology.nodes.size), bool)])[node]
+    twist = S * jnp.asarray(path, S.dtype)[:, None]
+    linear = twist[:, 3:] + jax.vmap(jnp.cross, in_axes=(0, None))(twist[:, :3], point)
+    return jnp.concatenate([twist[:, :3], linear], axis=1).T

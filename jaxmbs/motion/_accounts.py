@@ -4,12 +4,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from ..assembly._state import State
+from ..constraints import _constraints as constraints
 from ..dynamics._efforts import element_names
 from ..dynamics._energy import energies
 from ..flexible._stiffening import squared_spins, stiffening_errors
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import Configuration, VelocityKinematics
-from ..kinematics._state import State
 from ..math._nan import nan_slope_where, nan_where
 from ..named_arrays import NamedRows
 from ..ode._integrate import masked

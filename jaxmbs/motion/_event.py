@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..assembly._state import State
 from ..checks import is_concrete
-from ..kinematics._state import State
 from ..model._entry_points import check_system
 from ..model._system import System
 from ..ode._events import Events, check_condition

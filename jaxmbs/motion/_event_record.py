@@ -9,7 +9,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float, Int
 
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..ode._problem import LoopState
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported

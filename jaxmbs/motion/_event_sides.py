@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..ode._integrate import masked
 from ..ode._problem import LoopState
 from ..runtime import map_chunked

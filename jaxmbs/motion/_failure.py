@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..constraints._constraint_rows import constraint_jacobian, constraint_residual
 from ..dynamics._validity import validity
-from ..kinematics._constraint_rows import constraint_jacobian, constraint_residual
 from ..model._system import System
 from ..ode._failure import describe_end, mean_step
 from ..status import Status

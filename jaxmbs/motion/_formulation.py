@@ -12,27 +12,27 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..assembly._assembly import newton_step
+from ..assembly._state import State
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints._linear_rows import metric, metric_matrix
+from ..constraints._linear_solver import linear_solver
+from ..constraints._rows import depend_on_time
+from ..constraints._saddle_operator import constraint_operator
 from ..dynamics._corners import sides_of_corners
 from ..dynamics._newton_euler import accelerations, all_efforts
 from ..dynamics._saddle import saddle_without_matrix
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
-from ..kinematics._assembly import newton_step
 from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, with_velocities
 from ..kinematics._elastic import mass_matrix
-from ..kinematics._internal_states import internal_rates, internal_scale
-from ..kinematics._linear_rows import metric, metric_matrix
-from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import normalise, step_coordinates
-from ..kinematics._rows import depend_on_time
-from ..kinematics._saddle_operator import constraint_operator
-from ..kinematics._sampling import sampled_values
-from ..kinematics._state import State
 from ..math._linalg import saddle_solve
 from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
 from ..ode._problem import Projection
 from ..runtime import gather_static, remat
+from ..signal_flow._internal_states import internal_rates, internal_scale
+from ..signal_flow._sampling import sampled_values
 from ..typing import ScalarLike
 from ._implicit_stages import ImplicitStages
 from ._saved_step import SavedStep

@@ -8,16 +8,16 @@ prescribed   (psi, nothing): systems without freedom, whose rows alone give the 
 
 import jax.numpy as jnp
 
+from ..constraints import _constraints as constraints
+from ..constraints._kic import velocity_map
+from ..constraints._linear_rows import metric_matrix
+from ..constraints._linear_solver import linear_solver
 from ..dynamics import _hamilton as hamilton
 from ..dynamics._efforts import efforts
 from ..dynamics._modal_condensation import column_inertia, condense_modes, lumped_inertia
 from ..dynamics._newton_euler import accelerations, motion_with_friction
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import with_velocities
 from ..kinematics._elastic import mass_matrix
-from ..kinematics._kic import velocity_map
-from ..kinematics._linear_rows import metric_matrix
-from ..kinematics._linear_solver import linear_solver
 from ..kinematics._poses import coordinate_rate
 from ..kinematics._tree import subtrees
 from ..math._linalg import diagonal, saddle_factor, saddle_solve

@@ -11,10 +11,10 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from ..assembly._state import State
 from ..dynamics._energy import energies
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._poses import node_parameters
-from ..kinematics._state import State
 from ..model._changes import Changes
 from ..model._internal_states import replace_field
 from ..model._system import System

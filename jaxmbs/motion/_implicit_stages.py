@@ -16,13 +16,13 @@ import numpy as np
 from jax import Array, lax
 
 from ..kinematics._configuration import configuration, with_velocities
-from ..kinematics._internal_states import internal_rates
 from ..math import _square as square
 from ..math._newton import newton_root
 from ..model._internal_states import group_size, replace_field, with_internal
 from ..model._signals import internal_reads
 from ..ode._stages_of_equations import StageStart
 from ..runtime import gather_static
+from ..signal_flow._internal_states import internal_rates
 
 if TYPE_CHECKING:
     from ._formulation import Formulation

@@ -6,11 +6,11 @@ import jax
 import numpy as np
 
 from ..kinematics._configuration import at_state, with_velocities
-from ..kinematics._internal_states import internal_rates
 from ..kinematics._poses import step_coordinates
 from ..model._changes import system_at
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._internal_states import internal_rates
 from ._motion import Motion
 
 _NUM_AHEAD = 16  # places between the last state that is known and the end

@@ -6,15 +6,15 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from ..assembly._assembly import consistent_velocities, newton_step
+from ..assembly._state import State
 from ..dynamics._newton_euler import forward_dynamics
-from ..kinematics._assembly import consistent_velocities, newton_step
 from ..kinematics._configuration import configuration, with_velocities
-from ..kinematics._internal_states import internal_rates
 from ..kinematics._poses import coordinate_rate, node_parameters, normalise
-from ..kinematics._state import State
 from ..model._changes import Changes, with_changes
 from ..model._internal_states import InternalStates, with_internal
 from ..model._system import System
+from ..signal_flow._internal_states import internal_rates
 
 
 class Knots(NamedTuple):

@@ -3,11 +3,11 @@
 import numpy as np
 from jax import Array
 
+from ..assembly._state import State
 from ..checks import is_concrete
 from ..dynamics._newton_euler import motion_with_friction
 from ..friction._normal_loads import spectral_radius
 from ..kinematics._configuration import at_state, with_velocities
-from ..kinematics._state import State
 from ..model._changes import with_changes
 from ..model._internal_states import replace_field, with_internal
 from ..model._system import System

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..kinematics._reaction_map import carriers
+from ..constraints._reaction_map import carriers
 from ..math._linalg import safe_norm
 from ..model._system import System
 from ..quantities import Axis, Quantity

@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..assembly._state import State
+from ..assembly._state_report import coordinate_labels, state_quantities
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._poses import node_parameters
-from ..kinematics._state import State
-from ..kinematics._state_report import coordinate_labels, state_quantities
 from ..math._nan import nan_where
 from ..model._entry_points import check_state
 from ..model._internal_states import replace_field

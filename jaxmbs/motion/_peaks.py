@@ -9,9 +9,9 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..assembly._state import State
+from ..assembly._state_report import state_quantities
 from ..kinematics._poses import node_parameters
-from ..kinematics._state import State
-from ..kinematics._state_report import state_quantities
 from ..model._entry_points import check_state
 from ..model._system import System
 from ..ode._loop import stop_gradients

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..assembly._state import State
 from ..dynamics._validity import has_ends, is_outside
 from ..kinematics._configuration import configuration, with_velocities
-from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._changes import Changes
 from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, status_of

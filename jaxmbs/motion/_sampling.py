@@ -9,16 +9,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..assembly._state import State
 from ..checks import is_concrete
 from ..kinematics._configuration import at_state, with_velocities
-from ..kinematics._sampling import sample_periods, sampled_values
-from ..kinematics._state import State
 from ..math._nan import nan_where
 from ..model._changes import system_at, with_changes
 from ..model._system import System
 from ..ode._integrate import masked
 from ..ode._samples import SampleClock
 from ..runtime import as_array
+from ..signal_flow._sampling import sample_periods, sampled_values
 from ._diagnostics import Diagnostics
 
 #: Samples between two saved times that a trace makes room for, where their number is not known.

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..ode._integrate import masked
 from ..ode._problem import LoopState
 

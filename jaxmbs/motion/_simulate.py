@@ -12,15 +12,14 @@ import numpy as np
 import optimistix
 from jax import lax
 
+from ..assembly._state import State
 from ..checks import as_flag, is_concrete
+from ..constraints import _closures as closures
+from ..constraints._mobility import with_mobility_at
 from ..dynamics._corners import has_corners
 from ..errors import ModelError, SimulationError
 from ..flexible._stiffening import warn_of_stiffening
-from ..kinematics import _closures as closures
 from ..kinematics._configuration import at_state
-from ..kinematics._mobility import with_mobility_at
-from ..kinematics._sampling import refuse_sampled, sample_periods
-from ..kinematics._state import State
 from ..model._changes import Changes, check_in_force, with_changes
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
@@ -30,6 +29,7 @@ from ..ode._loop import stop_gradients
 from ..ode._options import check_memory, check_options, make_options
 from ..ode._save_times import save_times, valid_times
 from ..runtime import as_host_array, jit, note, progress_bar
+from ..signal_flow._sampling import refuse_sampled, sample_periods
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap

@@ -5,17 +5,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..analysis._linearise import linearise
+from ..assembly._state import State
+from ..constraints._kic import velocity_map
+from ..constraints._mobility import with_mobility_at
 from ..dynamics._efforts import element_efforts
 from ..kinematics._configuration import at_coordinates, at_state, with_velocities
 from ..kinematics._element_flows import element_flows
-from ..kinematics._kic import velocity_map
-from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import coordinate_rate
-from ..kinematics._signals import with_signals
-from ..kinematics._state import State
 from ..model._changes import system_at
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._signals import with_signals
 
 #: Rate times mean step [rad] above which stability bounds the step of explicit methods, not accuracy: their
 #: regions of stability end at 2.8 to 6, and accuracy asks for less than this.

@@ -9,20 +9,20 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
+from ..assembly._state import State
 from ..checks import distinct_names, place_of
+from ..constraints._mobility import with_mobility_at
 from ..dynamics._efforts import element_names
 from ..kinematics._configuration import at_state, configuration, with_velocities
-from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import node_parameters, normalise
-from ..kinematics._sampling import refuse_sampled
-from ..kinematics._signal_names import check_input_fields, signal_names
-from ..kinematics._signals import signals_at, with_inputs
-from ..kinematics._state import State
 from ..model._changes import check_in_force
 from ..model._entry_points import check_single_state, check_system
 from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._sampling import refuse_sampled
+from ..signal_flow._signal_names import check_input_fields, signal_names
+from ..signal_flow._signals import signals_at, with_inputs
 from ..tables import sentence_repr
 from ..typing import ArrayLike, ScalarLike
 from ._accounts import gap

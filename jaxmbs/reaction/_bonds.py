@@ -7,12 +7,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..assembly._state import HasStates, State
 from ..checks import is_concrete
+from ..constraints import _reaction_map as reaction_map
 from ..dynamics._distribution import system_bonds
-from ..kinematics import _reaction_map as reaction_map
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
-from ..kinematics._state import HasStates, State
 from ..model._changes import with_changes
 from ..model._entry_points import states_of
 from ..model._system import System

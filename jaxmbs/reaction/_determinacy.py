@@ -8,12 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..kinematics import _constraints as constraints
+from ..constraints import _constraints as constraints
+from ..constraints._coupled_joints import coupled_joints, couplers_and_user_rows
+from ..constraints._joint_wrenches import joint_wrenches
+from ..constraints._reaction_map import carriers
+from ..constraints._rows import has_frames
 from ..kinematics._configuration import VelocityKinematics
-from ..kinematics._coupled_joints import coupled_joints, couplers_and_user_rows
-from ..kinematics._joint_wrenches import joint_wrenches
-from ..kinematics._reaction_map import carriers
-from ..kinematics._rows import has_frames
 from ..model._system import System
 from ..runtime import gather_static
 from ._self_stress import UNIQUE_TOLERANCE, project_out_range, relative_share

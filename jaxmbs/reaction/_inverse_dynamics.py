@@ -9,17 +9,17 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from ..assembly._state import HasStates, State
 from ..checks import distinct_names, place_of
+from ..constraints import _closures as closures
+from ..constraints import _constraints as constraints
+from ..constraints._linear_rows import metric
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import FrictionSolution, rubbing, solve_friction
 from ..dynamics._newton_euler import accelerations, required_efforts
 from ..dynamics._shared_loads import wrenches_lacking
 from ..errors import ModelError
-from ..kinematics import _closures as closures
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
-from ..kinematics._linear_rows import metric
-from ..kinematics._state import HasStates, State
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import RowScale, relative, saddle_solve
 from ..model._changes import system_at

@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..constraints._saddle_operator import constraint_operator
 from ..dynamics._efforts import LawEffort
 from ..kinematics._configuration import VelocityKinematics
-from ..kinematics._saddle_operator import constraint_operator
 from ..model._rows import drives, row_elements
 from ..model._system import System
 from ..named_arrays import NamedRows, NamedSlices

@@ -4,9 +4,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..kinematics import _constraints as constraints
+from ..constraints import _constraints as constraints
+from ..constraints._saddle_operator import constraint_operator
 from ..kinematics._configuration import VelocityKinematics, node_accelerations
-from ..kinematics._saddle_operator import constraint_operator
 from ..math._linalg import relative
 from ..model._system import System
 

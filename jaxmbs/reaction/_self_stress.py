@@ -12,11 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..constraints import _constraints as constraints
+from ..constraints._saddle_operator import constraint_operator, row_kinds
 from ..dynamics._newton_euler import saddle_sides
 from ..dynamics._saddle import saddle_without_matrix
-from ..kinematics import _constraints as constraints
 from ..kinematics._configuration import VelocityKinematics
-from ..kinematics._saddle_operator import constraint_operator, row_kinds
 from ..model._system import System
 
 #: Number and seed of the random vectors: a component is below `UNIQUE_TOLERANCE` in all of them with the probability

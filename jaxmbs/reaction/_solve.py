@@ -12,7 +12,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from ..assembly._state import HasStates, State
 from ..checks import is_concrete, no_such
+from ..constraints import _closures as closures
+from ..constraints import _reaction_map as reaction_map
+from ..constraints import _rows as rows
+from ..constraints._joint_wrenches import joint_wrenches, wrenches_at_frames
+from ..constraints._linear_solver import solver_for
 from ..dynamics._bodies import inverse_dynamics_loads
 from ..dynamics._distribution import least_compliance_reactions
 from ..dynamics._efforts import efforts
@@ -21,14 +27,8 @@ from ..dynamics._loads import Loads
 from ..dynamics._newton_euler import accelerations, motion_with_friction
 from ..dynamics._validity import has_ends, validity_at
 from ..errors import UnknownNameError
-from ..kinematics import _closures as closures
-from ..kinematics import _reaction_map as reaction_map
-from ..kinematics import _rows as rows
 from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
-from ..kinematics._joint_wrenches import joint_wrenches, wrenches_at_frames
-from ..kinematics._linear_solver import solver_for
 from ..kinematics._poses import node_parameters
-from ..kinematics._state import HasStates, State
 from ..kinematics._wrench_targets import body_targets
 from ..model._changes import system_at
 from ..model._entry_points import rates_of, states_of

@@ -5,7 +5,7 @@ from typing import Any, overload
 
 from ..analysis._equilibrium import equilibrium as mechanism_equilibrium
 from ..analysis._equilibrium_result import Equilibrium
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..linear._static_response import StaticResponse
 from ..linear._static_response import equilibrium as linear_equilibrium
 from ..linear._system import LinearSystem

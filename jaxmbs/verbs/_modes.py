@@ -5,7 +5,7 @@ from typing import Any, overload
 
 from ..analysis._linearisation import Linearisation
 from ..analysis._mechanism_modes import modes as mechanism_modes
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..linear._system import LinearSystem
 from ..model._system import System
 from ..vibration._modes import Modes

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, overload
 
+from ..assembly._state import HasStates, State
 from ..coupling._bond_loads import BondLoads
 from ..coupling._measured_network import MeasuredNetwork
 from ..coupling._network import reactions as network_reactions
-from ..kinematics._state import HasStates, State
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions

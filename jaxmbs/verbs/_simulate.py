@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, overload
 
-from ..kinematics._state import State
+from ..assembly._state import State
 from ..linear._static_response import StaticResponse
 from ..linear._system import LinearSystem
 from ..model._system import System

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..assembly._state import State
 from ..checks import no_such
 from ..errors import UnknownNameError
-from ..kinematics._state import State
 from ..model._system import System
 from ..palette import COLORS
 from ._canvas import get_axes, split_columns

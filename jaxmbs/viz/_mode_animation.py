@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..analysis._linearise import independent_positions
+from ..assembly._state import State
+from ..constraints._kic import position_map, velocity_map
+from ..constraints._mobility import with_mobility_at
 from ..errors import ModelError
 from ..kinematics._configuration import at_state
-from ..kinematics._kic import position_map, velocity_map
-from ..kinematics._mobility import with_mobility_at
 from ..kinematics._poses import step_coordinates
-from ..kinematics._state import State
 from ..linear._system import LinearSystem
 from ..model._changes import with_changes
 from ..model._system import System

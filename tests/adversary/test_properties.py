@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
+from jaxmbs.constraints._kic import independent_columns
 from jaxmbs.dynamics._efforts import efforts
 from jaxmbs.dynamics._hamilton import canonical_rate, momenta
 from jaxmbs.kinematics._configuration import at_coordinates, at_state, with_velocities
-from jaxmbs.kinematics._kic import independent_columns
 from jaxmbs.kinematics._poses import coordinate_rate
 from tests.random_systems import after, build, random_inertia, random_links, random_pose, random_state
 
@@ -95,10 +95,10 @@ def gaps(system, state):
         return momenta(system, with_velocities(system, at_coordinates(system, at, psi), u))
 
     h, momentum_rate = jax.jvp(momentum, (psi, u), (psi_dot, u_dot))
-    pull = mbs.kinematics.constraint_jacobian(system, state).T @ multipliers
+    pull = mbs.constraints.constraint_jacobian(system, state).T @ multipliers
     canonical = canonical_rate(system, at, h)[1]
 
-    K = mbs.kinematics.kic(system, state)
+    K = mbs.constraints.kic(system, state)
     phi_dot = u[independent_columns(system)]
     by_kic = jnp.stack([K.translational[name] @ phi_dot for name in top.body_names])
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.kinematics._assembly import assemble_coordinates
-from jaxmbs.kinematics._kic import independent_columns
+from jaxmbs.assembly._assembly import assemble_coordinates
+from jaxmbs.constraints._kic import independent_columns
 from jaxmbs.kinematics._poses import node_parameters
 from tests.cases import models
 from tests.models import OnCart, four_bar_angles, slopes
@@ -57,8 +57,8 @@ def held(system, state):
     """What the held accelerations add to the stiffness of `linearise`: d(I*)/dphi a."""
     (column,) = independent_columns(system)
     a = mbs.forward_dynamics(system, state)[0][column]
-    H = mbs.kinematics.kic_second(system, state)
-    K = mbs.kinematics.kic(system, state)
+    H = mbs.constraints.kic_second(system, state)
+    K = mbs.constraints.kic(system, state)
     rate = sum(
         m * H.translational[n][0, :, 0] @ K.translational[n][:, 0]
         + H.rotational[n][0, 2, 0] * K.rotational[n][2, 0] * 0.1 * m

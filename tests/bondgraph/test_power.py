@@ -8,8 +8,8 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.bondgraph import junction_residual
 from jaxmbs.bondgraph._views import VIEWS
+from jaxmbs.constraints._kic import dependent_columns
 from jaxmbs.dynamics._efforts import element_names
-from jaxmbs.kinematics._kic import dependent_columns
 from tests.bondgraph import cases
 from tests.cases import models
 from tests.cases.test_slider_crank import OMEGA, START, TIMES, TORQUE

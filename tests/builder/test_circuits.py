@@ -10,8 +10,8 @@ import jaxmbs as mbs
 from jaxmbs import forces as F
 from jaxmbs import hydraulics as H
 from jaxmbs.kinematics._configuration import at_state, with_velocities
-from jaxmbs.kinematics._internal_states import internal_rates
 from jaxmbs.model._internal_states import with_internal
+from jaxmbs.signal_flow._internal_states import internal_rates
 
 AREAS, LEAKAGE, SEALS, WEIGHT = (4e-3, 3e-3), 1e-12, 200.0, 500.0 * 9.81
 PUMP, RELIEF = H.Pump(5e-6, 1e-12), H.ReliefValve(1.5e7, 1e-9)

@@ -22,9 +22,9 @@ def test_reference_closes_its_loop(a):
 def test_one_freedom_and_one_redundant_row():
     system = models.bricard()
     state = mbs.State.at(system, corner_0=0.1)
-    singular = np.linalg.svd(np.asarray(mbs.kinematics.constraint_jacobian(system, state)), compute_uv=False)
+    singular = np.linalg.svd(np.asarray(mbs.constraints.constraint_jacobian(system, state)), compute_uv=False)
     assert singular.shape == (5,) and singular[3] > 0.1 and singular[4] < 1e-12
-    assert system.topology.mobility == mbs.kinematics.count_mobility(system, state).mobility == 1
+    assert system.topology.mobility == mbs.constraints.count_mobility(system, state).mobility == 1
 
 
 @pytest.mark.long

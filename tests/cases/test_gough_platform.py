@@ -138,7 +138,7 @@ def _rows(system, state):
 
     Also the factors (6,) by which the library's own rows were divided.
     """
-    rows = np.asarray(mbs.kinematics.constraint_jacobian(system, state))
+    rows = np.asarray(mbs.constraints.constraint_jacobian(system, state))
     rows = np.concatenate([rows[:, :3], rows[:, 3:] @ models.GOUGH_ROTATION.T], axis=1)
     scale = np.linalg.norm(rows[:, :3], axis=1) * np.sign(rows[:, 2])
     return rows / scale[:, None], scale

@@ -5,12 +5,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmbs.constraints import _closures as closures
+from jaxmbs.constraints import _constraints as constraints
+from jaxmbs.constraints._kic import dependent_columns
 from jaxmbs.dynamics import _hamilton as hamilton
 from jaxmbs.dynamics.paper import _springs as springs
-from jaxmbs.kinematics import _closures as closures
-from jaxmbs.kinematics import _constraints as constraints
 from jaxmbs.kinematics._configuration import at_state, configuration, with_velocities
-from jaxmbs.kinematics._kic import dependent_columns
 from jaxmbs.kinematics._poses import coordinate_rate
 from tests.zoo import SPECIMENS, of_all
 from tests.zoo.probes import fields, variations

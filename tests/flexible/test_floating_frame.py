@@ -211,7 +211,7 @@ def test_stiffness_of_a_bent_body_by_its_parts():
     )
     system = b.build()
     state = mbs.State.at(system, guess={"arm.1": (0.02, -0.03, 0.05)})
-    chosen = list(mbs.kinematics.kic(system, state).independent)
+    chosen = list(mbs.constraints.kic(system, state).independent)
 
     def bent(phi):
         tip = np.zeros(3)

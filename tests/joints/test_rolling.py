@@ -38,7 +38,7 @@ def disk(radius=0.3, mass=2.0):
 
 def rolling_rates(system, state, spin):
     """Velocities (6,) of a free body whose contact holds, from its angular velocity in body axes."""
-    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))[:, :6]
+    A = np.asarray(mbs.constraints.constraint_jacobian(system, state))[:, :6]
     return np.concatenate([np.linalg.solve(A[:, :3], -A[:, 3:] @ spin), spin])
 
 

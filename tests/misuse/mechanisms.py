@@ -22,37 +22,37 @@ def of_frame(*fine):
 
 CASES = {
     **{f"kinematics.{n}": of_frame() for n in ("position", "rotation", "velocity", "angular_velocity", "jacobian")},
-    "kinematics.point_kic": of_frame(),
+    "constraints.point_kic": of_frame(),
     **{
-        f"kinematics.{name}": of_state()
+        f"constraints.{name}": of_state()
         for name in (
             *("constraint_residual", "constraint_jacobian", "internal_kic", "internal_kic_second"),
             *("internal_kic_second_printed", "kic", "kic_second", "kic_second_vector"),
         )
     },
-    "kinematics.signals": of_state("system nan inside: it has no signals", "state nan inside: likewise"),
-    "kinematics.plane_mix": case(
+    "signal_flow.signals": of_state("system nan inside: it has no signals", "state nan inside: likewise"),
+    "constraints.plane_mix": case(
         lambda z: call(np.ones((2, 3)), np.ones((3, 4, 5))), "tensor shape: planes of any size"
     ),
-    "kinematics.quadratic": case(lambda z: call(np.ones(4), np.ones((3, 4, 4)))),
-    "kinematics.left_product": case(
+    "constraints.quadratic": case(lambda z: call(np.ones(4), np.ones((3, 4, 4)))),
+    "constraints.left_product": case(
         lambda z: call(np.ones((2, 4)), np.ones((3, 4, 5))), "tensor shape: planes as wide as any"
     ),
-    "kinematics.right_product": case(
+    "constraints.right_product": case(
         lambda z: call(np.ones((3, 5, 4)), np.ones((4, 2))), "matrix shape: any number of columns"
     ),
-    "kinematics.count_mobility": of_state(),
-    "kinematics.with_mobility_at": of_state(f"state nan inside: {NO_NUMBER}"),
-    "kinematics.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
-    "kinematics.branch": case(
+    "constraints.count_mobility": of_state(),
+    "constraints.with_mobility_at": of_state(f"state nan inside: {NO_NUMBER}"),
+    "constraints.kic_rate": case(lambda z: call(z.second.rotational["coupler"], np.array([2.0]))),
+    "assembly.branch": case(
         lambda z: call(z.bars, z.state, ["A"]),
         "held empty: what is missing is completed",
         "* nan inside: 0, which no branch has",
     ),
-    "kinematics.states_along": case(
+    "assembly.states_along": case(
         lambda z: call(z.bars, "A", np.array([0.7, 0.8]), z.state), "values shape: any number of values"
     ),
-    "kinematics.State": case(
+    "assembly.State": case(
         lambda z: call(0.0, np.array([0.25, 0.5]), np.array([1.0, 2.0])),
         "* nan: written by hand, `ok` of it is asked by whoever uses it",
         "* inf: likewise",

@@ -96,7 +96,7 @@ EMPTY = {
         (0, 1),
     ),
     "between, no times": (lambda z: z.motion.at(z.system, []).velocities, (0, 1)),
-    "states along nothing": (lambda z: mbs.kinematics.states_along(z.system, "pin", [], z.state).velocities, (0, 1)),
+    "states along nothing": (lambda z: mbs.assembly.states_along(z.system, "pin", [], z.state).velocities, (0, 1)),
     "a state of nothing": (lambda z: mbs.State.at(z.system, {}, {}, {}).velocities, (1,)),
     "statics": (lambda z: mbs.statics.bond_reactions(z.bonds, np.zeros((1, 6))).wrench, (1, 6)),
     "statics, no loads": (lambda z: mbs.statics.bond_reactions(z.bonds, []), "1 bodies need one wrench of 6"),

@@ -79,18 +79,18 @@ QUESTIONS = {
     "bond_graph": lambda s, x: mbs.bondgraph.bond_graph(s),
     "bond_powers": lambda s, x: mbs.bondgraph.bond_powers(s, x),
     "check": lambda s, x: mbs.check(s),
-    "constraint_jacobian": mbs.kinematics.constraint_jacobian,
-    "constraint_residual": mbs.kinematics.constraint_residual,
+    "constraint_jacobian": mbs.constraints.constraint_jacobian,
+    "constraint_residual": mbs.constraints.constraint_residual,
     "equilibrium": mbs.equilibrium,
     "forward_dynamics": mbs.forward_dynamics,
     "frequency_response": lambda s, x: mbs.frequency_response(mbs.linearise(s, x), jnp.array([1.0])),
     "inverse_dynamics": lambda s, x: mbs.inverse_dynamics(s, x, jnp.zeros(x.velocities.shape)),
     "jacobian": lambda s, x: mbs.kinematics.jacobian(s, x, "a"),
-    "kic": mbs.kinematics.kic,
-    "kic_rate": lambda s, x: mbs.kinematics.kic_rate(
-        mbs.kinematics.kic_second(s, x).translational["a"], mbs.kinematics.kic(s, x).translational["a"][0]
+    "kic": mbs.constraints.kic,
+    "kic_rate": lambda s, x: mbs.constraints.kic_rate(
+        mbs.constraints.kic_second(s, x).translational["a"], mbs.constraints.kic(s, x).translational["a"][0]
     ),
-    "kic_second": mbs.kinematics.kic_second,
+    "kic_second": mbs.constraints.kic_second,
     "kinetic_energy": mbs.dynamics.kinetic_energy,
     "linearise": mbs.linearise,
     "mass_matrix": mbs.mass_matrix,
@@ -104,7 +104,7 @@ QUESTIONS = {
     "peak": lambda s, x: mbs.motion.peak(
         s, mbs.simulate(s, x, t1=0.3, ts=[0.15, 0.2, 0.3]), lambda y: mbs.dynamics.potential_energy(s, y)
     ),
-    "point_kic": lambda s, x: mbs.kinematics.point_kic(s, x, "a"),
+    "point_kic": lambda s, x: mbs.constraints.point_kic(s, x, "a"),
     "position": lambda s, x: mbs.position(s, x, "a"),
     "potential_energy": mbs.dynamics.potential_energy,
     "reaction_bonds": lambda s, x: mbs.reaction.reaction_bonds(s, x),

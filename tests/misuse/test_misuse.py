@@ -22,11 +22,11 @@ EXEMPT = {
     "answers, made by the library": """
         adapters.SystemBlock
         identification.Direction identification.Excitation identification.Identification experiment.ModelUpdate
-        analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion kinematics.Instant
+        analysis.Equilibrium analysis.Linearisation analysis.Stiffness coupling.BaseMotion signal_flow.Instant
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
-        fem.Group flexible.FloatingFrame kinematics.Kic kinematics.SecondKic linear.Check
+        fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced
@@ -91,20 +91,20 @@ LONG = """
     coupling.peak_response vibration.resonance_gains reductions.MacNeal reductions.averaged_transformation
     reductions.mode_acceleration_free reductions.Mixed vibration.harmonic_response vibration.frequency_response
     experiment.sweep_amplitudes flexible.displacements flexible.floating_frame dynamics.spring_kic_second
-    flexible.ElasticBody vibration.complex_modes kinematics.point_kic flexible.deformations
+    flexible.ElasticBody vibration.complex_modes constraints.point_kic flexible.deformations
     reductions.transform_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
     dynamics.gyristor_field_direct dynamics.hamiltonian reductions.mode_acceleration reductions.virtual_work
     blocksparse.factor bondgraph.bond_powers bondgraph.element_powers
-    kinematics.kic_second_vector dynamics.state_equations
+    constraints.kic_second_vector dynamics.state_equations
     vibration.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes
     experiment.virtual_point jaxmbs.simulate jaxmbs.equilibrium fem.element_forces jaxmbs.modes
     blocksparse.solve_once fem.element_stresses elements.Beam elements.Quadrilateral analysis.stiffness
-    kinematics.kic_second blocksparse.solve dynamics.spring_displacement fem.recover_history
+    constraints.kic_second blocksparse.solve dynamics.spring_displacement fem.recover_history
     experiment.check_suspension flexible.carried_loads bondgraph.junction_residual dynamics.gyristor_field
     dynamics.acceleration vibration.modal_response reaction.reactions blocksparse.matrix_inertia elements.Triangle
     vibration.natural_modes bondgraph.graph_state_equations coupling.limit_loads vibration.modal_transfer_matrix
-    coupling.modal_pairs analysis.frequency_response kinematics.internal_kic_second reaction.reaction_bonds
-    coupling.regularised_inverse kinematics.internal_kic_second_printed coupling.couple_transfer design.Limit
+    coupling.modal_pairs analysis.frequency_response constraints.internal_kic_second reaction.reaction_bonds
+    coupling.regularised_inverse constraints.internal_kic_second_printed coupling.couple_transfer design.Limit
     reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation
     forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
     linear.equilibrium experiment.decouple dynamics.joint_friction
@@ -120,7 +120,7 @@ LONG = """
     qualification.RandomForce jaxmbs.random_response qualification.random_response qualification.sine_response
     qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
     forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load dynamics.validity
-    kinematics.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
+    signal_flow.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
     forces.WormGear forces.InextensibleCable dynamics.element_reports
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}

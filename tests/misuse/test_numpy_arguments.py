@@ -35,7 +35,7 @@ CALLS = {
     "element_loads": lambda K, M, C, w, x: reductions.element_loads(K, C, x),
     "averaged_motion": lambda K, M, C, w, x: reductions.averaged_motion(POINTS, (0.0, 0.0, 0.0), K[0] + 2, False),
     "on_interface": lambda K, M, C, w, x: reductions.transform_interface(WHOLE, M[:, ::-1], 1).mass,
-    "kic_rate": lambda K, M, C, w, x: mbs.kinematics.kic_rate(x[:1, :, None], w[:1]),
+    "kic_rate": lambda K, M, C, w, x: mbs.constraints.kic_rate(x[:1, :, None], w[:1]),
     "inertia.box": lambda K, M, C, w, x: mbs.inertia.box(2.0, x[1]),
     "inertia.rotate": lambda K, M, C, w, x: mbs.inertia.rotate(M + 1.0, M),
     "swept_amplitudes": lambda K, M, C, w, x: experiment.sweep_amplitudes(

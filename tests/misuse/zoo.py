@@ -69,7 +69,7 @@ class Zoo:
 
     @cached_property
     def second(self):
-        return mbs.kinematics.kic_second(self.bars, self.state)
+        return mbs.constraints.kic_second(self.bars, self.state)
 
     @cached_property
     def powers(self):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import bondgraph, dynamics, kinematics
+from jaxmbs import bondgraph, constraints, dynamics, kinematics
 from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.forces import Attachment
 from jaxmbs.model._changes import Changes
@@ -77,7 +77,7 @@ QUESTIONS = {
     "velocity": lambda s, x: mbs.velocity(s, x, FRAME),
     "acceleration": lambda s, x: dynamics.acceleration(s, x, FRAME),
     "jacobian": lambda s, x: kinematics.jacobian(s, x, FRAME),
-    "kic": lambda s, x: kinematics.kic(s, x).translational,
+    "kic": lambda s, x: constraints.kic(s, x).translational,
     "cable_states": lambda s, x: dynamics.cable_states(s, x)["rope"].tension,
     "contact_load": lambda s, x: dynamics.contact_load(s, x, "touch").normal_force,
     "joint_friction": lambda s, x: dynamics.joint_friction(s, x).efforts,

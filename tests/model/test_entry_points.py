@@ -6,9 +6,9 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.bondgraph._equations import graph_state_equations
+from jaxmbs.constraints import _kic_second as kic_second
 from jaxmbs.dynamics.paper import _fields as fields
 from jaxmbs.dynamics.paper import _ports as ports
-from jaxmbs.kinematics import _kic_second as kic_second
 from tests.models import bar, four_bar
 
 QUESTIONS = [
@@ -21,10 +21,10 @@ QUESTIONS = [
     mbs.equilibrium,
     mbs.linearise,
     mbs.stiffness,
-    mbs.kinematics.constraint_residual,
-    mbs.kinematics.constraint_jacobian,
-    mbs.kinematics.kic,
-    mbs.kinematics.kic_second,
+    mbs.constraints.constraint_residual,
+    mbs.constraints.constraint_jacobian,
+    mbs.constraints.kic,
+    mbs.constraints.kic_second,
     mbs.bondgraph.bond_powers,
     graph_state_equations,
     fields.inertia_field,

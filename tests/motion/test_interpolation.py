@@ -36,7 +36,7 @@ def test_states_between_fall_with_the_sixth_power(name, request):
         found = motion(system, state, start + np.arange(0.0, 0.401, step)).at(system, between)
         assert found.coordinates.shape == exact.coordinates.shape
         halves.append(np.abs(found.coordinates - exact.coordinates).max())
-        assert np.abs(mbs.kinematics.constraint_residual(system, found)).max(initial=0.0) < 1e-12
+        assert np.abs(mbs.constraints.constraint_residual(system, found)).max(initial=0.0) < 1e-12
     assert halves[0] < 1e-4 and halves[1] < halves[0] / 20
 
 

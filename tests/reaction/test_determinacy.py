@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 
 import jaxmbs as mbs
-from jaxmbs.kinematics import _reaction_map as reaction_map
+from jaxmbs.constraints import _reaction_map as reaction_map
 from jaxmbs.kinematics._configuration import at_state
 from tests.models import DOWN_Y, PIN, bennett, four_bar
 
@@ -84,7 +84,7 @@ MECHANISMS = {
 def rows_and_frames(system, state):
     """A (rows, nv), reactions (carriers, 6, rows) in joint axes on the children, rotations and places of frames."""
     at = at_state(system, state)
-    return mbs.kinematics.constraint_jacobian(system, state), reaction_map.reaction_map(system, at), at.R, at.x
+    return mbs.constraints.constraint_jacobian(system, state), reaction_map.reaction_map(system, at), at.R, at.x
 
 
 def open_by_singular_values(system, state, frame, side):

@@ -97,7 +97,7 @@ WITHOUT = {
     "mass_matrix": lambda t: mbs.mass_matrix(SYSTEM, at(t)),
     "reactions": lambda t: mbs.reactions(SYSTEM, at(t)),
     "stiffness": lambda t: mbs.stiffness(SYSTEM, at(t)),
-    "kic": lambda t: mbs.kinematics.kic(SYSTEM, at(t)),
+    "kic": lambda t: mbs.constraints.kic(SYSTEM, at(t)),
     "simulate": motion,
     "simulate, implicit": lambda t: motion(t, solver=diffrax.Kvaerno5()),
     "simulate, Gauss": lambda t: motion(t, solver=mbs.motion.Gauss4(newton=True), dt=0.05),

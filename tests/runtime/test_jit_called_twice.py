@@ -96,7 +96,7 @@ QUESTIONS = {
     "load peaks": lambda k: mbs.motion.load_peaks(*motion(k)),
     "validity": lambda k: mbs.dynamics.validity(*motion(k)),
     "stiffness": lambda k: mbs.stiffness(four_bar(k), begin(four_bar(k))),
-    "kic": lambda k: mbs.kinematics.kic(four_bar(k), begin(four_bar(k))),
+    "kic": lambda k: mbs.constraints.kic(four_bar(k), begin(four_bar(k))),
     "mass matrix": lambda k: mbs.dynamics.mass_matrix(four_bar(k), begin(four_bar(k))),
     "cables": lambda k: mbs.dynamics.cable_states(crane(), mbs.State.at(crane(), velocities={"hook": 0.1 * k})),
     "minimise": search,

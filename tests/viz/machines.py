@@ -7,8 +7,8 @@ import numpy as np
 
 import jaxmbs as mbs
 from jaxmbs import elements, fem
+from jaxmbs.assembly._state import State
 from jaxmbs.kinematics._poses import neutral_coordinates
-from jaxmbs.kinematics._state import State
 from tests.models import PIN, four_bar, four_bar_angles
 
 TURN = np.linspace(0.0, 2 * np.pi, 49)

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 
 import jaxmbs as mbs
 from jaxmbs import qualification, viz
+from jaxmbs.assembly._state import State
 from jaxmbs.demo import _mechanism as mechanism
 from jaxmbs.demo import _pictures as pictures
-from jaxmbs.kinematics._state import State
 
 TIMES = np.linspace(0.0, 2.0, 41)
 

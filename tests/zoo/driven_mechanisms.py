@@ -35,7 +35,7 @@ def bob(b, kind, parent, at, spring):
 
 def lively(system, state, seed):
     """The state with velocities in all directions that the rows leave free."""
-    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))
+    A = np.asarray(mbs.constraints.constraint_jacobian(system, state))
     more = np.random.default_rng(seed).normal(size=A.shape[1])
     return eqx.tree_at(
         lambda s: s.velocities, state, state.velocities + more - np.linalg.pinv(A, rcond=1e-12) @ (A @ more)

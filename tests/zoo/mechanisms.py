@@ -184,7 +184,7 @@ def rolling_state(system):
     lean, spin = 0.3, np.array([0.1, 6.0, 0.5])
     place = np.concatenate([(0.0, 0.0, 0.3 * np.cos(lean)), (np.cos(lean / 2), np.sin(lean / 2), 0.0, 0.0)])
     state = mbs.State.at(system, free=place, axle=0.4, pinion=0.6)
-    A = np.asarray(mbs.kinematics.constraint_jacobian(system, state))[:, system.columns("free")]
+    A = np.asarray(mbs.constraints.constraint_jacobian(system, state))[:, system.columns("free")]
     rolls = np.linalg.lstsq(A[:, :3], -A[:, 3:] @ spin, rcond=None)[0]
     rates = {"free": np.concatenate([rolls, spin]), "axle": -2.0, "pinion": 3.0}
     return mbs.State.at(system, free=place, axle=0.4, pinion=0.6, velocities=rates)

@@ -11,13 +11,13 @@ import jaxmbs as mbs
 from jaxmbs import dynamics
 from jaxmbs.bondgraph import graph_state_equations
 from jaxmbs.bondgraph._views import VIEWS
+from jaxmbs.constraints import _kic as first
+from jaxmbs.constraints import _kic_second as second
+from jaxmbs.constraints._kic import velocity_map
 from jaxmbs.dynamics import _hamilton as hamilton
 from jaxmbs.dynamics._efforts import efforts, stored_energy
 from jaxmbs.dynamics._energy import energies
-from jaxmbs.kinematics import _kic as first
-from jaxmbs.kinematics import _kic_second as second
 from jaxmbs.kinematics._configuration import at_coordinates, at_state, with_velocities
-from jaxmbs.kinematics._kic import velocity_map
 from jaxmbs.kinematics._poses import coordinate_rate
 
 
@@ -37,7 +37,7 @@ def probe(function):
 def kinematics(system, state):
     """Influence coefficients of both orders beside the velocities that they give."""
     names, at = system.topology.body_names, at_state(system, state)
-    K, H = mbs.kinematics.kic(system, state), mbs.kinematics.kic_second(system, state)
+    K, H = mbs.constraints.kic(system, state), mbs.constraints.kic_second(system, state)
     return {
         "phi_dot": state.velocities[first.independent_columns(system)],
         "K": {"translational": K.translational, "rotational": K.rotational},
@@ -67,7 +67,7 @@ def motion(system, state):
             "kinetic": kinetic,
             "potential": potential,
             "momenta": hamilton.momenta(system, here),
-            "residual": mbs.kinematics.constraint_residual(system, now),
+            "residual": mbs.constraints.constraint_residual(system, now),
         }
 
     along = (coordinate_rate(system.topology, state.coordinates, u), u_dot, jnp.ones_like(state.t))
@@ -80,7 +80,7 @@ def motion(system, state):
             name: mbs.dynamics.angular_acceleration(system, state, name, u_dot) for name in names
         },
         "frames": {name: mbs.position(system, state, name) for name in system.topology.frame_names},
-        "pull": mbs.kinematics.constraint_jacobian(system, state).T @ multipliers,
+        "pull": mbs.constraints.constraint_jacobian(system, state).T @ multipliers,
         "powers": efforts(system, with_velocities(system, at, u))[2],
         "canonical": hamilton.canonical_rate(system, at, values["momenta"]),
         "loads": mbs.reactions(system, state),

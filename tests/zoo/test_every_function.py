@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import dynamics, kinematics, reaction
+from jaxmbs import assembly, constraints, dynamics, kinematics, reaction, signal_flow
 from tests.zoo import driven_mechanisms as m
 from tests.zoo.walked import EFFORTS, FREE_LENGTH, MODELS, REFUSED, SPRING, H, axial, walk
 
@@ -129,7 +129,7 @@ CHECKS = {
     "kic_second_vector": lambda w: _second_of_bodies(w, w.s["vector"]),
     "kic_rate": lambda w: [
         (
-            mbs.kinematics.kic_rate(w.s["H"].rotational["bob"], w.v["phi_dot"]),
+            mbs.constraints.kic_rate(w.s["H"].rotational["bob"], w.v["phi_dot"]),
             _at_fixed_time(w)["K"].rotational["bob"],
         )
     ],
@@ -144,8 +144,8 @@ CHECKS = {
     ],
     "spring_kic": lambda w: [(w.v["G_C"], np.outer(_gap(w), _gap(w) @ w.by_phi("spring", 0)) / (_gap(w) @ _gap(w)))],
     "spring_kic_second": lambda w: [(w.s["spring"], np.swapaxes(w.by_phi("G_C"), 0, 1))],
-    "count_mobility": lambda w: [(kinematics.count_mobility(w.system, w.state).mobility, w.freedoms)],
-    "with_mobility_at": lambda w: [(kinematics.with_mobility_at(w.system, w.state) is w.system, True)],
+    "count_mobility": lambda w: [(constraints.count_mobility(w.system, w.state).mobility, w.freedoms)],
+    "with_mobility_at": lambda w: [(constraints.with_mobility_at(w.system, w.state) is w.system, True)],
     "kinetic_energy": lambda w: [(w.v["energy"][0], _kinetic(w))],
     "mass_matrix": lambda w: [(w.u @ w.v["mass"] @ w.u, 2.0 * _kinetic(w)), (w.v["I_star"], _inertia(w))],
     "inertia_field": lambda w: [(w.v["I_star"], _inertia(w)), (w.Gamma.T @ w.v["mass"] @ w.Gamma, _inertia(w))],
@@ -207,7 +207,7 @@ of_models = pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mar
 def test_every_function_is_walked():
     functions = {
         f"{name}"
-        for room in (kinematics, dynamics, reaction)
+        for room in (kinematics, constraints, signal_flow, assembly, dynamics, reaction)
         for name in room.__all__
         if not isinstance(getattr(room, name), type)
     }
@@ -220,7 +220,7 @@ def test_every_function(name):
     w, faults = walk(name), []
     for function, check in CHECKS.items():
         if name in REFUSED.get(function, ()):
-            room = dynamics if hasattr(dynamics, function) else kinematics
+            room = dynamics if hasattr(dynamics, function) else constraints
             with pytest.raises(mbs.ModelError, match=f"{function}: "):
                 getattr(room, function)(w.system, w.state)
             continue
@@ -236,11 +236,11 @@ def test_every_function(name):
 def test_states_along(name):
     """The coupler by hand, and everything closed."""
     w, values = walk(name), np.linspace(0.3, 1.2, 4)
-    states = mbs.kinematics.states_along(w.system, "wheel", values, w.state)
+    states = mbs.assembly.states_along(w.system, "wheel", values, w.state)
     np.testing.assert_allclose(w.system.coordinates(states)["pinion"], m.pinion(values), rtol=1e-12)
-    np.testing.assert_allclose(mbs.kinematics.constraint_residual(w.system, states), 0.0, atol=1e-9)
+    np.testing.assert_allclose(mbs.constraints.constraint_residual(w.system, states), 0.0, atol=1e-9)
     still = w.v["A"] @ w.u  # drives alone have rows that move
-    A = mbs.kinematics.constraint_jacobian(w.system, states)
+    A = mbs.constraints.constraint_jacobian(w.system, states)
     np.testing.assert_allclose(np.einsum("krv,kv->kr", A, states.velocities), np.tile(still, (4, 1)), atol=1e-9)
 
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs import dynamics, kinematics
+from jaxmbs import constraints, dynamics
 from jaxmbs.kinematics._poses import step_coordinates
 from tests.zoo import driven_mechanisms as m
 
@@ -26,7 +26,7 @@ REFUSED = {
 def first(system, state, p):
     """What a state is asked of, and its neighbours, for differences."""
     names, com = system.topology.body_names, system.com
-    K, u_dot = mbs.kinematics.kic(system, state), mbs.forward_dynamics(system, state)
+    K, u_dot = mbs.constraints.kic(system, state), mbs.forward_dynamics(system, state)
     of_bodies = {
         "places": lambda n, at: mbs.position(system, state, (n, at)),
         "rotations": lambda n, at: mbs.rotation(system, state, n),
@@ -45,10 +45,10 @@ def first(system, state, p):
         ),
         "jacobian": mbs.kinematics.jacobian(system, state, AT),
         "K": K,
-        "Gi": kinematics.internal_kic(system, state),
-        "G": mbs.kinematics.point_kic(system, state, AT)[0],
-        "f": mbs.kinematics.constraint_residual(system, state),
-        "A": mbs.kinematics.constraint_jacobian(system, state),
+        "Gi": constraints.internal_kic(system, state),
+        "G": mbs.constraints.point_kic(system, state, AT)[0],
+        "f": mbs.constraints.constraint_residual(system, state),
+        "A": mbs.constraints.constraint_jacobian(system, state),
         "spring": dynamics.spring_vector(system, state, *SPRING),
         "net": dynamics.spring_displacement(system, state, *SPRING, FREE_LENGTH),
         "G_C": dynamics.spring_kic(system, state, *SPRING),
@@ -72,13 +72,13 @@ def second(system, state, p):
     own = mbs.forward_dynamics(system, state)[0]
     refused = _refused(system)
     return {
-        "H": mbs.kinematics.kic_second(system, state),
-        "vector": kinematics.kic_second_vector(system, state),
-        "Hi": kinematics.internal_kic_second(system, state),
+        "H": mbs.constraints.kic_second(system, state),
+        "vector": constraints.kic_second_vector(system, state),
+        "Hi": constraints.internal_kic_second(system, state),
         "printed": None
         if "internal_kic_second_printed" in refused
-        else kinematics.internal_kic_second_printed(system, state),
-        "point": mbs.kinematics.point_kic(system, state, AT)[1],
+        else constraints.internal_kic_second_printed(system, state),
+        "point": mbs.constraints.point_kic(system, state, AT)[1],
         "spring": dynamics.spring_kic_second(system, state, *SPRING),
         "GR": dynamics.gyristor_field(system, state),
         "state_equations": dynamics.state_equations(system, state),

@@ -13,17 +13,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ...assembly._state import State
 from ...atomic_write import atomic_path
+from ...constraints._mobility import with_mobility_at
 from ...errors import ModelError
-from ...kinematics._internal_states import internal_scale
-from ...kinematics._mobility import with_mobility_at
-from ...kinematics._sampling import refuse_sampled
-from ...kinematics._state import State
 from ...model._changes import with_changes
 from ...model._entry_points import check_single_state, check_system
 from ...model._system import System
 from ...motion._accounts import CLOSED
 from ...runtime import kernel_options
+from ...signal_flow._internal_states import internal_scale
+from ...signal_flow._sampling import refuse_sampled
 from ...status import Status
 from ...typing import WordedError
 from ._description import build_description, model_description

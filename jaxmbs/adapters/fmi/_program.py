@@ -15,22 +15,22 @@ from jax import Array
 
 from ...analysis._linearise import independent_positions
 from ...analysis._named_outputs import NamedOutputs, output_names
+from ...assembly._assembly import assemble_coordinates, newton_step
+from ...assembly._state import State
+from ...constraints import _closures as closures
+from ...constraints import _constraints as constraints
+from ...constraints._kic import independent_columns, motion_map
 from ...dynamics._validity import has_ends, validity_at
 from ...errors import ModelError
-from ...kinematics import _closures as closures
-from ...kinematics import _constraints as constraints
-from ...kinematics._assembly import assemble_coordinates, newton_step
 from ...kinematics._configuration import configuration, with_velocities
-from ...kinematics._kic import independent_columns, motion_map
 from ...kinematics._poses import node_parameters, normalise
-from ...kinematics._signals import with_inputs
-from ...kinematics._state import State
 from ...model._internal_states import InternalStates, replace_field, with_internal
 from ...model._system import System
 from ...motion._accounts import CLOSED, gap
 from ...motion._formulations import Velocity
 from ...motion._simulate import simulate
 from ...ode._loop import stop_gradients
+from ...signal_flow._signals import with_inputs
 from ._parameters import Parameters
 
 #: Residual [m, rad] up to which Newton's steps close the loops without a search.

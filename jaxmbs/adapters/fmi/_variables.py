@@ -8,9 +8,9 @@ import numpy as np
 from ...analysis._linearise import column_names
 from ...checks import distinct_names, place_of, repeated
 from ...errors import ModelError
-from ...kinematics._signal_names import check_input_fields, input_fields, signal_names
 from ...model._signals import block_named
 from ...model._system import System
+from ...signal_flow._signal_names import check_input_fields, input_fields, signal_names
 from ...typing import ScalarLike
 from ._description import Variable
 from ._program import FlatMechanism

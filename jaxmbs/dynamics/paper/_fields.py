@@ -7,14 +7,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...assembly._state import State
+from ...constraints._kic import body_kic, dependent_columns, independent_columns, velocity_map
+from ...constraints._kic_second import along_independent
+from ...constraints._mobility import independent_state_function, with_mobility_at
+from ...constraints._rows import reads_time
 from ...errors import ModelError
 from ...kinematics._configuration import Configuration, at_coordinates, at_state, configuration, with_velocities
-from ...kinematics._kic import body_kic, dependent_columns, independent_columns, velocity_map
-from ...kinematics._kic_second import along_independent
-from ...kinematics._mobility import independent_state_function, with_mobility_at
 from ...kinematics._poses import body_frame, coordinate_rate
-from ...kinematics._rows import reads_time
-from ...kinematics._state import State
 from ...math._spd import spd_solve
 from ...model._entry_points import check_state
 from ...model._system import System

@@ -7,12 +7,12 @@ With `u = Gamma phi_dot + b` (b: what drives prescribe) the kinetic coenergy, th
 import jax
 from jaxtyping import Array, Float
 
+from ...assembly._state import State
+from ...constraints._kic import independent_columns, velocity_map
+from ...constraints._kic_second import along_independent
+from ...constraints._mobility import independent_state_function
 from ...kinematics._configuration import Configuration, at_state
 from ...kinematics._elastic import mass_matrix
-from ...kinematics._kic import independent_columns, velocity_map
-from ...kinematics._kic_second import along_independent
-from ...kinematics._mobility import independent_state_function
-from ...kinematics._state import State
 from ...math._spd import spd_solve
 from ...model._system import System
 from ...runtime import as_dtype

@@ -6,11 +6,11 @@
 import jax
 from jaxtyping import Array, Float
 
+from ...assembly._state import State
+from ...constraints._kic import velocity_map
+from ...constraints._mobility import independent_state_function
 from ...friction._joint_friction import refuse_friction
 from ...kinematics._configuration import Configuration, VelocityKinematics, at_rest, at_state, with_velocities
-from ...kinematics._kic import velocity_map
-from ...kinematics._mobility import independent_state_function
-from ...kinematics._state import State
 from ...model._system import System
 from .._bodies import bodies_of, total
 from .._conservative_efforts import conservative_efforts, source_efforts

@@ -6,13 +6,13 @@ World axes; a frame is a body or frame name, or (name, point).  Points that coin
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...assembly._state import State
 from ...checks import negative
+from ...constraints._kic import velocity_map
+from ...constraints._kic_second import point_kic
+from ...constraints._mobility import independent_state_function
 from ...kinematics._configuration import at_state
-from ...kinematics._kic import velocity_map
-from ...kinematics._kic_second import point_kic
-from ...kinematics._mobility import independent_state_function
 from ...kinematics._points import jacobian, position, resolve_frame
-from ...kinematics._state import State
 from ...math._linalg import direction, safe_norm
 from ...model._system import System
 from ...typing import FrameLike, ScalarLike, Vector3

@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from ...assembly._state import State
 from ...atomic_write import atomic_file
 from ...errors import ModelError, ModelFileError
-from ...kinematics._state import State
 from ...model._system import System
 from .._regular_file import read_bytes
 from ._decode import INVALID, decode

@@ -8,7 +8,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs import dynamics
 from jaxmbs.bondgraph import graph_state_equations as of_the_graph
-from jaxmbs.kinematics._kic import dependent_columns
+from jaxmbs.constraints._kic import dependent_columns
 from jaxmbs.kinematics._poses import coordinate_rate
 
 

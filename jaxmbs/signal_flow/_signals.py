@@ -1,0 +1,256 @@
+"""Signals at a configuration: measures, outputs of blocks in the order of the build, and what they drive.
+
+Every function that asks the laws of a system for efforts or rates begins with `with_signals`; a system without blocks
+is returned as it is.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..forces._signals import DrivenValue, Input
+from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
+from ..model._internal_states import group_size, join_states, replace_field
+from ..model._signals import BlockElement, BlockGroup, drivers_of
+from ..model._system import System
+from ..runtime import constant_product
+from ._instant import Instant
+from ._signal_values import SignalValues
+
+
+class BlocksAt(NamedTuple):
+    """A group of blocks whose driven fields have their values, their inputs u (n, ...) and states s by name."""
+
+    group: BlockGroup
+    block: Any
+    u: Array
+    s: dict[str, Array]
+
+    def one(self, element: BlockElement) -> tuple[Any, Array, dict[str, Array]]:
+        """(block, inputs, states) of one of them."""
+        return jax.tree.map(lambda x: x[element.number], (self.block, self.u, self.s))
+
+
+def signals_at(system: System, at: VelocityKinematics) -> SignalValues:
+    """Values by name: measures, outputs of blocks, internal states; the system is at its internal states."""
+    return signals_and_blocks(system, at)[0]
+
+
+def measured_at(system: System, at: VelocityKinematics) -> SignalValues:
+    """Measures and internal states by name."""
+    instant = Instant(system, at)
+    values = SignalValues(instant.internal, at.psi.dtype)
+    for group in system.measures:
+        values.add(group.names, group.reading.values(instant, group.places))
+    return values
+
+
+def signals_and_blocks(
+    system: System, at: VelocityKinematics, starts: bool = False
+) -> tuple[SignalValues, list[BlocksAt]]:
+    """Values of all signals, and the groups of blocks with inputs and states.
+
+    Args: starts: at the states that the blocks start with.
+    """
+    values, drivers, found = measured_at(system, at), drivers_of(system.blocks), []
+    for group in system.blocks:
+        block = with_driven_fields(group, drivers, values)
+        u = block_inputs(group, values, at.t) if not group.is_early else no_inputs(group, at)
+        s = _start(group, block, u, at) if starts else group.s or {}
+        if starts:
+            for name, value in s.items():
+                values.add([f"{block_name}.{name}" for block_name in group.names], value)
+        values.add(group.names, block_outputs(group, block, u, s, at))
+        found.append(BlocksAt(group, block, u, s))
+    for k, (group, *_) in enumerate(found):
+        if group.is_early:
+            block = with_driven_fields(group, drivers, values)
+            found[k] = found[k]._replace(block=block, u=block_inputs(group, values, at.t))
+    return values, found
+
+
+def block_outputs(group: BlockGroup, block, u, s, at) -> Array:
+    """Outputs (n, ...) of a group of blocks; those of sampled ones are held."""
+    if group.period is not None:
+        return s["output"]
+    return of_each(group, lambda *x: jnp.reshape(x[0].output(*x[1:], at.t), group.shape), block, u, s)
+
+
+def of_each(group: BlockGroup, call, *args):
+    """A function of every block of a group."""
+    return jax.vmap(call, axis_size=len(group.names))(*args)
+
+
+def with_driven_fields(group: BlockGroup, drivers, values: SignalValues):
+    """The blocks of a group with the values of those of their fields that other blocks drive; zero where they are not
+    known yet, as the outputs do not depend on them."""
+    block = group.block
+    for field in block.inputs:
+        sources = _sources(group.names, field, drivers)
+        if sources:
+            known = all(source[0] in values for source in sources)
+            given = _driven(values, sources) if known else jnp.zeros(len(sources))
+            block = replace_field(block, field, DrivenValue(given))
+    return block
+
+
+def _sources(names, field, drivers):
+    """(block, entry of its output) that drives a field of each element of a group; [] where none does."""
+    sources = [drivers.get(f"{name}.{field}") for name in names]
+    return sources if all(source is not None for source in sources) else []
+
+
+def _driven(values, sources):
+    """Values (n, ...) of what drives a field of the elements of a group."""
+    shape = values.shape(sources[0][0]) if sources[0][1] is None else ()
+    return values.take(np.concatenate([values.entries(*source) for source in sources])).reshape(-1, *shape)
+
+
+def block_inputs(group: BlockGroup, values: SignalValues, t) -> Array:
+    """Inputs (n, k) of a group of blocks, (n,) where each is one scalar signal."""
+    for k, function in enumerate(group.functions):
+        given = of_each(group, lambda function: jnp.asarray(function(t)), function)
+        values.add([_function_name(name, k) for name in group.names], given)
+    places = [
+        np.concatenate([np.zeros(0, int), *(_entries(values, name, read) for read in reads)])
+        for name, reads in zip(group.names, group.reads, strict=True)
+    ]
+    found = values.take(np.concatenate(places))
+    if group.mix is not None:
+        found = constant_product(_mixing(group.mix), found)
+    return found.reshape(len(group.names), *(() if group.size is None else (group.size,)))
+
+
+def _function_name(name, k):
+    """Of a function of time among the signals; no declared signal has this name."""
+    return f"{name}.{k} of time"
+
+
+def _entries(values, name, read):
+    return values.entries(_function_name(name, read) if isinstance(read, int) else read)
+
+
+def _mixing(mix):
+    """Matrix (inputs of all blocks, all that they read) of the factors of each block."""
+    rows, columns = sum(len(own) for own in mix), sum(len(own[0]) for own in mix)
+    matrix, row, column = np.zeros((rows, columns)), 0, 0
+    for own in mix:
+        matrix[row : row + len(own), column : column + len(own[0])] = own
+        row, column = row + len(own), column + len(own[0])
+    return matrix
+
+
+def no_inputs(group: BlockGroup, at):
+    """Zeros in place of the inputs of a group of blocks."""
+    return jnp.zeros((len(group.names), *(() if group.size is None else (group.size,))), at.psi.dtype)
+
+
+def _start(group, block, u, at):
+    def of_one(block, u, period):
+        given = block.start(u, at.t)
+        found = {
+            name: jnp.broadcast_to(jnp.asarray(given.get(name, 0.0), at.psi.dtype), shape)
+            for name, shape, _ in group.internal
+        }
+        if period is not None:
+            output = block.sample(u, found, at.t, period)[0]
+            found["output"] = jnp.asarray(output, at.psi.dtype).reshape(group.shape)
+        return found
+
+    return of_each(group, of_one, block, u, group.period)
+
+
+def with_signals(system: System, at: Configuration) -> System:
+    """The system whose driven fields have their values at a configuration, at rest where it has no velocities.
+
+    The blocks are gone from it: what they drive has been found.
+    """
+    if not system.blocks:
+        return system
+    at = at if isinstance(at, VelocityKinematics) else at_rest(system, at)
+    return with_driven(system, signals_at(system, at))
+
+
+def with_driven(system: System, values: SignalValues) -> System:
+    """The system whose laws have the values of their driven fields, without its blocks."""
+    drivers = drivers_of(system.blocks)
+    groups = tuple(_with_driven_law(group, drivers, values) for group in system.forces)
+    return replace_field(replace_field(system, "forces", groups), "blocks", ())
+
+
+def with_idle_blocks(system: System) -> System:
+    """The system with zeros where blocks drive its laws."""
+    values = SignalValues({}, jnp.result_type(float))
+    for group in system.blocks:
+        values.add(group.names, jnp.zeros((len(group.names), *group.shape)))
+    return with_driven(system, values) if system.blocks else system
+
+
+def _with_driven_law(group, drivers, values):
+    law = group.law
+    for field in law.inputs:
+        if sources := _sources(group.names, field, drivers):
+            law = replace_field(law, field, DrivenValue(_driven(values, sources)))
+    return group if law is group.law else replace_field(group, "law", law)
+
+
+def block_rates(system: System, at: VelocityKinematics) -> list[Array]:
+    """Rates of the states of each group of blocks that has some, in one vector each, in the order of the records."""
+    return _rates(signals_and_blocks(system, at)[1], at)
+
+
+def signals_and_rates(system: System, at: VelocityKinematics) -> tuple[SignalValues, list[Array]]:
+    """Values of all signals, and the rates of the states of each group of blocks."""
+    values, blocks = signals_and_blocks(system, at)
+    return values, _rates(blocks, at)
+
+
+def _rates(blocks, at):
+    found = []
+    for group, block, u, s in blocks:
+        if group.period is not None:
+            found.append(jnp.zeros(len(group.names) * group_size(group), at.psi.dtype))
+        elif group.internal:
+            found.append(join_states(group, _rates_of_group(group, block, u, s, at)))
+    return found
+
+
+def _rates_of_group(group, block, u, s, at):
+    def of_one(block, u, s):
+        rates = block.rate(u, s, at.t)
+        return {name: jnp.asarray(rates[name], at.psi.dtype).reshape(shape) for name, shape, _ in group.internal}
+
+    return of_each(group, of_one, block, u, s)
+
+
+def block_starts(system: System, at: VelocityKinematics) -> list[Array]:
+    """Initial values of the states of each group of blocks; the laws of the system are at theirs."""
+    blocks = signals_and_blocks(system, at, starts=True)[1]
+    return [join_states(found.group, found.s) for found in blocks if found.group.internal]
+
+
+def with_inputs(system: System, values: Mapping[str, Any], replace: bool) -> System:
+    """The system with values () of fields of force elements and blocks, "motor.voltage": in place of what is there,
+    or added to it."""
+    groups, blocks = list(system.forces), list(system.blocks)
+    for name, value in values.items():
+        element, _, field = name.rpartition(".")
+        for k, group in enumerate(groups):
+            if element in group.names:
+                given = _input(group, element, getattr(group.law, field), value, replace)
+                groups[k] = replace_field(group, "law", replace_field(group.law, field, given))
+        for k, block in enumerate(blocks):
+            if element in block.names:
+                given = _input(block, element, getattr(block.block, field), value, replace)
+                blocks[k] = replace_field(block, "block", replace_field(block.block, field, given))
+    return replace_field(replace_field(system, "forces", tuple(groups)), "blocks", tuple(blocks))
+
+
+def _input(group, element, function, value, replace):
+    """A field of a group's law or block with a value for one element."""
+    here = jnp.arange(len(group.names)) == group.names.index(element)
+    return Input(function, jnp.where(here, value, 0.0), here & replace)
