@@ -74,7 +74,7 @@ def beams(lap):
     rest = mbs.equilibrium(system, mbs.State.at(system)).state
     jax.block_until_ready(flexible.section_forces(system, rest, "whip"))
     jax.block_until_ready(mbs.modes(system, rest).frequencies)
-    options = {"solver": mbs.motion.Rodas5P(), "dt": 2e-3}
+    options = {"solver": mbs.ode.Rodas5P(), "dt": 2e-3}
     jax.block_until_ready(mbs.simulate(system, rest, ts=np.linspace(0.0, 0.02, 5), **options).ts)
     lap("rest, sections, modes, motion")
 
@@ -99,7 +99,7 @@ def elastic(lap):
     system = b.build()
     state = mbs.State.at(system, A=0.7, guess={"B": -0.2, "D": 1.2})
     lap("(model)")
-    options = {"solver": mbs.motion.Rodas5P(), "rtol": 1e-5, "atol": 1e-7}
+    options = {"solver": mbs.ode.Rodas5P(), "rtol": 1e-5, "atol": 1e-7}
     jax.block_until_ready(mbs.simulate(system, state, ts=np.linspace(0.0, 0.2, 11), **options).ts)
     lap("elastic motion")
 
@@ -142,7 +142,7 @@ def random_loads(lap):
     places = {f"unit{k}": (0.0, 0.0, float(k)) for k in range(n)}
     matrices = {"mass": 2.0 * np.eye(n), "stiffness": stiffness, "damping": 1e-5 * stiffness}
     system = mbs.LinearSystem(**matrices, coordinates=names, positions=places)
-    table = qual.psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026], unit="g^2/Hz")
+    table = mbs.fatigue.psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026], unit="g^2/Hz")
     loads = rng.normal(size=(432, n)) * 1e5
     lap("(model)")
     out = {"loads": qual.Recovery(lambda x: loads @ x)}

@@ -152,7 +152,7 @@ CASES = (
         ("x", "y"),
         np.linspace(0.0, 10.0, 101),
         pendulum_path,
-        adaptive("Tsit5", "Dopri8") + (Method("Gauss4", mbs.motion.Gauss4(), (1e-1, 5e-2, 2e-2, 1e-2), fixed=True),),
+        adaptive("Tsit5", "Dopri8") + (Method("Gauss4", mbs.ode.Gauss4(), (1e-1, 5e-2, 2e-2, 1e-2), fixed=True),),
         lambda exudyn: exudyn.simple_pendulum(),
         peer_methods=(ALPHA, INDEX_2, *EXPLICIT),
         peer_steps=(1e-1, 5e-2, *STEPS),
@@ -198,7 +198,7 @@ CASES = (
         np.linspace(0.0, 10.0, 101),
         converged(diffrax.Kvaerno5(), 1e-11),
         adaptive("Kvaerno3", "Kvaerno5")
-        + (Method("ImplicitMidpoint", mbs.motion.ImplicitMidpoint(newton=True), STEPS[:6], fixed=True),),
+        + (Method("ImplicitMidpoint", mbs.ode.ImplicitMidpoint(newton=True), STEPS[:6], fixed=True),),
         lambda exudyn: exudyn.flyball_governor(),
         conservative=False,
     ),

@@ -19,7 +19,7 @@ STEPS = 60  # of the Gauss methods per period
 SAVE_EVERY = 17  # steps: no multiple of the period
 DEFAULT = "Dopri8 at 1e-9"
 EQUAL = "Dopri8 at equal cost"
-METHODS = {"ImplicitMidpoint": mbs.motion.ImplicitMidpoint(), "Gauss4": mbs.motion.Gauss4()}
+METHODS = {"ImplicitMidpoint": mbs.ode.ImplicitMidpoint(), "Gauss4": mbs.ode.Gauss4()}
 
 
 def three_links():
@@ -61,7 +61,7 @@ def energy_error(system, start, motion):
 def equal_step(system, start, dt):
     """Step of Dopri8 that costs as much CPU per second of motion as Gauss4 at dt."""
     ts = np.array([2000 * dt])
-    runs = {n: runner(system, start, s, dt, ts) for n, s in (("g", mbs.motion.Gauss4()), ("d", diffrax.Dopri8()))}
+    runs = {n: runner(system, start, s, dt, ts) for n, s in (("g", mbs.ode.Gauss4()), ("d", diffrax.Dopri8()))}
     seconds = common.cpu_seconds(runs, 3, least=0.1)
     return dt * seconds["d"] / seconds["g"]
 

@@ -16,13 +16,12 @@ import scipy.linalg
 import scipy.sparse.linalg as spl
 from substructures import block, chain, to_scipy
 
-from jaxmbs.fatigue import SN, rainflow, spectral_damage
+from jaxmbs.fatigue import SN, psd_table, rainflow, spectral_damage
 from jaxmbs.linear import LinearSystem
 from jaxmbs.qualification import (
     BaseAcceleration,
     BaseForces,
     Recovery,
-    psd_table,
     random_response,
     shock_spectrum,
     stress_spectrum,

@@ -34,7 +34,7 @@ class Ours:
             self.start,
             ts=np.array([self.steps * DT]),
             dt=DT,
-            solver=mbs.motion.SemiImplicitEuler(),
+            solver=mbs.ode.SemiImplicitEuler(),
             throw=False,
         )
         return motion.states.coordinates[-1]

@@ -144,7 +144,7 @@ CHAMBERS = ("boom_cyl.p0", "hose.p", "supply.p")
 def raise_boom(design):
     """Motion, load of the boom's pin (T,) [kN] and pressures (T, 3) [MPa]."""
     system = excavator(design, like=first)
-    options = dict(ts=TIMES, dt=0.01, solver=mbs.motion.Rodas5P(), gradient="forward")
+    options = dict(ts=TIMES, dt=0.01, solver=mbs.ode.Rodas5P(), gradient="forward")
     motion = mbs.simulate(system, start, **options)
     pin = jnp.linalg.norm(mbs.reactions(system, motion.states)["boom_pin"].force, axis=-1)
     return motion, pin / 1e3, jnp.stack([motion.internal(name) for name in CHAMBERS], axis=-1) / 1e6

@@ -190,7 +190,7 @@ fig, axes = plt.subplots(1, 2, figsize=(9, 3), layout="constrained", sharey=True
 for ax, speed in zip(axes, (0.5, 8.0), strict=True):
     system = brake(speed)
     ts = np.linspace(0.0, 0.4 if FAST else 2.5, 40 if FAST else 500)
-    motion = mbs.simulate(system, mbs.State.at(system), ts=ts, solver=mbs.motion.Rodas5P(), max_steps=20_000)
+    motion = mbs.simulate(system, mbs.State.at(system), ts=ts, solver=mbs.ode.Rodas5P(), max_steps=20_000)
     assert motion.ok
     torque = SHAFT * (speed * ts - motion.states.coordinates[:, 0])
     ax.plot(ts, torque)

@@ -83,7 +83,7 @@ print(f"{float(mass(FIRST)):.3f} kg;", mbs.modes(first, num=4).frequencies.round
 # more than 12 g. The shock is a half sine of 30 g and 6 ms, by its response spectrum.
 
 # %%
-RANDOM = qual.psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026], unit="g^2/Hz").scale(-6.0)
+RANDOM = fatigue.psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026], unit="g^2/Hz").scale(-6.0)
 SINE = ([5.0, 20.0, 150.0], [2.0, 5.0, 5.0])
 NOTCH = {"payload": 12.0 * G}
 step = 2e-5

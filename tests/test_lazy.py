@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from jaxmbs import kinematics, lazy
+from jaxmbs import lazy
 from tests.test_public_faces import FACES
 
 ROOT = Path(__file__).parent.parent
@@ -226,10 +226,17 @@ def test_a_new_process_reads_a_pickle_before_it_asks_for_anything(place):
     assert _answer(program) is True
 
 
-@pytest.mark.parametrize("name", vars(kinematics)["_moved"])
-def test_names_that_have_moved_come_with_a_warning(name):
-    place = f"{vars(kinematics)['_moved'][name]}.{name}"
-    with pytest.warns(DeprecationWarning, match=f"jaxmbs.kinematics.{name} is deprecated; it is {place}"):
-        found = getattr(kinematics, name)
-    room, _, name = place.rpartition(".")
-    assert found is getattr(importlib.import_module(room), name) and name not in dir(kinematics)
+def _moved():
+    """(old place, new place) of names that have moved."""
+    rooms = [importlib.import_module(room) for room in FACES]
+    moved = [(room, name, new) for room in rooms for name, new in vars(room).get("_moved", {}).items()]
+    return [(f"{room.__name__}.{name}", f"{new}.{name}") for room, name, new in moved]
+
+
+@pytest.mark.parametrize(("old", "new"), _moved())
+def test_names_that_have_moved_come_with_a_warning(old, new):
+    (room, name), (home, _) = (place.rsplit(".", 1) for place in (old, new))
+    room, home = importlib.import_module(room), importlib.import_module(home)
+    with pytest.warns(DeprecationWarning, match=f"{old} is deprecated; it is {new}"):
+        found = getattr(room, name)
+    assert found is getattr(home, name) and name in home.__all__ and name not in dir(room)

@@ -67,7 +67,7 @@ def optimum():
 
 
 def linearisation():
-    space = mbs.analysis.StateSpace(numbers(4, 4), numbers(4, 1), numbers(1, 4), numbers(1, 1))
+    space = mbs.blocks.StateSpace(numbers(4, 4), numbers(4, 1), numbers(1, 4), numbers(1, 1))
     names = ("pin", "slide")
     parts = (numbers(2, 2) for _ in range(4))
     sets = (0, 1), (0, 1), names, names, (), ("drive",), ("probe",)

@@ -22,7 +22,7 @@ builder.joint("pin", mbs.Revolute("y"), "ground", "arm", at=(0, 0, 0))
 builder.force("spring", mbs.SpringDamper(stiffness=100.0, damping=2), joint="pin")
 system = builder.build()
 state = mbs.State.at(system, pin=0.3)
-motion = mbs.simulate(system, state, t1=1.0, dt=0.01, solver=mbs.motion.Gauss4())
+motion = mbs.simulate(system, state, t1=1.0, dt=0.01, solver=mbs.ode.Gauss4())
 mbs.position(system, state, ("arm", (0.0, 0.0, 1.0)))
 mbs.reactions(system, motion)["pin"]
 """

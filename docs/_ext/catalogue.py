@@ -112,7 +112,6 @@ def sections():
     is_joint = lambda t: issubclass(t, AbstractJoint) and not issubclass(t, AbstractClosure)  # noqa: E731
     is_law = lambda t: issubclass(t, AbstractLaw)  # noqa: E731
     is_pair = lambda t: issubclass(t, AbstractPair)  # noqa: E731
-    is_solver = lambda t: t.__module__.startswith("jaxmbs.ode")  # noqa: E731
     return {
         "Joints": chosen("joints", is_joint),
         "Constraint rows": chosen("joints", lambda t: not is_joint(t))
@@ -129,7 +128,7 @@ def sections():
         "Blocks": chosen("blocks"),
         "Finite elements": chosen("elements"),
         "Reductions": chosen("reductions"),
-        "Solvers": chosen("motion", is_solver),
+        "Solvers": chosen("ode"),
         "Events": chosen("motion", lambda t: t.__name__ == "Event"),
         "Drawings": chosen("drawings"),
     }

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ._equilibrium import equilibrium
     from ._equilibrium_result import Equilibrium
     from ._impending_motion import ImpendingMotion, impending_motion
-    from ._linearisation import Linearisation, StateSpace
+    from ._linearisation import Linearisation
     from ._linearise import frequency_response, linearise
     from ._mechanism_modes import modes
     from ._stiffness import Stiffness, stiffness
@@ -21,7 +21,6 @@ __all__ = [
     "Equilibrium",
     "ImpendingMotion",
     "Linearisation",
-    "StateSpace",
     "Stiffness",
     "campbell",
     "equilibrium",
@@ -32,4 +31,4 @@ __all__ = [
     "stiffness",
 ]
 
-import_when_asked(__name__, explain_arguments)
+import_when_asked(__name__, explain_arguments, {"StateSpace": "jaxmbs.blocks"})  # for one release

@@ -221,7 +221,7 @@ class MachineElements:
 
         Mass and inertia are lumped at the nodes; the largest lag of a beam spun up is right to 2e-4 with 8
         elements.
-        Axial waves make it stiff: simulate with `motion.Rodas5P()` or at fixed steps.
+        Axial waves make it stiff: simulate with `ode.Rodas5P()` or at fixed steps.
 
         Args:
             section: a `BeamSection`, or a list of one for each element.

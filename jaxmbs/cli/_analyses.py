@@ -6,7 +6,8 @@ import sys
 import numpy as np
 
 from .. import verbs
-from ..motion import Motion, Rodas5P
+from ..motion import Motion
+from ..ode import Rodas5P
 from ._files import write_table
 from ._models import build_system, read, read_state
 from ._terminal import print_note, print_result

@@ -76,7 +76,7 @@ def simulate(
         t1: end time [s] (default: the last of `ts`).
         ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives.
         dt: fixed step [s]; without it steps adapt to rtol, atol.
-        solver: a diffrax solver (default Dopri8), `jaxmbs.motion.Rodas5P()` for stiff systems, or, at fixed steps,
+        solver: a diffrax solver (default Dopri8), `jaxmbs.ode.Rodas5P()` for stiff systems, or, at fixed steps,
             `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`; `benchmarks/solvers.py` has
             the error of each against its time.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.

@@ -46,8 +46,8 @@ def describe_stiffest_mode(system: System, state: State, step: float) -> str:
     if inertia < _LIGHT * np.max(M):
         text += f", and moves hardly any inertia ({inertia:.2g}): give the bodies there mass, or weld them"
     if rate * step > _STABILITY_BOUND or rate > _STIFFNESS_RATIO * np.min(rates[rates > 1e-9 * rate]):
-        text += "; take a stiff solver (solver=mbs.motion.Rodas5P())"
-        return text + " or fixed steps (dt=, mbs.motion.ImplicitMidpoint())"
+        text += "; take a stiff solver (solver=mbs.ode.Rodas5P())"
+        return text + " or fixed steps (dt=, mbs.ode.ImplicitMidpoint())"
     return text + "; raise max_steps, or rtol and atol"
 
 

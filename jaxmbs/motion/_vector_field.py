@@ -128,7 +128,7 @@ def vector_field(
     The term is `diffrax.ODETerm(field)` for `field = mbs.vector_field(system)`, the start `field.start(state)`, and
     `field.state(solution.ts, solution.ys)` gives the states of a solution.
 
-    `jaxmbs.motion.ProjectedSolver(diffrax.Dopri8(), field.project)` keeps every step on the constraints, as
+    `jaxmbs.ode.ProjectedSolver(diffrax.Dopri8(), field.project)` keeps every step on the constraints, as
     `simulate` does; without it they drift by the error of the steps.
 
     Args:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
@@ -18,4 +19,4 @@ __all__ = [
     "SemiImplicitEuler",
 ]
 
-import_when_asked(__name__)
+import_when_asked(__name__, explain_arguments)

@@ -84,12 +84,12 @@ def _check_solver(solver):
         raise ValueError(f"solver must be a diffrax solver such as diffrax.Dopri8(), got {solver!r}")
     if isinstance(solver, diffrax.SemiImplicitEuler):
         raise ValueError(
-            "diffrax.SemiImplicitEuler() splits two equations: give jaxmbs.motion.SemiImplicitEuler(), and dt="
+            "diffrax.SemiImplicitEuler() splits two equations: give jaxmbs.ode.SemiImplicitEuler(), and dt="
         )
     if solver.term_structure is not diffrax.AbstractTerm:
         raise ValueError(
             f"{type(solver).__name__} is for stochastic or split equations; give a solver for ordinary ones, "
-            "such as diffrax.Dopri8() or, if stiff, jaxmbs.motion.Rodas5P()"
+            "such as diffrax.Dopri8() or, if stiff, jaxmbs.ode.Rodas5P()"
         )
 
 

@@ -6,7 +6,6 @@ from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
-    from ..fatigue._psd import PsdTable, psd_table
     from ._critical_plane import CriticalPlane, critical_plane
     from ._damage_spectrum import DamageSpectrum, damage_spectrum
     from ._inputs import BaseAcceleration, RandomForce
@@ -29,7 +28,6 @@ __all__ = [
     "DamageSpectrum",
     "Envelope",
     "LoadCase",
-    "PsdTable",
     "RandomForce",
     "RandomResponse",
     "Recovery",
@@ -42,7 +40,6 @@ __all__ = [
     "damage_spectrum",
     "load_envelope",
     "miles",
-    "psd_table",
     "random_response",
     "random_spectrum",
     "response_spectrum",
@@ -52,4 +49,6 @@ __all__ = [
     "von_mises_spectrum",
 ]
 
-import_when_asked(__name__, explain_arguments)
+import_when_asked(
+    __name__, explain_arguments, dict.fromkeys(("PsdTable", "psd_table"), "jaxmbs.fatigue")
+)  # these for one release

@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, overload
 
-from ..analysis._linearisation import Linearisation, StateSpace
+from ..analysis._linearisation import Linearisation
 from ..analysis._linearise import frequency_response as mechanism_response
+from ..blocks import StateSpace
 from ..coupling._measured_network import MeasuredNetwork
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions

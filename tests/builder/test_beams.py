@@ -85,7 +85,7 @@ def test_spin_up_of_wu_and_haug():
     b.joint("hub", Revolute("z"), "ground", "blade.0", drive=angle)
     system = b.build()
     times = np.array([0.0, 2.5, 5.0, 6.762467480147605])
-    solver = mbs.motion.Rodas5P()
+    solver = mbs.ode.Rodas5P()
     motion = mbs.simulate(system, mbs.State.at(system), ts=times, solver=solver, rtol=1e-5, atol=1e-5)
     x, y, _ = np.asarray(jax.vmap(lambda state: mbs.position(system, state, "blade.8"))(motion.states)).T
     turn = np.asarray(angle(times))
@@ -170,7 +170,7 @@ def test_energy_and_derivatives_of_a_swinging_beam():
         return b.build() if like is None else b.build(like=like)
 
     base = jnp.array([2e3, 3.0])
-    system, ts, solver = pinned(*base), np.array([0.0, 0.15, 0.3]), mbs.motion.Rodas5P()
+    system, ts, solver = pinned(*base), np.array([0.0, 0.15, 0.3]), mbs.ode.Rodas5P()
 
     def motion(sections, tolerance):
         again = pinned(*sections, like=system)

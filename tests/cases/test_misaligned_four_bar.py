@@ -62,7 +62,7 @@ PIECES = [
 
 def program(system, formulation):
     """Status, states and displacements of C at the times of a piece, compiled once."""
-    options = {"solver": mbs.motion.Rodas5P(), "rtol": 1e-5, "atol": 1e-5, "gradient": "forward", "throw": False}
+    options = {"solver": mbs.ode.Rodas5P(), "rtol": 1e-5, "atol": 1e-5, "gradient": "forward", "throw": False}
 
     @mbs.jit(compile="quick")
     def piece(state, ts):

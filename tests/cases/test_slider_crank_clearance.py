@@ -119,7 +119,7 @@ def test_beside_the_ideal_joint():
 
 
 def test_an_implicit_method_agrees():
-    found, motion = load(slider_crank(), 1e-9, solver=mbs.motion.Rodas5P())
+    found, motion = load(slider_crank(), 1e-9, solver=mbs.ode.Rodas5P())
     assert motion.ok
     assert error(found) < 5e-3
 
@@ -130,7 +130,7 @@ def test_statuses():
         load(slider_crank(), 1e-8, max_steps=300)
     assert found.value.motion.status == mbs.Status.MAX_STEPS
     deep = slider_crank(max_depth=1e-6)
-    for options in ({}, {"solver": mbs.motion.Rodas5P()}):
+    for options in ({}, {"solver": mbs.ode.Rodas5P()}):
         with pytest.raises(mbs.SimulationError, match="'pin' is pressed deeper than its max_depth") as found:
             load(deep, 1e-5, **options)
         assert found.value.motion.status == mbs.Status.VALIDITY

@@ -168,7 +168,7 @@ def test_loads_of_every_kind(kind, numbers, load, effort, velocity):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("options", [{}, {"formulation": "canonical"}, {"solver": mbs.motion.Rodas5P()}])
+@pytest.mark.parametrize("options", [{}, {"formulation": "canonical"}, {"solver": mbs.ode.Rodas5P()}])
 def test_pendulum_beside_scipy(options):
     times = np.linspace(0, 2, 21)
     reference = solve_ivp(pendulum_rate, (0, 2), [0.5, 2.0], method="DOP853", rtol=1e-11, atol=1e-11, t_eval=times).y

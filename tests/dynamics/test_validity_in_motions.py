@@ -24,7 +24,7 @@ def ball():
 SYSTEM = ball()
 START = mbs.State.at(SYSTEM, {"z": 0.05}, {"z": -1.0})
 TS = np.array([1e-3, np.pi / 2 * 1e-3, 4e-3])
-SOLVERS = {"explicit": {}, "implicit": {"solver": mbs.motion.Rodas5P()}}
+SOLVERS = {"explicit": {}, "implicit": {"solver": mbs.ode.Rodas5P()}}
 
 
 def motion(speed, **options):

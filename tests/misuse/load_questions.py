@@ -6,13 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs import experiment, qualification
+from jaxmbs import experiment, fatigue, qualification
 
 from .attempts import call
 from .cases import case
 from .matrices import OSCILLATOR
 
-TABLE = qualification.psd_table([20.5, 50.0, 800.0], [0.026, 0.16, 0.16])
+TABLE = fatigue.psd_table([20.5, 50.0, 800.0], [0.026, 0.16, 0.16])
 BASE = {"base": qualification.BaseAcceleration(TABLE, "z")}
 ROWS = np.array([[1.5], [-0.3], [0.1]])
 HISTORY = np.array([[0.5, 2.0], [-1.0, 3.0], [0.25, 1.0]])
@@ -111,7 +111,7 @@ CASES = {
         lambda z: call(TABLE, "z"), "spectrum none: a direction alone", through=lambda kind: answered(kind, _respond)
     ),
     "qualification.RandomForce": case(
-        lambda z: call(qualification.psd_table([20.5, 800.0], [4.5, 0.4], "N^2/Hz"), {"m z": 1.5}),
+        lambda z: call(fatigue.psd_table([20.5, 800.0], [4.5, 0.4], "N^2/Hz"), {"m z": 1.5}),
         through=lambda kind: answered(kind, _respond),
     ),
     "qualification.LoadCase": case(

@@ -122,7 +122,7 @@ CASES = {
         positive="rtol atol",
     ),
     "jaxmbs.simulate": case(
-        lambda z: call(z.bars, z.state, 0.125, dt=0.0625, solver=mbs.motion.ImplicitMidpoint()),
+        lambda z: call(z.bars, z.state, 0.125, dt=0.0625, solver=mbs.ode.ImplicitMidpoint()),
         "solver none: the default",
         positive="dt",
     ),

@@ -344,7 +344,7 @@ CASES = {
         "numerator shape: polynomials of any degree",
         "denominator shape: polynomials of any degree",
     ),
-    "analysis.StateSpace": block(lambda z: call(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)))),
+    "blocks.StateSpace": block(lambda z: call(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)))),
     "blocks.Delay": block(lambda z: call(0.1, 2), positive="duration pade"),
     "blocks.RateLimit": block(lambda z: call(2.0, 1.0, 0.1), positive="rising falling time_constant"),
     "blocks.Saturation": block(lambda z: call(-1.0, 1.0), "lower inf: no limit there", "upper inf: no limit there"),

@@ -82,7 +82,7 @@ def test_states_that_signals_read_stay(reads, number):
         pytest.param({}, 1e-7, id="explicit"),
         pytest.param({"solver": diffrax.Kvaerno5()}, 3e-7, id="Kvaerno5"),
         pytest.param({"solver": diffrax.Kvaerno3(), "rtol": 1e-8, "atol": 1e-8}, 1e-6, id="Kvaerno3"),
-        pytest.param({"solver": mbs.motion.ImplicitMidpoint(), "dt": 2e-4}, 1e-5, id="midpoint"),
+        pytest.param({"solver": mbs.ode.ImplicitMidpoint(), "dt": 2e-4}, 1e-5, id="midpoint"),
     ],
 )
 def test_against_the_exponential(options, atol):

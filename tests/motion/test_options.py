@@ -40,9 +40,9 @@ class Unusable:
         ({"t1": 1.0, "solver": "RK4"}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "solver": Unusable()}, "solver must be a diffrax solver"),
         ({"t1": 1.0, "formulation": "lagrange"}, "formulation='lagrange' must be one of canonical, independent"),
-        ({"t1": 1.0, "solver": mbs.motion.SemiImplicitEuler()}, "SemiImplicitEuler needs dt="),
+        ({"t1": 1.0, "solver": mbs.ode.SemiImplicitEuler()}, "SemiImplicitEuler needs dt="),
         (
-            {"t1": 1.0, "dt": 0.1, "solver": mbs.motion.SemiImplicitEuler(), "formulation": "canonical"},
+            {"t1": 1.0, "dt": 0.1, "solver": mbs.ode.SemiImplicitEuler(), "formulation": "canonical"},
             "SemiImplicitEuler needs",
         ),
         ({"t1": 1.0, "solver": diffrax.Euler()}, "Euler has no error estimate: give dt="),

@@ -26,7 +26,7 @@ def chain():
 
 def euler(chain, dt, t1=0.1):
     _, system, state = chain
-    motion = mbs.simulate(system, state, ts=jnp.array([t1]), dt=dt, solver=mbs.motion.SemiImplicitEuler())
+    motion = mbs.simulate(system, state, ts=jnp.array([t1]), dt=dt, solver=mbs.ode.SemiImplicitEuler())
     return np.r_[np.asarray(motion.states.coordinates[0]), np.asarray(motion.states.velocities[0])]
 
 
@@ -47,7 +47,7 @@ def test_semi_implicit_euler_sums_the_work():
     b.force("damper", mbs.SpringDamper(stiffness=0.0, damping=1.5), joint="slide")
     system = b.build()
     start = mbs.State.at(system, velocities={"slide": 2.0})
-    motion = mbs.simulate(system, start, ts=jnp.array([0.4]), dt=1e-3, solver=mbs.motion.SemiImplicitEuler())
+    motion = mbs.simulate(system, start, ts=jnp.array([0.4]), dt=1e-3, solver=mbs.ode.SemiImplicitEuler())
     lost = 0.5 * 3.0 * 2.0**2 * (np.exp(-2 * 1.5 / 3.0 * 0.4) - 1.0)
     np.testing.assert_allclose(motion.diagnostics.work["damper"][-1], lost, rtol=2e-3)
 

@@ -116,5 +116,5 @@ def test_events_that_are_none(ball, name):
 
 @pytest.mark.parametrize("solver", [diffrax.SemiImplicitEuler(), diffrax.KenCarp4(), diffrax.ItoMilstein()])
 def test_solvers_of_other_equations(ball, solver):
-    with pytest.raises(ValueError, match="jaxmbs.motion.SemiImplicitEuler|give a solver for ordinary ones"):
+    with pytest.raises(ValueError, match="jaxmbs.ode.SemiImplicitEuler|give a solver for ordinary ones"):
         mbs.simulate(ball, mbs.State.at(ball), t1=1.0, dt=0.1, solver=solver)

@@ -55,7 +55,7 @@ ACCURATE = [
     pytest.param({"interpolate": True, "rtol": 1e-11, "atol": 1e-11}, id="passing over saved times", marks=SLOW),
     pytest.param({"loop": "diffeqsolve"}, id="diffeqsolve", marks=LONG),
     pytest.param({"solver": diffrax.Kvaerno5()}, id="Kvaerno5", marks=LONG),
-    pytest.param({"solver": mbs.motion.Gauss4(), "dt": 0.01}, id="Gauss4", marks=SLOW),
+    pytest.param({"solver": mbs.ode.Gauss4(), "dt": 0.01}, id="Gauss4", marks=SLOW),
 ]
 
 
@@ -71,10 +71,10 @@ def test_against_the_exponential(options):
 
 
 @LONG
-@pytest.mark.parametrize("solver", [mbs.motion.ImplicitMidpoint(), mbs.motion.SemiImplicitEuler()])
+@pytest.mark.parametrize("solver", [mbs.ode.ImplicitMidpoint(), mbs.ode.SemiImplicitEuler()])
 def test_order_of_fixed_steps(solver):
     """Halved steps leave a quarter of the error, or half."""
-    system, order = block(), 1 if isinstance(solver, mbs.motion.SemiImplicitEuler) else 2
+    system, order = block(), 1 if isinstance(solver, mbs.ode.SemiImplicitEuler) else 2
     run = lambda dt: mbs.simulate(system, begin(system), ts=TIMES[-1:], dt=dt, solver=solver)  # noqa: E731
     errors = [np.abs(found(run(dt)) - exact(NUMBERS, TIMES[-1:])).max() for dt in (4e-3, 2e-3)]
     np.testing.assert_allclose(errors[0] / errors[1], 2.0**order, rtol=0.15)

@@ -114,7 +114,7 @@ def rates_of_chain(t, y):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "solver", [None, diffrax.Kvaerno5(), mbs.motion.Rodas5P()], ids=["Dopri8", "Kvaerno5", "Rodas5P"]
+    "solver", [None, diffrax.Kvaerno5(), mbs.ode.Rodas5P()], ids=["Dopri8", "Kvaerno5", "Rodas5P"]
 )
 def test_a_chain_of_blocks_of_every_kind_is_that_of_scipy(solver):
     system = chain().build()

@@ -89,7 +89,7 @@ def test_a_four_bar_in_every_formulation(loop, formulation):
     field = mbs.vector_field(system, formulation=formulation)
     y0 = field.start(start)
     motion = mbs.simulate(system, start, ts=np.asarray(TIMES))
-    for solver in (diffrax.Dopri8(), mbs.motion.ProjectedSolver(diffrax.Dopri8(), field.project)):
+    for solver in (diffrax.Dopri8(), mbs.ode.ProjectedSolver(diffrax.Dopri8(), field.project)):
         solution = solve(field, y0, solver)
         states = field.state(solution.ts, solution.ys)
         np.testing.assert_allclose(states.coordinates, motion.states.coordinates, atol=1e-7)

@@ -21,7 +21,7 @@ MODELS = {"tree": (chain, chain_state), "loop": (lambda: four_bar(LENGTHS), begi
 
 @pytest.mark.long
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("solver", [mbs.motion.Gauss4, mbs.motion.ImplicitMidpoint])
+@pytest.mark.parametrize("solver", [mbs.ode.Gauss4, mbs.ode.ImplicitMidpoint])
 def test_product_of_variation_and_adjoint(model, solver):
     build, start = MODELS[model]
     system = build()

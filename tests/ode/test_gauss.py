@@ -14,8 +14,8 @@ from tests.cases import models
 from tests.cases.test_double_pendulum import ANGLES
 from tests.models import four_bar, four_bar_state
 
-GAUSS = [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4]
-ORDER = {mbs.motion.ImplicitMidpoint: 2, mbs.motion.Gauss4: 4}
+GAUSS = [mbs.ode.ImplicitMidpoint, mbs.ode.Gauss4]
+ORDER = {mbs.ode.ImplicitMidpoint: 2, mbs.ode.Gauss4: 4}
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def one_step(system, state, solver):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("solver", [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4, diffrax.Dopri8])
+@pytest.mark.parametrize("solver", [mbs.ode.ImplicitMidpoint, mbs.ode.Gauss4, diffrax.Dopri8])
 def test_one_step_is_symplectic_and_reversible(double_pendulum, solver):
     """D^T J D = J and phi(-h, phi(h, x)) = x to rounding, at a coarse step; not so for Dopri8."""
     system, _ = double_pendulum
@@ -99,7 +99,7 @@ def pade(z, order):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("solver", [mbs.motion.ImplicitMidpoint, mbs.motion.Gauss4])
+@pytest.mark.parametrize("solver", [mbs.ode.ImplicitMidpoint, mbs.ode.Gauss4])
 def test_stiff_linear_system(solver):
     """Steps of 16 radians: Newton's method yields the Pade approximant; fixed-point iteration fails and says so."""
     k, c, m, h = 5e4, 2.0, 2.0, 0.1
@@ -131,7 +131,7 @@ def test_between_steps(solver):
 
 def test_step_is_required(double_pendulum):
     with pytest.raises(ValueError, match="Gauss4 has no error estimate: give dt="):
-        mbs.simulate(*double_pendulum, t1=1.0, solver=mbs.motion.Gauss4())
+        mbs.simulate(*double_pendulum, t1=1.0, solver=mbs.ode.Gauss4())
 
 
 # ---------------------------------------------------------------------------------------------- derivatives, loops
@@ -150,7 +150,7 @@ def damped():
 
     def outcome(length, mode, newton=False):
         system, state = build(length, like), mbs.State(jnp.zeros(()), jnp.array([1.0]), jnp.zeros(1))
-        motion = mbs.simulate(system, state, ts=[0.5], dt=0.05, solver=mbs.motion.Gauss4(newton), gradient=mode)
+        motion = mbs.simulate(system, state, ts=[0.5], dt=0.05, solver=mbs.ode.Gauss4(newton), gradient=mode)
         return motion.states.coordinates[-1, 0] + motion.diagnostics.work["damper"][-1]
 
     def central(h):
@@ -199,7 +199,7 @@ def test_closed_loop():
     state = four_bar_state(system)
     expected = mbs.simulate(system, state, ts=[1.0], rtol=1e-11, atol=1e-11, gradient="forward").states.coordinates
     run = jax.jit(
-        lambda dt: mbs.simulate(system, state, ts=[1.0], dt=dt, solver=mbs.motion.Gauss4(), gradient="forward")
+        lambda dt: mbs.simulate(system, state, ts=[1.0], dt=dt, solver=mbs.ode.Gauss4(), gradient="forward")
     )
     motions = [run(dt) for dt in (0.02, 0.01)]
     coarse, fine = (np.max(np.abs(m.states.coordinates - expected)) for m in motions)

@@ -43,7 +43,7 @@ def test_every_ordinary_solver_is_there():
 @pytest.mark.parametrize("name", sorted(set(FOUND) - ORDINARY))
 @pytest.mark.parametrize("loop", ["jaxmbs", "diffeqsolve"])
 def test_solvers_of_other_equations_are_refused(swing, name, loop):
-    words = "jaxmbs.motion.SemiImplicitEuler" if name == "SemiImplicitEuler" else f"{name} is for stochastic or split"
+    words = "jaxmbs.ode.SemiImplicitEuler" if name == "SemiImplicitEuler" else f"{name} is for stochastic or split"
     with pytest.raises(ValueError, match=words):
         mbs.simulate(*swing, t1=0.1, dt=0.01, solver=make(name), loop=loop)
 

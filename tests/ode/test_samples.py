@@ -10,7 +10,7 @@ import pytest
 from jax import Array
 from scipy.signal import cont2discrete
 
-from jaxmbs.motion import Gauss4
+from jaxmbs.ode import Gauss4
 from jaxmbs.ode._events import Events
 from jaxmbs.ode._integrate import Arguments, end_of_motion, integrate_equations, saved_rows
 from jaxmbs.ode._options import make_options

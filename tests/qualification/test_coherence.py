@@ -8,7 +8,8 @@ from scipy.integrate import quad
 
 import jaxmbs as mbs
 from jaxmbs.errors import ModelError
-from jaxmbs.qualification import Coordinates, RandomForce, WhiteNoise, psd_table, random_response
+from jaxmbs.fatigue import psd_table
+from jaxmbs.qualification import Coordinates, RandomForce, WhiteNoise, random_response
 from jaxmbs.qualification._coherence import coherence_of
 
 NATURAL, RATIO, BAND = 20.0, 0.05, (5.0, 80.0)

@@ -10,7 +10,7 @@ from jaxmbs.coupling import base_motion
 from jaxmbs.errors import ModelError
 
 SPRING = np.array([[1.0, -1.0], [-1.0, 1.0]])
-PSD = qual.psd_table([10.0, 500.0], [0.05, 0.05])
+PSD = mbs.fatigue.psd_table([10.0, 500.0], [0.05, 0.05])
 OUT = {"acc": qual.Coordinates("a z")}
 
 

@@ -4,12 +4,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmbs.fatigue import SN, spectral_damage
+from jaxmbs.fatigue import SN, psd_table, spectral_damage
 from jaxmbs.qualification import (
     BaseAcceleration,
     Recovery,
     damage_spectrum,
-    psd_table,
     random_response,
     random_spectrum,
     response_spectrum,

@@ -8,6 +8,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from jaxmbs.coupling import connect, reactions, rigid_bond
 from jaxmbs.errors import ModelError
+from jaxmbs.fatigue import psd_table
 from jaxmbs.linear import LinearSystem
 from jaxmbs.qualification import (
     BaseAcceleration,
@@ -17,7 +18,6 @@ from jaxmbs.qualification import (
     RandomForce,
     Recovery,
     WhiteNoise,
-    psd_table,
     random_response,
 )
 from jaxmbs.vibration import frequency_response, harmonic_response

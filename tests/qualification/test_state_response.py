@@ -8,7 +8,8 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.coupling import connect, rigid_bond
 from jaxmbs.errors import ModelError
-from jaxmbs.qualification import BaseAcceleration, BondForces, Coordinates, RandomForce, psd_table
+from jaxmbs.fatigue import psd_table
+from jaxmbs.qualification import BaseAcceleration, BondForces, Coordinates, RandomForce
 
 from .test_random_response import DAMPERS, GSFC, SPRINGS, chain, held_chain
 

@@ -100,7 +100,7 @@ WITHOUT = {
     "kic": lambda t: mbs.constraints.kic(SYSTEM, at(t)),
     "simulate": motion,
     "simulate, implicit": lambda t: motion(t, solver=diffrax.Kvaerno5()),
-    "simulate, Gauss": lambda t: motion(t, solver=mbs.motion.Gauss4(newton=True), dt=0.05),
+    "simulate, Gauss": lambda t: motion(t, solver=mbs.ode.Gauss4(newton=True), dt=0.05),
     "linearise": lambda t: mbs.linearise(SYSTEM, at(t), inputs=("main",), outputs=("main",)),
     "modal_motion": lambda t: modal_motion(jnp.arange(1.0, 4.0) + t, 0.01, jnp.ones((5, 3)), 0.1),
     "spline": lambda t: spline_slopes(jnp.arange(5.0), jnp.sin(jnp.arange(5.0) * t)),

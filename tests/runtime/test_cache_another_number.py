@@ -58,7 +58,7 @@ def test_a_fixed_step_of_another_size(programs):
     state = mbs.State.at(system, A=0.7, guess={"B": -0.3, "D": 1.2})
     ends, counts = [], []
     for dt in (0.02, 0.01, 0.005):
-        motion = mbs.simulate(system, state, ts=np.array([0.0, 0.1]), dt=dt, solver=mbs.motion.ImplicitMidpoint())
+        motion = mbs.simulate(system, state, ts=np.array([0.0, 0.1]), dt=dt, solver=mbs.ode.ImplicitMidpoint())
         ends.append(float(motion.states.coordinates[-1, 0]))
         counts.append(len(programs))
     assert counts[1:] == counts[:1] * 2

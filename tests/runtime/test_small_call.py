@@ -100,7 +100,7 @@ def test_no_marks_in_a_program_of_the_users(marked):
 
 
 def _cases():
-    for solver in (diffrax.Dopri8(), mbs.motion.Gauss4(), diffrax.Kvaerno5()):
+    for solver in (diffrax.Dopri8(), mbs.ode.Gauss4(), diffrax.Kvaerno5()):
         for mode in ("value", "reverse", "forward"):
             name = f"{type(solver).__name__}-{mode}"
             yield pytest.param(solver, mode, marks=pytest.mark.long, id=name)
@@ -110,7 +110,7 @@ def _cases():
 def test_motions(monkeypatch, solver, mode):
     """A four-bar with springs and its derivative by a speed, marked and not."""
     system = four_bar()
-    fixed = {"dt": 0.01} if isinstance(solver, mbs.motion.Gauss4) else {"rtol": 1e-8, "atol": 1e-8}
+    fixed = {"dt": 0.01} if isinstance(solver, mbs.ode.Gauss4) else {"rtol": 1e-8, "atol": 1e-8}
     way = "forward" if mode == "forward" else "reverse"
 
     def last(speed):

@@ -15,7 +15,7 @@ from jaxmbs.vibration import CoordinateLaw
 
 TIMES = np.linspace(0.0, 1.0, 21)
 PUSH = {"a x": np.sin(5.0 * TIMES)}
-SOLVERS = {"Kvaerno5": diffrax.Kvaerno5(), "midpoint": mbs.motion.ImplicitMidpoint(newton=True)}
+SOLVERS = {"Kvaerno5": diffrax.Kvaerno5(), "midpoint": mbs.ode.ImplicitMidpoint(newton=True)}
 
 
 def system(stiffness=50.0, fast=400.0):

@@ -53,9 +53,9 @@ def test_both_modes_of_derivative_and_the_end():
     np.testing.assert_allclose(rest.displacement[:, 0], np.cos(2 * rest.ts), atol=1e-8)
 
 
-@pytest.mark.parametrize("solver", [mbs.motion.Gauss4(), mbs.motion.SemiImplicitEuler()], ids=["gauss", "euler"])
+@pytest.mark.parametrize("solver", [mbs.ode.Gauss4(), mbs.ode.SemiImplicitEuler()], ids=["gauss", "euler"])
 def test_fixed_steps(solver):
-    order = 4 if isinstance(solver, mbs.motion.Gauss4) else 1
+    order = 4 if isinstance(solver, mbs.ode.Gauss4) else 1
     errors = [
         abs(float(mbs.simulate(oscillator(), START, 1.0, dt=dt, solver=solver).end.displacement[0]) - np.cos(2.0))
         for dt in (0.05, 0.025)

@@ -112,7 +112,7 @@ QUESTIONS = {
     "simulate": moved,
     "simulate, canonical": lambda s, q: moved(s, q, formulation="canonical"),
     "simulate, independent": lambda s, q: moved(s, q, formulation="independent"),
-    "simulate, implicit": lambda s, q: moved(s, q, solver=mbs.motion.Rodas5P()),
+    "simulate, implicit": lambda s, q: moved(s, q, solver=mbs.ode.Rodas5P()),
     "gradient of a motion": slope_of_a_motion,
     "batch": batch_of_motions,
 }
