@@ -2,7 +2,7 @@
 
 Ours, `bond_reactions`, goes from joint positions and loads to the wrenches of all bonds.  The peers are given the
 nodal matrix `Q C^-1 Q^T` (6 p, 6 p), its assembly not counted, and factorise and solve it: dense Gauss (LAPACK),
-SuperLU, CHOLMOD with its symbolic analysis reused (scikit-sparse), KLU with analysis and pivots reused (klujax).
+SuperLU, CHOLMOD with its symbolic analysis reused (cvxopt), KLU with analysis and pivots reused (klujax).
 "block solver" is our sparse Cholesky on that same matrix.  CPU time throughout, one thread.
 """
 
@@ -12,6 +12,7 @@ import common
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse
 import scipy.sparse.linalg as spl
 from networks import SHAPES, Case
 
@@ -28,13 +29,18 @@ def superlu(matrix, right):
 
 
 def cholmod(matrix, right):
-    from sksparse.cholmod import analyze
+    import cvxopt
+    from cvxopt import cholmod
 
-    factor = analyze(matrix)
+    coo = scipy.sparse.tril(matrix).tocoo()  # it reads the lower half
+    A = cvxopt.spmatrix(coo.data, coo.row.tolist(), coo.col.tolist(), matrix.shape)
+    factor = cholmod.symbolic(A)
 
     def solve():
-        factor.cholesky_inplace(matrix)
-        return factor(right)
+        x = cvxopt.matrix(right)
+        cholmod.numeric(A, factor)
+        cholmod.solve(factor, x)
+        return np.asarray(x).ravel()
 
     return solve
 

@@ -22,6 +22,8 @@ def describe_kink(search: Search) -> str:
     best, v = search.best, search.variables
     if not best.finite or search.remaining_decrease <= _STEEP * search.objective_scale(best):
         return ""
+    if search.kink is not None:
+        return _sentence(search, 0, *search.kink)
     scale = v.move_scale(best.x)
     step = -search.stationarity(best) * scale**2
     at_lower, at_upper = best.x - v.lower <= AT_BOUND * scale, v.upper - best.x <= AT_BOUND * scale

@@ -9,6 +9,7 @@ import numpy as np
 import optax
 from jax.flatten_util import ravel_pytree
 
+from ._one_variable import AtKink, Bracket, close_bracket
 from ._search import Point, Search
 
 #: Halvings of a step until its design has finite values; 2^-30 is 1e-9 of the step, beyond which none is made.
@@ -23,9 +24,12 @@ def lbfgsb(search: Search, steps: int) -> None:
     scale = variables.scale
     offset = np.where(np.isfinite(variables.lower), variables.lower, 0.0)
     unit = search.gradient_norm  # of the objective: the first step is then about as long as the bounds are wide
+    bracket = Bracket() if len(variables.names) == 1 else None
 
     def scaled(z):
         point = search.evaluate(offset + scale * z)
+        if bracket is not None and bracket.add(point) and bracket.has_kink() and bracket.holds(search.best):
+            raise AtKink
         value, slopes = (point.value, point.gradient) if point.finite else barrier_value(search.current, point.x)
         return value / unit, scale * slopes / unit
 
@@ -33,17 +37,26 @@ def lbfgsb(search: Search, steps: int) -> None:
         if search.accept(search.evaluate(offset + scale * intermediate_result.x), by_decrease=True):
             raise StopIteration
 
-    result = minimize(
-        scaled,
-        (variables.start - offset) / scale,
-        jac=True,
-        method="L-BFGS-B",
-        bounds=np.stack([variables.lower - offset, variables.upper - offset], axis=1) / scale[:, None],
-        callback=after_step,
-        options={"maxiter": steps, "maxfun": 50 * steps, "ftol": 0.0, "gtol": 0.0},
-    )
-    if not search.reason and result.nit < steps:
-        search.reason = "converged" if result.success else search.failure_reason()
+    try:
+        result = minimize(
+            scaled,
+            (variables.start - offset) / scale,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=np.stack([variables.lower - offset, variables.upper - offset], axis=1) / scale[:, None],
+            callback=after_step,
+            options={"maxiter": steps, "maxfun": 50 * steps, "ftol": 0.0, "gtol": 0.0},
+        )
+    except AtKink:
+        result = None
+    if search.reason or (result is not None and result.nit >= steps):
+        return
+    if result is not None and result.success:
+        search.reason = "converged"
+    elif bracket is not None and bracket.is_closed and bracket.holds(search.best):
+        close_bracket(search, bracket)
+    else:
+        search.reason = search.failure_reason()
 
 
 def barrier_value(current: Point, x: np.ndarray) -> tuple[float, np.ndarray]:

@@ -58,6 +58,8 @@ class Search:
         variables: the variables and their bounds.
         current: the point accepted last.
         reason: why the search has ended, empty while it goes on.
+        tolerance: as of `minimise`.
+        kink: slopes of the objective on both sides of a kink that the search has found, else None.
 
     Args:
         evaluate: of a vector to (value, gradient, constraints, Jacobian, values of the limits and `is_outside`).
@@ -76,7 +78,8 @@ class Search:
         evaluate_values: Callable | None = None,
     ) -> None:
         self.variables, self.reason = variables, ""
-        self._evaluate, self._evaluate_values, self._tolerance = evaluate, evaluate_values, tolerance
+        self.kink: tuple[float, float] | None = None
+        self._evaluate, self._evaluate_values, self.tolerance = evaluate, evaluate_values, tolerance
         self._backtracks = False
         self._callback, self._progress = callback, progress
         self._evaluations, self._history = 0, []
@@ -156,8 +159,8 @@ class Search:
         self._record()
         self._progress.set_postfix_str(f"objective {point.value:.6g}", refresh=False)
         self._progress.update()
-        flat = by_decrease and 0 <= decrease <= self._tolerance * abs(point.value)
-        if flat or self.is_optimal(self._tolerance):
+        flat = by_decrease and 0 <= decrease <= self.tolerance * abs(point.value)
+        if flat or self.is_optimal(self.tolerance):
             self.reason = "converged"
         elif unbounded := self._unbounded_variables(point):
             self.reason = f"unbounded: the objective falls without end along {unbounded}; give it bounds"

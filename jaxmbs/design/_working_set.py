@@ -87,7 +87,7 @@ class ConstrainedSearch(Search):
     def is_working_set_optimal(self) -> bool:
         """True if the current point is optimal for the constraints of the working set alone."""
         violation = float(np.max(self.current.constraints[self.working_set], initial=0.0))
-        return violation <= FEASIBILITY and super().is_optimal(self._tolerance)
+        return violation <= FEASIBILITY and super().is_optimal(self.tolerance)
 
     def restart_from_best(self) -> None:
         """Continue from the best point so far."""
@@ -106,7 +106,7 @@ class ConstrainedSearch(Search):
 
     def is_best_optimal(self) -> bool:
         """True if the best point is optimal by its residual, as far as an optimiser that stalled there can tell."""
-        allowed = _STALLED * self._tolerance * self.objective_scale(self.best)
+        allowed = _STALLED * self.tolerance * self.objective_scale(self.best)
         return self.best.violation <= FEASIBILITY and self.residual <= allowed
 
     def stationarity(self, point: Point) -> np.ndarray:
