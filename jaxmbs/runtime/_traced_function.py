@@ -12,6 +12,7 @@ from ..checks import is_concrete
 from ._code_content import UnknownContentError
 from ._jaxpr import jaxpr_function, without_unused
 from ._jit import compile_kind
+from ._progress import ON_TAPE
 from ._store_key import question_key
 from ._stored_program import read_shapes, write_shapes
 from ._tape_program import TapeFunction, TapeProgram, tapes_work
@@ -24,7 +25,8 @@ class TracedFunction:
 
     A call gives the list of its results' arrays.  The trace waits until it is needed, and does not come where the
     store knows the programs that would have it in them; `shape` is known from there too.  Where a trace is under way
-    it comes at once, since the function may close over numbers of that.
+    it comes at once, since the function may close over numbers of that.  Programs of tapes and of the compiler have
+    one each, as their other questions do: so it finds what those have traced of the same laws.
 
     Args: example: the arrays, or their shapes; compile: as of `jit`, of the programs that it will be part of.
     """
@@ -32,24 +34,27 @@ class TracedFunction:
     def __init__(self, function: Callable, *example: Any, compile: str = "auto"):
         self._function, self._example, self._compile = function, example, compile
         self._is_inside = not not_tracing()
+        self._traces: dict[bool, tuple[ClosedJaxpr, Any]] = {}
         if self._is_inside:
-            self._traced  # noqa: B018
+            self._trace(False)
 
     @functools.cached_property
     def shape(self) -> Any:
         """Shapes and types of the results."""
-        key = None if "_traced" in vars(self) else question_key(["shape", self], *_parted(self._example))
+        if self._traces:
+            return next(iter(self._traces.values()))[1]
+        key = question_key(["shape", self], *_parted(self._example))
         found = None if key is None else read_shapes(key)
         if found is None:
-            found = self._traced[1]
+            found = self._trace(self._runs_on_tapes)[1]
             if key is not None:
                 write_shapes(key, found)
         return found
 
     @property
     def jaxpr(self) -> ClosedJaxpr:
-        """The equations."""
-        return self._traced[0]
+        """The equations, of the kind of program that is traced now."""
+        return self._trace(ON_TAPE.value or (not_tracing() and self._runs_on_tapes))[0]
 
     @property
     def closes_over_traced(self) -> bool:
@@ -61,7 +66,7 @@ class TracedFunction:
 
     def on_tape(self, *arrays: Any) -> TapeProgram | None:
         """The tape of it, for arrays like these; None where it cannot be on one."""
-        if FIXED == "full" or not tapes_work():
+        if not self._runs_on_tapes:
             return None
         with compile_kind("tape"):
             return self._tapes.program(tuple(jax.device_put(list(arrays))), {})[0]
@@ -70,13 +75,21 @@ class TracedFunction:
     def _tapes(self):
         return TapeFunction(self, self)
 
-    @functools.cached_property
-    def _traced(self):
-        # as if no trace were under way, unless it is one of numbers that the function has
-        with contextlib.nullcontext() if self._is_inside else jax.core.eval_context():
-            with compile_kind(self._compile):
-                traced, shape = jax.make_jaxpr(self._function, return_shape=True)(*self._example)
-        return without_unused(traced), shape
+    @property
+    def _runs_on_tapes(self):
+        return self._compile != "full" and FIXED != "full" and tapes_work()
+
+    def _trace(self, on_tape):
+        """(equations, shapes of the results); of a function of numbers under a trace there is one."""
+        on_tape = on_tape and not self._is_inside
+        if on_tape not in self._traces:
+            # as if no trace were under way, unless it is one of numbers that the function has
+            with contextlib.nullcontext() if self._is_inside else jax.core.eval_context():
+                # the precision of `jit`, which is part of the key of JAX's traces
+                with compile_kind("tape" if on_tape else self._compile), jax.default_matmul_precision("highest"):
+                    traced, shape = jax.make_jaxpr(self._function, return_shape=True)(*self._example)
+            self._traces[on_tape] = without_unused(traced), shape
+        return self._traces[on_tape]
 
     def __content__(self) -> list:
         """Function, shapes and kind, for the key of programs that have it in them."""
