@@ -69,7 +69,8 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
         with compile_kind(kind := {"auto": "full", "tape": "quick"}.get(compile, compile)):
             return outer(kind, jax.default_backend(), OFF.value)(*args, **kwargs)
 
-    on_tape = TapeFunction(traced, function, by_compiler if compile == "auto" else None)
+    # `inner` is asked at the precision of traces, so that they find its own trace again
+    on_tape = TapeFunction(inner, function, by_compiler if compile == "auto" else None)
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):
@@ -83,7 +84,8 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
         if compile != "full" and FIXED != "full" and tapes_work():
             found = UNSUPPORTED
             may_give_up = time_limit(compile == "auto" and FIXED == "auto")
-            with contextlib.suppress(OvertimeError), compile_kind("tape"), may_give_up:
+            highest = jax.default_matmul_precision("highest")
+            with contextlib.suppress(OvertimeError), compile_kind("tape"), highest, may_give_up:
                 found = on_tape.call(args, kwargs)
             if found is not UNSUPPORTED:
                 return found
