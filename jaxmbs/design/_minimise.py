@@ -82,7 +82,7 @@ def minimise(
     run = _runner(optimiser, functools.partial(objective_value, objective), limits)
     points = [read_variables(design0, bounds)] if starts is None else starting_points(design0, bounds, starts)
     points = [with_bound(point) for point in points] if is_worst else points
-    problem = trace_problem(objective, points[0], gradient, limits, compile)
+    problem = trace_problem(objective, points[0], gradient, limits, compile, tape_first=starts is None)
     with tqdm(total=steps * len(points), disable=not as_flag("progress", progress), desc="minimise") as bar:
         options = _Options(steps, tolerance, callback, bar, starts is not None, check, compile, is_worst)
         if starts is not None and not isinstance(optimiser, str):

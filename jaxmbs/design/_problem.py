@@ -45,9 +45,14 @@ class DesignProblem(NamedTuple):
 
 
 def trace_problem(
-    objective: Callable, variables: Variables, gradient: str, limits: Sequence[Limit] = (), compile: str = "auto"
+    objective: Callable,
+    variables: Variables,
+    gradient: str,
+    limits: Sequence[Limit] = (),
+    compile: str = "auto",
+    tape_first: bool = False,
 ) -> DesignProblem:
-    """Trace an objective with its limits; the result is to be compiled as `compile` says.
+    """Trace an objective with its limits; the result is to be compiled as `compile` says, `tape_first` or at once.
 
     Raises:
         ValueError: for an unknown kind of gradient, an objective that is not a real scalar (with a dict of answers
@@ -69,7 +74,8 @@ def trace_problem(
             value, answers = _split_answers(objective(design))
         return value, limit_values(limits, design, answers), [s for s in statuses if jnp.ndim(s) == 0]
 
-    program = TracedFunction(objective_and_limits, variables.clip(variables.start), compile=compile)
+    start = variables.clip(variables.start)
+    program = TracedFunction(objective_and_limits, start, compile=compile, tape_first=tape_first)
     shape, values, _ = program.shape
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
         raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")

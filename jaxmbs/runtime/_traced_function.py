@@ -25,14 +25,17 @@ class TracedFunction:
 
     A call gives the list of its results' arrays.  The trace waits until it is needed, and does not come where the
     store knows the programs that would have it in them; `shape` is known from there too.  Where a trace is under way
-    it comes at once, since the function may close over numbers of that.  Programs of tapes and of the compiler have
-    one each, as their other questions do: so it finds what those have traced of the same laws.
+    it comes at once, since the function may close over numbers of that.
 
-    Args: example: the arrays, or their shapes; compile: as of `jit`, of the programs that it will be part of.
+    Args:
+        example: the arrays, or their shapes.
+        compile: as of `jit`, of the programs that it will be part of.
+        tape_first: trace it as tapes' programs are, so that it finds what other questions have traced of the same
+            laws, and once more where it is compiled.
     """
 
-    def __init__(self, function: Callable, *example: Any, compile: str = "auto"):
-        self._function, self._example, self._compile = function, example, compile
+    def __init__(self, function: Callable, *example: Any, compile: str = "auto", tape_first: bool = False):
+        self._function, self._example, self._compile, self._tape_first = function, example, compile, tape_first
         self._is_inside = not not_tracing()
         self._traces: dict[bool, tuple[ClosedJaxpr, Any]] = {}
         if self._is_inside:
@@ -46,7 +49,7 @@ class TracedFunction:
         key = question_key(["shape", self], *_parted(self._example))
         found = None if key is None else read_shapes(key)
         if found is None:
-            found = self._trace(self._runs_on_tapes)[1]
+            found = self._trace(True)[1]
             if key is not None:
                 write_shapes(key, found)
         return found
@@ -54,7 +57,7 @@ class TracedFunction:
     @property
     def jaxpr(self) -> ClosedJaxpr:
         """The equations, of the kind of program that is traced now."""
-        return self._trace(ON_TAPE.value or (not_tracing() and self._runs_on_tapes))[0]
+        return self._trace(ON_TAPE.value or not_tracing())[0]
 
     @property
     def closes_over_traced(self) -> bool:
@@ -81,7 +84,7 @@ class TracedFunction:
 
     def _trace(self, on_tape):
         """(equations, shapes of the results); of a function of numbers under a trace there is one."""
-        on_tape = on_tape and not self._is_inside
+        on_tape = on_tape and self._tape_first and self._runs_on_tapes and not self._is_inside
         if on_tape not in self._traces:
             # as if no trace were under way, unless it is one of numbers that the function has
             with contextlib.nullcontext() if self._is_inside else jax.core.eval_context():
