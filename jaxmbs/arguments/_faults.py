@@ -13,6 +13,8 @@ import numpy as np
 from ..checks import HUGE_INTEGER, count_text
 
 _SHAPES = re.compile("shape|broadcast|inhomogeneous|dimension", re.IGNORECASE)
+#: Errors of NumPy and JAX about text in the place of numbers.
+_ABOUT_TEXT = re.compile(r"valid JAX (array )?type|could not convert|invalid literal|StrDType")
 _NUMBERS = (float, int, complex, np.ndarray, np.generic, jax.Array)
 
 
@@ -31,6 +33,11 @@ def argument_faults(
     ]
     return (
         [fault for name, value, parameter in known for fault in _parameter_faults(name, value, parameter)]
+        or [
+            f"{name}: a number is needed, not the text {_short_text(text)}"
+            for name, value, _ in known
+            if (text := _text_at_fault(error, value)) is not None
+        ]
         or [
             f"{name} cannot hold {_short_text(_subject(error))}"
             for name, value, _ in known
@@ -90,6 +97,15 @@ def _subject(error):
     if isinstance(error, AttributeError):
         return error.obj
     return error.args[0] if isinstance(error, KeyError) and error.args else None
+
+
+def _text_at_fault(error, value):
+    """The text in a value that an error is about, or None; what a value may hold is not always told."""
+    if not _ABOUT_TEXT.search(str(error)):
+        return None
+    texts = [x for x in _leaves(value) if isinstance(x, str)]
+    quoted = [x for x in texts if repr(x) in str(error)]
+    return next(iter(quoted or (texts if "StrDType" in str(error) else ())), None)
 
 
 def _is_about(error, value):

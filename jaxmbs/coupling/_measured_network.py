@@ -15,6 +15,7 @@ from ..errors import UnknownNameError
 from ..linear._labels import find_rows, format_label, parse_label
 from ..linear._system import LinearSystem
 from ..linear._transfer import TransferFunctions
+from ..runtime import as_dtype
 from ..tables import sentence_repr
 from ..typing import ArrayLike
 from ..vibration._direct_response import dynamic_stiffness
@@ -138,7 +139,7 @@ class MeasuredNetwork(eqx.Module):
 
     def _couple_components(self, omega, into, out, loss, regular):
         places = self._places(omega)
-        omega, loss = self.omega[places], jnp.asarray(loss, self.omega.dtype)
+        omega, loss = self.omega[places], as_dtype(loss, self.omega.dtype)
         asked = self._channels(out, "outputs"), self._channels(into, "inputs")
         tied = [coordinate for _, ties in self.ties for end in ties.ends for coordinate in end]
         tied = [(name, channel_name(self.components[name], k)) for name, k in tied]
@@ -172,7 +173,7 @@ class MeasuredNetwork(eqx.Module):
 
     def _places(self, omega):
         """Indices of the requested frequencies among the measured ones."""
-        own, asked = self.omega, jnp.asarray(omega, self.omega.dtype)
+        own, asked = self.omega, as_dtype(omega, self.omega.dtype)
         if asked.ndim != 1:
             raise ValueError(f"omega has shape {asked.shape}, not (frequencies,)")
         if not is_concrete(own, asked):

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array
 
 from ..checks import any_concrete, negative
-from ..runtime import lapack
+from ..runtime import as_dtype, lapack
 from ..typing import ArrayLike
 
 
@@ -41,9 +41,9 @@ def regularised_inverse(
         if any_concrete(lambda x: ~np.isfinite(x), value) or (name == "rcond" and negative(value)):
             raise ValueError(f"{name} must be finite, rcond not negative, got {value}")
     if weights is not None:
-        weights = jnp.asarray(weights, A.real.dtype).astype(A.dtype)
+        weights = as_dtype(weights, A.real.dtype).astype(A.dtype)
         A = A * weights[(None,) * (A.ndim - 2) + (slice(None), None)]
-    damping = jnp.broadcast_to(jnp.asarray(noise, A.real.dtype) ** 2, A.shape[:-2])
+    damping = jnp.broadcast_to(as_dtype(noise, A.real.dtype) ** 2, A.shape[:-2])
     inverse = _inverse(A, damping, most if rank is None else rank, rcond)
     return inverse if weights is None else inverse * weights[(None,) * (A.ndim - 2) + (None, slice(None))]
 

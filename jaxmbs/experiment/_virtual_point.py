@@ -110,7 +110,7 @@ def virtual_point(
     faults = [fault for what, M in (("sensors", R), ("impacts", Rf)) for fault in _rank_faults(what, M)]
     if faults:
         raise ModelError(faults)
-    weighted = R if weights is None else R * jnp.asarray(weights, R.dtype)[:, None]
+    weighted = R if weights is None else R * as_dtype(weights, R.dtype)[:, None]
     dtype = measured.values.dtype
     T = square.solve(weighted.T @ R, weighted.T).astype(dtype)
     Tf = square.solve(Rf.T @ Rf, Rf.T).astype(dtype)

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..errors import ModelError
+from ..runtime import as_dtype
 from ..tables import fields_repr
 from ..typing import ArrayLike
 from ._arrays import float_array
@@ -95,7 +96,7 @@ class PsdTable(eqx.Module):
         """
         if side not in ("left", "right"):
             raise ValueError(f"side = {side!r} must be 'left' or 'right'")
-        f = jnp.asarray(frequencies, self.levels.dtype)
+        f = as_dtype(frequencies, self.levels.dtype)
         found = log_lines(jnp.where(f > 0, f, 1.0), self.frequencies, self.levels, side)
         edge = 64 * jnp.finfo(found.dtype).eps  # nodes at an end may round to outside
         low, high = lax.stop_gradient((self.frequencies[0] * (1 - edge), self.frequencies[-1] * (1 + edge)))
@@ -103,7 +104,7 @@ class PsdTable(eqx.Module):
 
     def scale(self, decibels: ArrayLike) -> "PsdTable":
         """The table raised by decibels, 3 dB doubling it."""
-        factor = 10.0 ** (jnp.asarray(decibels, self.levels.dtype) / 10.0)
+        factor = 10.0 ** (as_dtype(decibels, self.levels.dtype) / 10.0)
         return PsdTable(self.frequencies, self.levels * factor, self.quantity)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, PyTree
 
-from ..checks import number_faults
+from ..checks import number_faults, require_reals
 from ..design import Limit, Optimum, minimise
 from ..design._variables import read_variables
 from ..errors import ModelError
@@ -205,6 +205,7 @@ def _read_stroke(stroke, period, harmonics, largest):
     if isinstance(harmonics, bool) or not isinstance(harmonics, int | np.integer) or not 1 <= harmonics <= MOST:
         faults.append(f"harmonics must be a whole number of 1 to {MOST}, not {harmonics!r}")
     try:
+        require_reals(stroke)
         lower, upper = (np.atleast_1d(np.asarray(side, float)) for side in stroke)
         if lower.shape != upper.shape or lower.ndim != 1 or not np.all(np.isfinite(upper - lower) & (upper > lower)):
             faults.append("stroke must be the lowest and the highest coordinates (n,), the first below the second")
@@ -217,6 +218,7 @@ def _read_stroke(stroke, period, harmonics, largest):
 
 def _is_positive(x):
     try:
+        require_reals(x)
         number = np.asarray(x, float)
     except (TypeError, ValueError):
         return False
@@ -227,6 +229,7 @@ def _magnitude(x, n, name):
     if x is None:
         return None
     try:
+        require_reals(x)
         bound = np.broadcast_to(np.asarray(x, float), (n,))
     except (TypeError, ValueError):
         bound = np.zeros(n)

@@ -44,7 +44,7 @@ class FourierMotion(eqx.Module):
     def at(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations, each (..., n), at times (...) [s]."""
         w = 2 * jnp.pi / self.period * jnp.arange(1.0, self.sines.shape[1] + 1)
-        angle = jnp.tensordot(jnp.asarray(t, float), w, axes=0)
+        angle = jnp.tensordot(as_array(t), w, axes=0)
         s, c, w = jnp.sin(angle), jnp.cos(angle), w[:, None]
         a, b = self.sines.T, self.cosines.T
         x = s @ (a / w) - c @ (b / w)

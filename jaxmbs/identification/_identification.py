@@ -8,7 +8,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import PyTree
 
-from ..checks import place_of
+from ..checks import place_of, require_reals
 from ..design._variables import units_by_name
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
@@ -151,6 +151,7 @@ class Identification(Reported, eqx.Module):
         crooked the model is.  Raises: UnknownNameError.
         """
         place = place_of("unknown", name, self.names)
+        require_reals(values)
         return np.array([self.refit(place, float(value)) for value in np.asarray(values, float)])
 
     def with_experiment(self, jacobian: ArrayLike) -> tuple[Direction, ...]:
@@ -158,6 +159,7 @@ class Identification(Reported, eqx.Module):
 
         Args: jacobian: (m, p) of its predictions by the unknowns, over the deviation of its noise.
         """
+        require_reals(jacobian)
         free = ~self.at_bound
         whole = np.vstack([self.jacobian / self.noise, np.asarray(jacobian, float)])[:, free]
         names = [name for name, one in zip(self.names, free, strict=True) if one]

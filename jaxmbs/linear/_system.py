@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from ..checks import require_numbers
 from ..errors import ModelError, UnknownNameError
-from ..runtime import as_array
+from ..runtime import as_array, as_dtype
 from ..tables import table_repr
 from ..typing import ArrayLike, CoordinateLike
 from ._block_rows import BlockRows
@@ -189,7 +189,7 @@ class LinearSystem(eqx.Module):
         """The same system with all nodes shifted by (3,) [m].  Raises: ModelError without positions."""
         if self.positions is None:
             raise ModelError(["`translate` needs the positions of the nodes: LinearSystem(..., positions=...)"])
-        by, ground = jnp.asarray(by, self.positions.dtype)[None], self.ground_inertia
+        by, ground = as_dtype(by, self.positions.dtype)[None], self.ground_inertia
         ground = None if ground is None else ground @ rigid_motions(by)[0]
         return self.replace(positions=self.positions + by, ground_inertia=ground)
 

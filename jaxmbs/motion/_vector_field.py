@@ -19,7 +19,7 @@ from ..model._changes import check_in_force
 from ..model._entry_points import check_single_state, check_system
 from ..model._internal_states import with_internal
 from ..model._system import System
-from ..runtime import jit
+from ..runtime import as_array, jit
 from ..signal_flow._sampling import refuse_sampled
 from ..signal_flow._signal_names import check_input_fields, signal_names
 from ..signal_flow._signals import signals_at, with_inputs
@@ -86,7 +86,7 @@ class VectorField(eqx.Module):
         """The equations with values (k,) of the inputs.  Raises: ValueError for another number of them."""
         if not self.inputs or values is None:
             return self.equations
-        values = jnp.asarray(values, float)
+        values = as_array(values)
         if values.shape != (len(self.inputs),):
             raise ValueError(f"the inputs are {', '.join(self.inputs)}, as many numbers; got shape {values.shape}")
         system = with_inputs(self.system, dict(zip(self.inputs, values, strict=True)), replace=True)

@@ -92,7 +92,7 @@ def damage_spectrum(
         raise ModelError(faults, "the damage spectrum")
     if table is not None:
         f = as_dtype(natural, table.levels.dtype)
-        return DamageSpectrum(f, *_random(table, f, as_dtype(Q, f.dtype), sn, jnp.asarray(duration, f.dtype), method))
+        return DamageSpectrum(f, *_random(table, f, as_dtype(Q, f.dtype), sn, as_dtype(duration, f.dtype), method))
     assert step is not None
     shock = shock_spectrum(source, step, natural, Q, KINDS[1])
     f = shock.frequencies

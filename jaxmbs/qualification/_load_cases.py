@@ -12,6 +12,7 @@ from ..checks import distinct_names, not_increasing, number_faults, repeated, re
 from ..errors import ModelError
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
+from ..runtime import as_dtype
 from ..tables import format_number
 from ..typing import ArrayLike
 from ._random_response import RandomResponse
@@ -197,7 +198,7 @@ class Envelope(Reported, eqx.Module):
 
         Raises: ModelError for another number of them.
         """
-        allowed = jnp.asarray(allowed, self.highest.dtype)
+        allowed = as_dtype(allowed, self.highest.dtype)
         if allowed.shape not in ((), (len(self.names),)):
             raise ModelError(
                 [f"allowed has shape {allowed.shape}: give one load, or {len(self.names)}, one for each component"],

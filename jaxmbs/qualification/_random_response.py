@@ -13,6 +13,7 @@ from ..errors import ModelError, UnknownNameError
 from ..linear._system import LinearSystem
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
+from ..runtime import as_dtype
 from ..tables import format_number
 from ..typing import ArrayLike
 from ._coherence import Coherence, coherence_of
@@ -127,13 +128,13 @@ class RandomResponse(Reported, eqx.Module):
 
     def psd(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
         """Power spectral densities (frequencies, outputs) at frequencies [Hz]."""
-        f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
+        f = jnp.atleast_1d(as_dtype(frequencies, self.moments.dtype))
         found = map_nodes(lambda f: densities(self, f), f)
         return found.reshape(-1, found.shape[-1])[: len(f)]
 
     def cross_spectrum(self, first: str, second: str, frequencies: ArrayLike) -> Complex[Array, " frequencies"]:
         """Cross-spectral density (frequencies,) of two outputs at frequencies [Hz]: `S_ab = H_a S H_b*`."""
-        f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
+        f = jnp.atleast_1d(as_dtype(frequencies, self.moments.dtype))
         H = self.model.transfer(f)[:, np.array([self.place(first), self.place(second)])]
         S = spectral_matrix(self.inputs, self.coherence, f)
         return jnp.einsum("wi,wij,wj->w", H[:, 0], S.astype(H.dtype), jnp.conj(H[:, 1]))
@@ -156,7 +157,7 @@ class RandomResponse(Reported, eqx.Module):
     def cumulative_rms(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
         """RMS (frequencies, outputs) of what lies below each frequency [Hz]; exact at each of them."""
         self._refuse_white("cumulative_rms")
-        f = jnp.atleast_1d(jnp.asarray(frequencies, self.moments.dtype))
+        f = jnp.atleast_1d(as_dtype(frequencies, self.moments.dtype))
         nodes = band_nodes(self, f)
         found = map_nodes(lambda f: densities(self, f), nodes.frequencies)
         found = found.reshape(-1, found.shape[-1])[: nodes.weights.size].reshape(*nodes.weights.shape, -1)

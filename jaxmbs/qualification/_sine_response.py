@@ -16,7 +16,7 @@ from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
-from ..runtime import jit
+from ..runtime import as_array, as_dtype, jit
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
 from ._modal_model import modal_model
@@ -141,7 +141,7 @@ def _inside(frequencies, f):
 
     Raises: ModelError for concrete ones outside, where nothing is specified.
     """
-    grid, edge = jnp.atleast_1d(jnp.asarray(frequencies, f.dtype)), 64 * jnp.finfo(f.dtype).eps
+    grid, edge = jnp.atleast_1d(as_dtype(frequencies, f.dtype)), 64 * jnp.finfo(f.dtype).eps
     outside = ~((grid >= f[0] * (1 - edge)) & (grid <= f[-1] * (1 + edge)))
     if is_concrete(outside) and bool(jnp.any(outside)):
         first = float(grid[jnp.argmax(outside)])
@@ -156,7 +156,7 @@ def _checked_levels(levels, unit, source):
     """Frequencies and amplitudes.  Raises: ModelError with every fault."""
     if not isinstance(levels, tuple | list) or len(levels) != 2:
         raise ModelError(["levels must be frequencies [Hz] and as many amplitudes"], "the sine test")
-    f, level = (jnp.asarray(part, float) for part in levels)
+    f, level = map(as_array, levels)
     faults = []
     if f.ndim != 1 or f.shape != level.shape or f.size < 2:
         faults.append(f"levels are frequencies and as many amplitudes, not of shapes {f.shape} and {level.shape}")

@@ -12,6 +12,7 @@ from ..checks import is_concrete, no_such
 from ..coupling._measured_network import MeasuredNetwork
 from ..errors import ModelError
 from ..linear._transfer import TransferFunctions
+from ..runtime import as_array
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
 from ._outputs import KINDS, BondForces, Coordinates, named_outputs
@@ -135,7 +136,7 @@ def _pattern(pattern, found):
     factors = jnp.zeros(len(found.inputs))
     for name, factor in pattern.items():
         columns = [k for k, one in enumerate(found.inputs) if one == name or one.startswith(f"{name} ")]
-        factors = factors.at[np.array(columns)].set(jnp.asarray(factor, float))
+        factors = factors.at[np.array(columns)].set(as_array(factor))
     return factors
 
 

@@ -11,7 +11,7 @@ from ..checks import distinct_names
 from ..errors import ModelError
 from ..quantities import Quantity
 from ..reports import Report, Reported
-from ..runtime import jit
+from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ._inputs import spectral_matrix
 from ._random_response import RandomResponse
@@ -39,7 +39,7 @@ class StressSpectrum(Reported, eqx.Module):
 
     def psd(self, frequencies: ArrayLike) -> Float[Array, " frequencies"]:
         """Levels (frequencies,) at frequencies [Hz]."""
-        f = jnp.atleast_1d(jnp.asarray(frequencies, self.form.dtype))
+        f = jnp.atleast_1d(as_dtype(frequencies, self.form.dtype))
         return map_nodes(lambda f: _levels(self, f), f).reshape(-1)[: len(f)]
 
     def moments(self, orders: Sequence[float | int]) -> Float[Array, " orders"]:

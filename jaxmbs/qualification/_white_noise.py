@@ -1,11 +1,11 @@
 """White noise: a level at all frequencies."""
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import faults_if, not_positive
 from ..errors import ModelError
+from ..runtime import as_array
 from ..typing import ArrayLike
 
 
@@ -24,7 +24,7 @@ class WhiteNoise(eqx.Module):
     quantity: str = eqx.field(static=True)
 
     def __init__(self, level: ArrayLike, quantity: str = "acceleration") -> None:
-        self.level, self.quantity = jnp.asarray(level, float), quantity
+        self.level, self.quantity = as_array(level), quantity
         faults = faults_if(
             (not_positive(self.level), f"the level of white noise must be positive, not {level}"),
             (self.level.ndim != 0, f"the level of white noise is one number, not of shape {self.level.shape}"),

@@ -11,6 +11,7 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._labels import format_label
 from ..linear._system import LinearSystem
+from ..runtime import as_dtype
 from ..typing import ArrayLike
 from ._base import Reduced
 
@@ -34,14 +35,14 @@ def rotate(system: SystemT, axes: ArrayLike) -> SystemT:
     """
     system = system.to_dense()
     E, mixed = coordinate_rotation(system.coordinates, axes)
-    E = jnp.asarray(E, system.dtype)
+    E = as_dtype(E, system.dtype)
     light = set(system.massless)
     changes: dict[str, Any] = {
         name: None if A is None else E @ A @ E.T
         for name, A in (("mass", system.mass), ("stiffness", system.stiffness), ("damping", system.damping))
     }
     if system.positions is not None:
-        changes["positions"] = system.positions @ jnp.asarray(axes, system.positions.dtype).T
+        changes["positions"] = system.positions @ as_dtype(axes, system.positions.dtype).T
     if isinstance(system, Reduced):
         changes["basis"] = system.basis @ E.T
     massless = tuple(i for i in system.massless if light.issuperset(np.flatnonzero(mixed[i]).tolist()))

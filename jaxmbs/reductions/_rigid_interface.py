@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import as_flag, distinct_names, is_concrete
+from ..checks import as_flag, count_faults, distinct_names, faults_if, is_concrete
 from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._condensation import partition
@@ -103,9 +103,18 @@ def averaged_transformation(
 def transform_interface(system: LinearSystem, W: AnyArray, num: int) -> Reduced:
     """The component in the coordinates `x = W y`, the first `num` its interface, the others "inner 0", "inner 1", ...
 
-    `reduce(on_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
+    `reduce(transform_interface(s, W, 6), CraigBampton(20))` is Craig and Bampton's on a rigid or averaged interface.
+
+    Raises: ValueError for a transformation of another size; ModelError for more interface coordinates than it has.
     """
     W = jnp.asarray(W)
+    if W.ndim != 2 or len(W) != system.num_rows:
+        raise ValueError(f"W has shape {W.shape}, not ({system.num_rows}, coordinates)")
+    faults = count_faults("num", num) or faults_if(
+        (num > W.shape[1], f"num = {num} of the interface: there are {W.shape[1]} coordinates")
+    )
+    if faults:
+        raise ModelError(faults, "the interface")
     made = project(system, W, (*numbered_labels("interface", num), *numbered_labels("inner", W.shape[1] - num)), num)
     return made.chain_to(system) if isinstance(system, Reduced) else made
 

@@ -126,7 +126,7 @@ class Bonds(eqx.Module):
             zero ones are unused.  effort (q, f) = twists^T wrench.  Others as in `from_arrays`, compliance (q, 6, 6)
             as the field.
         """
-        dtype, length = position.dtype, jnp.asarray(length, position.dtype)
+        dtype, length = position.dtype, as_dtype(length, position.dtype)
         linear, angular = twists[:, :3], twists[:, 3:]
         linear = linear - jnp.einsum("qij,qjk->qik", jax.vmap(skew)(position), angular)
         local = [jnp.einsum("qji,qjk->qik", frame, part) for part in (linear, angular)]

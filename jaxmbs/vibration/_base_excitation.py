@@ -10,6 +10,7 @@ from ..checks import not_positive
 from ..linear._condensation import interface_basis, partition
 from ..quantities import Quantity, numbered
 from ..reports import Report, Reported
+from ..runtime import as_dtype
 from ..typing import AnyArray, ArrayLike, RowsLike
 from ._gains import mobility_from_gain
 from ._modes import stable_modes
@@ -55,7 +56,7 @@ class ResonanceGains(Reported, eqx.Module):
 
         `T = static + sum_k k_g 2 i z_k w^2 / (w_k^2 - w^2 + 2 i z_k w_k w)`.  Source: S1 (43), (45).
         """
-        w, wk, z = jnp.asarray(omega, self.omega.dtype)[:, None], self.omega[None], self.ratios[None]
+        w, wk, z = as_dtype(omega, self.omega.dtype)[:, None], self.omega[None], self.ratios[None]
         top = lax.complex(jnp.zeros_like(w * wk), 2 * z * w**2)
         share = top / lax.complex(wk**2 - w**2, 2 * z * wk * w)
         return self.static.astype(share.dtype)[None] + jnp.einsum("wk,kib->wib", share, self.gains)
@@ -90,7 +91,7 @@ def resonance_gains(
     modes = stable_modes(K=K[inner][:, inner], M=M[inner][:, inner], num=num, num_rigid=0)
     participation = modes.shapes.T @ (M @ T)[inner]
     at = modes.shapes[np.array([place[int(c)] for c in out], int)]
-    z = jnp.broadcast_to(jnp.asarray(ratios, K.dtype), modes.omega.shape)
+    z = jnp.broadcast_to(as_dtype(ratios, K.dtype), modes.omega.shape)
     size = jnp.einsum("ik,kb->kib", at, participation) / (2 * z[:, None, None])
     gains = lax.complex(jnp.zeros_like(size), -size)
     mass = jnp.sum(T * (M @ T), axis=0)

@@ -80,3 +80,20 @@ def test_what_takes_anything_takes_text():
 
     assert argument_faults(anything, ("text", ["a"]), {}) == []
     assert argument_faults(anything, (["text"], "a"), {}) == ["names must be a list, not 'a'"]
+
+
+@pytest.mark.parametrize(
+    "convert",
+    [lambda x: jnp.asarray(x), lambda x: np.asarray(x, float), lambda x: np.asarray(x) >= 0, lambda x: int(x)],
+)
+@pytest.mark.parametrize("value", ["0.x", {"a": "0.x"}, [1.0, "0.x"]])
+def test_text_in_what_may_hold_anything_is_named_where_a_conversion_fails(convert, value):
+    def anything(first: Any, names: Sequence[str]):
+        raise AssertionError
+
+    held = "0.x" if isinstance(value, str) else list(value.values())[0] if isinstance(value, dict) else value[1]
+    with pytest.raises((TypeError, ValueError)) as failed:
+        convert(held)
+    faults = argument_faults(anything, (value, ["a"]), {}, failed.value)
+    assert faults == ["first: a number is needed, not the text '0.x'"]
+    assert argument_faults(anything, (value, ["a"]), {}, ValueError("another")) == []
