@@ -1,4 +1,4 @@
-"""Public functions that name their wrong arguments where they fail on them; a call that succeeds pays nothing."""
+"""Public functions that name wrong switches, and other wrong arguments where they fail on them."""
 
 import contextlib
 import functools
@@ -16,6 +16,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..checks import flag_fault, is_flag
 from ..errors import AssemblyError, ModelError, UnknownNameError
 from ._faults import argument_faults
 
@@ -75,9 +76,12 @@ def _explained(function: Callable, name: str) -> Callable:
     """The function, whose raw errors name the arguments that are wrong."""
 
     calls = itertools.count()
+    switches = [key for key, kind in function.__annotations__.items() if kind is bool and key != "return"]
 
     @functools.wraps(function)
     def explained(*args, **options):
+        if switches:
+            _check_switches(function, name, switches, args, options)
         try:
             with _AROUND[-1](name, calls):
                 return function(*args, **options)
@@ -89,6 +93,20 @@ def _explained(function: Callable, name: str) -> Callable:
 
     explained._is_explained = True  # type: ignore[attr-defined]
     return explained
+
+
+def _check_switches(function, name, switches, args, options):
+    """Raises: ModelError for switches that are neither true nor false, as the text "no", which counts as true."""
+    given = dict(zip(_parameters(function), args, strict=False)) | options
+    known = [key for key in switches if key in given and not isinstance(given[key], jax.core.Tracer)]
+    faults = [flag_fault(key, given[key]) for key in known if not is_flag(given[key])]
+    if faults:
+        raise ModelError(faults, f"the call of {name}")
+
+
+@functools.cache
+def _parameters(function):
+    return tuple(inspect.signature(function).parameters)
 
 
 def _is_raw(error):

@@ -35,8 +35,8 @@ def argument_faults(
         [fault for name, value, parameter in known for fault in _parameter_faults(name, value, parameter)]
         or [
             f"{name}: a number is needed, not the text {_short_text(text)}"
-            for name, value, _ in known
-            if (text := _text_at_fault(error, value)) is not None
+            for name, value, parameter in known
+            if (text := _text_at_fault(error, value, parameter.annotation)) is not None
         ]
         or [
             f"{name} cannot hold {_short_text(_subject(error))}"
@@ -99,13 +99,17 @@ def _subject(error):
     return error.args[0] if isinstance(error, KeyError) and error.args else None
 
 
-def _text_at_fault(error, value):
-    """The text in a value that an error is about, or None; what a value may hold is not always told."""
+def _text_at_fault(error, value, annotation):
+    """The text in a value that an error is about, or None; what a value may hold is not always told.
+
+    Errors that do not quote it are about the text in what is not annotated as text.
+    """
     if not _ABOUT_TEXT.search(str(error)):
         return None
     texts = [x for x in _leaves(value) if isinstance(x, str)]
     quoted = [x for x in texts if repr(x) in str(error)]
-    return next(iter(quoted or (texts if "StrDType" in str(error) else ())), None)
+    is_untold = "StrDType" in str(error) and not re.search(r"\bstr\b", str(annotation))
+    return next(iter(quoted or (texts if is_untold else ())), None)
 
 
 def _is_about(error, value):

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
+from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..quantities import Quantity, entries
@@ -20,7 +21,7 @@ from ..reductions._base import interface_first
 from ..reports import Report, Reported
 from ..runtime import as_dtype
 from ..tables import fields_repr
-from ..typing import ArrayLike
+from ..typing import ArrayLike, Convertible
 from ._self_stresses import impedance
 
 
@@ -31,13 +32,19 @@ class Components(eqx.Module):
         nodes: (components, k), the interface node of each of a component's k places; -1 is fixed to the ground.
         matrix: (components, n, n) stiffness, or dynamic stiffness (complex); symmetric.
         load: (components, n) loads on the coordinates.
+
+    Raises: ValueError for components without nodes, or with different numbers of them.
     """
 
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
-    matrix: Inexact[Array, "components n n"]
-    load: Inexact[Array, "components n"]
+    matrix: Convertible[Inexact[Array, "components n n"]] = eqx.field(converter=as_inexact)
+    load: Convertible[Inexact[Array, "components n"]] = eqx.field(converter=as_inexact)
 
     __repr__ = fields_repr
+
+    def __check_init__(self):
+        if not self.nodes or len({len(row) for row in self.nodes}) != 1:
+            raise ValueError(f"nodes are those of one or more components, as many of each, not {self.nodes}")
 
     @classmethod
     def of(

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete, require_numbers, require_reals
+from ..checks import any_concrete, is_concrete, not_positive, require_numbers, require_reals
 from ..math._eigen import eigh
 from ..quantities import entries
 from ..reductions._base import Reduced
@@ -121,10 +121,13 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
     The peak is that of the exact motion, between the samples too, if there are two or more of them in a period and
     the damping is at most critical; else that at quarters of the steps.  A `vmap` over omega gives a shock spectrum.
 
+    Raises: ValueError, if concrete, for a step that is not positive.
     Source: S1 (32).
     """
     force = jnp.asarray(force)
     require_reals(force)
+    if not_positive(step):
+        raise ValueError(f"step = {step} must be positive")
     w, h, ratio = (as_dtype(x, force.dtype) for x in (omega, step, ratio))
     given = (w**2, 2 * ratio * w, jnp.ones_like(w), jnp.zeros_like(w))
     high, low = peaks(force, h, Oscillators(*(x[None] for x in given)))[0][:, 0]

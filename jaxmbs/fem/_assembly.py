@@ -26,7 +26,7 @@ def element_matrices(structure: Structure, group: str, kind: str = "stiffness") 
     """
     if kind not in KINDS:
         raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
-    return structure.groups[group].map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
+    return structure.group(group).map(lambda element, nodes: getattr(element, kind)(nodes), structure.positions)
 
 
 @jit

@@ -33,7 +33,7 @@ def pressure_load(
 
     Source: S1 (18).
     """
-    chosen = structure.groups[group]
+    chosen = structure.group(group)
     if not hasattr(chosen.element, "pressure_load"):
         raise ValueError(f"{group}: elements of kind {type(chosen.element).__name__} take no pressure")
     values = _per_element(structure, chosen, pressure, ())
@@ -48,7 +48,7 @@ def line_load(structure: Structure, group: str, force: ArrayLike) -> Float[Array
 
     Source: S1 (18).
     """
-    return _scatter_to_nodes(structure, structure.groups[group], element_line_loads(structure, group, force))
+    return _scatter_to_nodes(structure, structure.group(group), element_line_loads(structure, group, force))
 
 
 def nodal_load(structure: Structure, forces: Mapping) -> Float[Array, "nodes 6"]:
@@ -79,7 +79,7 @@ def element_weights(structure, group, acceleration):
 
 def element_line_loads(structure, group, force):
     """`line_load` of a group by element (elements, n)."""
-    chosen = structure.groups[group]
+    chosen = structure.group(group)
     if not hasattr(chosen.element, "line_load"):
         raise ValueError(f"{group}: elements of kind {type(chosen.element).__name__} take no line load")
     values = _per_element(structure, chosen, force, (3,))

@@ -34,8 +34,8 @@ def element_forces(
     them here and the end forces are right for any mesh.  Other elements state forces in their middle, which need no
     such part.
 
-    Raises: ValueError for x of another shape, or a line load on elements that take none; KeyError for an unknown
-    group.  Source: S1 (30).
+    Raises: ValueError for x of another shape, or a line load on elements that take none; UnknownNameError for an
+    unknown group.  Source: S1 (30).
     """
     return _recover(structure, x, "forces", line_loads, acceleration)
 

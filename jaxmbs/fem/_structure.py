@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import is_concrete, place_of
+from ..checks import is_concrete, no_such, place_of
 from ..elements import DIRECTIONS
 from ..elements._base import as_real
-from ..errors import ModelError
+from ..errors import ModelError, UnknownNameError
 from ..linear._storage import as_inexact
 from ..tables import sentence_repr
 from ..typing import AnyArray, ArrayLike
@@ -98,6 +98,12 @@ class Structure(eqx.Module):
     def node(self, name: Hashable) -> int:
         """Number of a node.  Raises: UnknownNameError."""
         return place_of("node", str(name), self.names)
+
+    def group(self, name: str) -> Group:
+        """Elements of a group.  Raises: UnknownNameError."""
+        if name not in self.groups:
+            raise UnknownNameError(no_such("group of elements", name, self.groups))
+        return self.groups[name]
 
     @property
     def sizes(self) -> np.ndarray:

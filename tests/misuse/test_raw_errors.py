@@ -1,5 +1,7 @@
 """Errors from below in words: functions that JAX cannot compile, switches, counts and numbers of another kind."""
 
+import inspect
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +12,7 @@ from jaxmbs import elements, experiment, fatigue, fem, linear, reductions, vibra
 from jaxmbs.checks import count_faults, require_numbers, require_reals
 from jaxmbs.runtime import explain_error
 
+from .test_misuse import PUBLIC
 from .zoo import Zoo
 
 ZOO = Zoo()
@@ -203,3 +206,21 @@ def test_what_moves_no_inertia_is_still_refused():
         chain(1.0, 0.0)
     with pytest.raises(mbs.ModelError, match="moves no inertia"):
         chain(0.0, 1.0)  # the two move against each other without the second
+
+
+#: Public functions and classes with switches, and what is given for their other arguments, which comes after.
+SWITCHES = [
+    (name, key)
+    for name, item in sorted(PUBLIC.items())
+    for key, kind in getattr(item.__init__ if isinstance(item, type) else item, "__annotations__", {}).items()
+    if kind is bool and key != "return"
+]
+
+
+@pytest.mark.parametrize("name, key", SWITCHES)
+def test_no_public_switch_takes_text(name, key):
+    item = PUBLIC[name]
+    needed = [p for p in inspect.signature(item).parameters.values() if p.default is p.empty and p.name != key]
+    given = {p.name: None for p in needed if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)}
+    with pytest.raises((TypeError, ValueError), match=f"{key} must be True or False, not 'no'"):
+        item(**given, **{key: "no"})
