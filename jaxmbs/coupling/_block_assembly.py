@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Inexact
 
 from ..blocksparse import BlockMatrix, Pattern, Plan, assemble, factor, solve
+from ..checks import require_numbers
 from ..linear._storage import as_inexact
 from ..linear._system import LinearSystem
 from ..math import _square as square
@@ -23,6 +24,16 @@ from ..runtime import as_dtype
 from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible
 from ._self_stresses import impedance
+
+
+def _numbers(what):
+    """Converter of a field, real or complex; what: its name."""
+
+    def convert(value):
+        require_numbers(**{what: value})
+        return as_inexact(value)
+
+    return convert
 
 
 class Components(eqx.Module):
@@ -37,8 +48,8 @@ class Components(eqx.Module):
     """
 
     nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
-    matrix: Convertible[Inexact[Array, "components n n"]] = eqx.field(converter=as_inexact)
-    load: Convertible[Inexact[Array, "components n"]] = eqx.field(converter=as_inexact)
+    matrix: Convertible[Inexact[Array, "components n n"]] = eqx.field(converter=_numbers("matrix"))
+    load: Convertible[Inexact[Array, "components n"]] = eqx.field(converter=_numbers("load"))
 
     __repr__ = fields_repr
 
