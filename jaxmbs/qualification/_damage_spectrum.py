@@ -91,6 +91,7 @@ def damage_spectrum(
     if faults:
         raise ModelError(faults, "the damage spectrum")
     if table is not None:
+        assert duration is not None
         f = as_dtype(natural, table.levels.dtype)
         return DamageSpectrum(f, *_random(table, f, as_dtype(Q, f.dtype), sn, as_dtype(duration, f.dtype), method))
     assert step is not None
