@@ -41,7 +41,14 @@ from ..typing import ArrayLike, CoordinateLike
 from ..vibration._system_analysis import frequency_response as response_by_names
 from ._friction_slopes import friction_slopes, loads_with_friction, nan_at_stick, refuse_stick
 from ._linearisation import Linearisation
-from ._named_outputs import LoadOutputs, NamedOutputs, check_names, numbered, output_names, with_loads
+from ._named_outputs import (
+    LoadOutputs,
+    NamedOutputs,
+    check_inputs_and_outputs,
+    number_repeats,
+    output_names,
+    with_loads,
+)
 from ._release_drives import release_drives
 
 
@@ -76,7 +83,7 @@ def linearise(
     system = with_changes(system, state)
     inputs, loads = distinct_names("inputs", inputs), distinct_names("loads", loads)
     outputs = outputs if callable(outputs) else distinct_names("outputs", outputs)
-    fields = check_names(system, inputs, () if callable(outputs) else outputs)
+    fields = check_inputs_and_outputs(system, inputs, () if callable(outputs) else outputs)
     system = with_mobility_at(system, state)
     driven = tuple(name for name in inputs if name in _drive_names(system))
     if system.friction is not None:
@@ -91,7 +98,7 @@ def linearise(
     found = found if system.friction is None else nan_at_stick(system, state, found)
     names, position_names = (column_names(system.topology, x) for x in (found.velocities, found.positions))
     internal = tuple(entry for record in system.topology.internal for entry in record.entries)
-    columns = tuple(numbered(_input_of_columns(system, inputs)))
+    columns = tuple(number_repeats(_input_of_columns(system, inputs)))
     rows = output_names(system, outputs, len(found.state_space.C))
     return dataclasses.replace(
         found,

@@ -17,7 +17,7 @@ from ..signal_flow._signal_names import check_input_fields, input_fields, signal
 from ..signal_flow._signals import signals_at
 
 
-def check_names(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> tuple[str, ...]:
+def check_inputs_and_outputs(system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> tuple[str, ...]:
     """The inputs that are fields and no joints.
 
     Raises: UnknownNameError; ModelError for a field that a block drives.
@@ -120,10 +120,10 @@ def output_names(system, outputs, count):
     found = [part if isinstance(part, str) else names[part[0]] for part in outputs.parts]
     if sum(sizes) != count:  # signals of several values
         return (*(f"output {k}" for k in range(count)), *loads)
-    return (*numbered(np.repeat(np.asarray(found, dtype=object), sizes)), *loads)
+    return (*number_repeats(np.repeat(np.asarray(found, dtype=object), sizes)), *loads)
 
 
-def numbered(names):
+def number_repeats(names):
     """Names, those given several times with a number."""
     names = [str(name) for name in names]
     return [name if names.count(name) == 1 else f"{name} {names[:k].count(name)}" for k, name in enumerate(names)]

@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -13,6 +11,7 @@ from ..constraints._host_rows import evaluate_rows
 from ..constraints._linear_rows import rows_of_numbers
 from ..constraints._rank import constraint_rank
 from ..constraints._rows import follow_drives
+from ..constraints._saddle_operator import stop_gradients
 from ..errors import AssemblyError
 from ..kinematics._poses import node_parameters
 from ..model._rows import drives
@@ -130,11 +129,6 @@ def _rank_and_branch(system, A, columns):
     change = rank - (rank if counted is None else counted.rank)
     signs = branch_signs(system, A, columns)
     return np.asarray(change, signs.dtype) if isinstance(rank, int) else change.astype(signs.dtype), signs
-
-
-def stop_gradients(tree):
-    """The tree with its arrays as constants to derivatives."""
-    return jax.tree.map(lambda x: lax.stop_gradient(x) if eqx.is_array(x) else x, tree)
 
 
 def _start_coordinates(asked, t):

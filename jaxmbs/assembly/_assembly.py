@@ -28,7 +28,7 @@ def linearise_for_search(system: System, P, psi, t, free):
     return residual_without_rounding(system, at, f), linear_rows(system, at, free, system.topology.position_rows)
 
 
-def newton_step(system: System, P, psi, t, free):
+def closing_step(system: System, P, psi, t, free):
     """One step of least size in `metric` towards closed loops, and the largest residual before it.
 
     Columns with free (nv,) = 0 stay.

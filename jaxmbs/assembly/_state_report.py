@@ -12,7 +12,7 @@ def state_quantities(state: Any) -> list[Quantity]:
     """Coordinates "pin", or "ball 0" of a joint with several, their velocities "velocity of pin", internal states."""
     psi, u = np.asarray(state.coordinates), np.asarray(state.velocities)
     layout = state.structure or (("", "", psi.shape[-1], u.shape[-1]),)
-    names, units = coordinate_labels(state.structure, psi.shape[-1])
+    names, units = state_labels(state.structure, psi.shape[-1])
     found = [Quantity(name, psi[..., k], unit) for k, (name, unit) in enumerate(zip(names, units, strict=True))]
     rates = _labels(((name, size) for name, _, _, size in layout))
     units = [unit for _, kind, _, size in layout for unit in velocity_units(kind, size)]
@@ -30,7 +30,7 @@ def state_quantities(state: Any) -> list[Quantity]:
     return found
 
 
-def coordinate_labels(structure: Any, count: int) -> tuple[list[str], list[str]]:
+def state_labels(structure: Any, count: int) -> tuple[list[str], list[str]]:
     """Names and units of all coordinates of a layout; their numbers for a state made by hand."""
     layout = structure or (("", "", count, 0),)
     units = [unit for _, kind, size, _ in layout for unit in coordinate_units(kind, size)]

@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 from ..checks import distinct_names, place_of
 from ..constraints._constraints import jacobian
 from ..constraints._host_rows import runs_on_host
+from ..constraints._saddle_operator import stop_gradients
 from ..errors import ModelError
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
@@ -21,7 +22,7 @@ from ..model._entry_points import check_state
 from ..model._system import System
 from ..runtime import as_array, jit
 from ..typing import ArrayLike
-from ._assembled_state import close_state, stop_gradients
+from ._assembled_state import close_state
 from ._branch_following import first_branch_point, follow_branch
 from ._branches import branch_signs
 from ._cut_joints import with_cut_values as holding

@@ -17,7 +17,7 @@ from jaxtyping import Array
 from ..checks import is_concrete
 from ..tables import sentence_repr
 from ._matrix import BlockMatrix
-from ._multifrontal import factorise, substitute
+from ._multifrontal import factorise_fronts, substitute
 from ._pivots import KINDS
 from ._plan import Plan, analyse
 
@@ -63,7 +63,7 @@ def factor(matrix: BlockMatrix, kind: str = "cholesky", plan: Plan | None = None
         raise ValueError(f"the plan was made for {plan.pattern}, but the matrix has {matrix.pattern}")
     fixed = lax.stop_gradient(matrix)
     return Factor(
-        matrix, factorise(plan, fixed if kind == "lu" else _require_symmetric(fixed, kind), kind), plan, kind
+        matrix, factorise_fronts(plan, fixed if kind == "lu" else _require_symmetric(fixed, kind), kind), plan, kind
     )
 
 
@@ -137,7 +137,7 @@ def _trace_rule(plan, kind, primals, tangents):
     """The log-determinant as the sum over pivots is differentiable as it stands: the tangent of that sum."""
 
     def total(matrix):
-        return sum(jnp.sum(p.log_determinant()[1]) for p in factorise(plan, matrix, kind))
+        return sum(jnp.sum(p.log_determinant()[1]) for p in factorise_fronts(plan, matrix, kind))
 
     return primals[1], jax.jvp(total, (primals[0],), (tangents[0],))[1]
 

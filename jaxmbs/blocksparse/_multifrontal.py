@@ -10,7 +10,7 @@ from ._pivots import KINDS
 from ._plan import Plan
 
 
-def factorise(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
+def factorise_fronts(plan: Plan, matrix: BlockMatrix, kind: str) -> tuple:
     """Factorise a matrix: the pivots of every tier, arrays with leading axes (steps, width)."""
     b, eliminate = plan.pattern.size, KINDS[kind].eliminate
     pool = _block_pool(matrix)

@@ -13,7 +13,7 @@ from ._symbolic import SymbolicFront, front_flops
 
 
 @dataclass(frozen=True)
-class Tier:
+class FrontTier:
     """Tier: `steps` of at most `width` fronts each (indices), padded to `pivots` and `boundary` blocks."""
 
     pivots: int
@@ -22,7 +22,7 @@ class Tier:
     steps: tuple[tuple[int, ...], ...]
 
 
-def build_tiers(made: list[SymbolicFront], size: int, most: int) -> list[Tier]:
+def build_tiers(made: list[SymbolicFront], size: int, most: int) -> list[FrontTier]:
     """Group fronts into at most about `most` tiers, children always in an earlier step."""
     height = np.array([f.height for f in made])
     K = np.array([len(f.pivots) for f in made])
@@ -108,4 +108,4 @@ def _build_tier(part, height, K, M, size):
 
     width = min(range(1, bound + 1), key=work)
     steps = [tuple(level[a : a + width].tolist()) for level in by_level for a in range(0, len(level), width)]
-    return Tier(k, m, width, tuple(steps))
+    return FrontTier(k, m, width, tuple(steps))

@@ -9,18 +9,19 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from ..forces._element_bonds import Bonds, ends
+from ..forces._element_bonds import ElementBonds, ends
 from ..hydraulics._pump import SHAFT
 from ..model._signals import block_named
 from ..model._system import System
 from ..signal_flow._signals import signals_and_blocks
-from ._inner_graph import InnerBond, vectors
+from ._elements import PowerBond
+from ._inner_graph import vectors
 
 
 class PartPowers(NamedTuple):
     """Bonds of a part of a circuit, and the power [W] that goes into what it stores, from its energy."""
 
-    bonds: Bonds
+    bonds: ElementBonds
     stored: Any
 
 
@@ -52,7 +53,7 @@ def joined_ports(system: System) -> frozenset[str]:
     return frozenset(chambers | shafts)
 
 
-def circuit_bonds(system: System) -> dict[str, list[tuple[InnerBond, str]]]:
+def circuit_bonds(system: System) -> dict[str, list[tuple[PowerBond, str]]]:
     """Of each part its bonds by the names that their ends have in the graph, with the name of the part's own bond."""
     cylinders = _cylinders(system)
     return {record.name: list(_bonds_of_part(system, record, cylinders)) for record in system.topology.circuits}
@@ -73,7 +74,7 @@ def _bonds_of_part(system, record, cylinders):
     for name, bond in jax.eval_shape(lambda: _bonds_at_rest(element)).items():
         if record.nodes or "port:" not in name:  # the ports of a node are the node itself
             tail, head = (_joined(record, end, cylinders) for end in ends(name))
-            yield InnerBond(tail, head, 1, bond.domain), name
+            yield PowerBond(tail, head, 1, domain=bond.domain), name
 
 
 def _bonds_at_rest(element):

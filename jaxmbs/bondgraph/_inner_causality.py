@@ -7,14 +7,14 @@ junctions let them, resistors take what is left.
 from collections.abc import Sequence
 
 from ..forces._element_bonds import PORT, kind_of
-from ._inner_graph import InnerBond
+from ._elements import PowerBond
 
 #: Kinds of elements that choose the causality of their bond, in their order; True where an effort acts on the element
 #: itself.
 _CHOICES = (("Se", False), ("Sf", True), ("C", False), ("I", True), ("port", False), ("R", False))
 
 
-def inner_strokes(bonds: list[InnerBond], ports: Sequence[str] = (PORT,)) -> dict[InnerBond, str]:
+def inner_strokes(bonds: list[PowerBond], ports: Sequence[str] = (PORT,)) -> dict[PowerBond, str]:
     """End, "tail" or "head", of every bond on which its effort acts.  Args: ports: junctions that give their flow."""
     acts: dict = {}
     for bond in bonds:

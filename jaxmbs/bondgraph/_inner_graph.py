@@ -10,23 +10,15 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from ..forces._element_bonds import PORT, Bonds, ends
+from ..forces._element_bonds import PORT, ElementBonds, ends
 from ..forces._law_at import LawAt
 from ..kinematics._element_flows import element_flows
 from ..math._linalg import direction
 from ..model._system import System
+from ._elements import PowerBond
 
 
-class InnerBond(NamedTuple):
-    """A bond inside an element as its graph shows it: numbers of components, physical domain."""
-
-    tail: str
-    head: str
-    size: int
-    domain: str
-
-
-def group_bonds(group, displacement, flow, t) -> Bonds:
+def group_bonds(group, displacement, flow, t) -> ElementBonds:
     """Bonds by name of all elements of a group, each with leading axis (n,); its laws are at their states."""
 
     def of_one(law, displacement, flow):
@@ -36,7 +28,7 @@ def group_bonds(group, displacement, flow, t) -> Bonds:
     return jax.vmap(of_one)(group.acting, displacement, flow)
 
 
-def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[InnerBond]:
+def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[PowerBond]:
     """Bonds inside element i of a group, in an order from its port outwards; none where the law declares none.
 
     Args: joined: names in the graph of the ports in whose place a circuit has its bonds.
@@ -50,7 +42,7 @@ def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[Inner
     still = group.port.still(top.num_coordinates, top.num_velocities)
     shapes = jax.eval_shape(lambda: law.bonds(*still, jnp.zeros(())))
     found = [
-        InnerBond(*ends(name), max(bond.effort.size, bond.flow.size), bond.domain)
+        PowerBond(*ends(name), max(bond.effort.size, bond.flow.size), domain=bond.domain)
         for name, bond in shapes.items()
         if not {inner_name(group, i, end) for end in ends(name)} & joined
     ]

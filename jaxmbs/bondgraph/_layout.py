@@ -10,7 +10,7 @@ KIND_WIDTH, PORT_WIDTH, LABEL_WIDTH = 10.0, 7.6, 6.3  # widths of letters of kin
 
 
 @dataclass(frozen=True)
-class Layout:
+class GraphLayout:
     """Boxes (left, top, right, bottom) by element, bond paths (points from tail to head) by bond name, in pixels."""
 
     boxes: dict
@@ -31,7 +31,7 @@ def text_width(element) -> float:
     return max((PORT_WIDTH if element.is_port else KIND_WIDTH) * len(text), LABEL_WIDTH * len(label), 18.0)
 
 
-def layout(graph) -> Layout:
+def layout(graph) -> GraphLayout:
     """Places of all elements and bonds."""
     left, middle, right = _sides(graph, _branches(graph))
     first, last = graph.roots[0], graph.roots[-1]
@@ -48,7 +48,7 @@ def layout(graph) -> Layout:
     for root, x in ((first, 0.0), (last, shift)):
         beside = [rows[other] * ROW_HEIGHT for _, other, _ in graph.bonds_of(root)]
         boxes[root] = (x - BAR_WIDTH / 2, min(beside) - 22, x + BAR_WIDTH / 2, max(beside) + 22)
-    return Layout(boxes, {bond.name: _path(graph, bond, boxes, rows) for bond in graph.bonds}, side)
+    return GraphLayout(boxes, {bond.name: _path(graph, bond, boxes, rows) for bond in graph.bonds}, side)
 
 
 def _branches(graph):

@@ -15,6 +15,7 @@ from ..constraints._kic import independent_columns
 from ..dynamics._efforts import element_efforts
 from ..dynamics._loads import Loads, on_columns
 from ..dynamics._newton_euler import all_efforts, motion_with_friction
+from ..dynamics.paper._fields import world_inertias
 from ..kinematics._configuration import Configuration, VelocityKinematics, configuration, node_motion, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
@@ -56,12 +57,6 @@ def body_flows(system: System, at: Configuration, V):
     twist = frame_twists(system, V)[own]
     com = at.x[own] + jnp.einsum("bij,bj->bi", at.R[own], system.com)
     return jnp.concatenate([twist[:, :3], twist[:, 3:] + jnp.cross(twist[:, :3], com)], axis=1)
-
-
-def world_inertias(system: System, at: Configuration):
-    """Inertia (bodies, 3, 3) of every body about its centre of mass, world axes."""
-    R = at.R[body_frame(system.topology)]
-    return jnp.einsum("bij,bjk,blk->bil", R, system.inertia, R)
 
 
 def apply_inertia(system: System, inertia, flow):
@@ -157,7 +152,7 @@ def graph_values(system: System, P, psi, u, t) -> GraphValues:
         ports=ports,
         elastic=elastic,
         gravity=gravity,
-        total=L.T @ element_loads(system, at) + gravity,
+        total=L.T @ applied_efforts(system, at) + gravity,
         friction=() if system.friction is None else _friction_ports(system, at, twists),
     )
 
@@ -175,7 +170,7 @@ def _friction_ports(system, at, twists):
     return modulus, slipping(at.V), -motion_with_friction(system, at).wrench
 
 
-def element_loads(system: System, at: VelocityKinematics):
+def applied_efforts(system: System, at: VelocityKinematics):
     """Efforts (nv,) of force elements, strains and friction on the tree's velocities.  Source: S2 (76)."""
     F, Q, _ = all_efforts(system, at)
     return on_columns(system, at, Loads(F, Q))

@@ -20,7 +20,7 @@ from ._elastic import NUM_RIGID, num_flows, strain_one_ports
 from ._elements import Element, PowerBond
 from ._graph import BondGraph
 from ._inner_causality import inner_strokes
-from ._inner_graph import InnerBond, from_port, inner_bonds, inner_name
+from ._inner_graph import from_port, inner_bonds, inner_name
 
 VIEWS = ("detailed", "inertia", "hamiltonian")
 
@@ -181,13 +181,18 @@ class _GraphBuilder:
     def hydraulics(self):
         """Parts of hydraulic circuits: the ports of elements are joined to the junctions of nodes and chambers."""
         own = [bond for bonds in self.circuits.values() for bond, _ in bonds]
-        parts = {end: (name, bond) for name, bonds in self.circuits.items() for bond, _ in bonds for end in bond[:2]}
+        parts = {
+            end: (name, bond)
+            for name, bonds in self.circuits.items()
+            for bond, _ in bonds
+            for end in (bond.tail, bond.head)
+        }
         placed = [element.name for element in self.elements if element.name in parts]
         for end in from_port(own, placed)[len(placed) :]:
             kind, _, label = end.partition(":")
             name, bond = parts[end]
             self.elements.append(Element(end, kind, label.replace(".", " "), 1, bond.domain, name))
-        chambers = [InnerBond(bond.tail, bond.head, 1, bond.domain) for bond in self.bonds if bond.domain == "fluid"]
+        chambers = [dataclasses.replace(bond, stroke="") for bond in self.bonds if bond.domain == "fluid"]
         strokes = inner_strokes(own + chambers, [name for name in placed if name.startswith("rate:")])
         self.bonds += [PowerBond(bond.tail, bond.head, 1, strokes[bond], bond.domain) for bond in own]
 

@@ -35,7 +35,7 @@ def rotation_and_position(pose: Pose):
     return to_numpy(pose.rotation), to_numpy(pose.position)
 
 
-def compose(a, b):
+def compose_poses(a, b):
     """Pose a, then b given in a."""
     return a[0] @ b[0], a[0] @ b[1] + a[1]
 
@@ -74,7 +74,7 @@ def reference_poses(bodies, joints, frames):
 def _neighbour_pose(joint, here, there, world, frames):
     ends = {joint.parent: joint.parent_frame, joint.child: joint.child_frame}
     near, far = (rotation_and_position(joint_frame(ends[b], frames)) for b in (here, there))
-    return compose(compose(world[here], near), invert(far))
+    return compose_poses(compose_poses(world[here], near), invert(far))
 
 
 def joint_poses(bodies, joints, frames):
@@ -84,7 +84,7 @@ def joint_poses(bodies, joints, frames):
     for name, joint in joints.items():
         if joint.at is not None:
             point = (np.eye(3), _world_point(joint.at, world, frames))
-            poses[name] = tuple(compose(invert(world[b]), point) for b in (joint.parent, joint.child))
+            poses[name] = tuple(compose_poses(invert(world[b]), point) for b in (joint.parent, joint.child))
         else:
             ends = (joint.parent_frame, joint.child_frame)
             poses[name] = tuple(rotation_and_position(joint_frame(frame, frames)) for frame in ends)
@@ -96,7 +96,7 @@ def _world_point(at, world, frames):
     if not isinstance(at, str):
         return to_numpy(as_array(at))
     frame = frames[at]
-    return compose(world.get(frame.body, _IDENTITY), rotation_and_position(frame.pose))[1]
+    return compose_poses(world.get(frame.body, _IDENTITY), rotation_and_position(frame.pose))[1]
 
 
 def tree_arrays(order, parent, via, backwards, joints, poses):
@@ -109,11 +109,11 @@ def tree_arrays(order, parent, via, backwards, joints, poses):
             near, far = far, near
         nodes = kind.nodes
         if not nodes:
-            in_node[body] = compose(compose(in_node[parent[body]], near), invert(far))
+            in_node[body] = compose_poses(compose_poses(in_node[parent[body]], near), invert(far))
             continue
         basis = to_numpy(kind.basis()) @ (_REVERSE if name in backwards else np.eye(3))
         onto = [_Z_TO_AXIS[node.axis] for node in nodes]
-        start = compose(in_node[parent[body]], (near[0] @ basis @ onto[0], near[1]))
+        start = compose_poses(in_node[parent[body]], (near[0] @ basis @ onto[0], near[1]))
         run = [start] + [(a.T @ b, np.zeros(3)) for a, b in zip(onto, onto[1:], strict=False)]
         for node, place in zip(nodes, run, strict=True):
             ball = node.kind == "ball"
@@ -121,5 +121,5 @@ def tree_arrays(order, parent, via, backwards, joints, poses):
             lead = to_numpy(kind.lead()) if node.kind == "screw" else float(node.kind == "prismatic")
             leads += [lead] + ([0.0] * 2 if ball else [])
         last = onto[-1].T @ basis.T
-        in_node[body] = compose((last, np.zeros(3)), invert(far))
+        in_node[body] = compose_poses((last, np.zeros(3)), invert(far))
     return in_node, placements, leads

@@ -20,7 +20,7 @@ from ..model._system import ClosureGroup, ForceGroup, System
 from ..model._topology import JointRecord, Topology
 from ..model._tree import Tree
 from ..model.inertia import as_matrix
-from ._arrays import compose, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
+from ._arrays import compose_poses, joint_poses, rotation_and_position, stack, stack_poses, tree_arrays
 from ._declarations import GROUND, Model, resolve_frame
 from ._elastic import elastic_groups, elastic_items
 from ._friction import joint_friction_of
@@ -102,7 +102,9 @@ def assemble_system(model: Model, tree: SpanningTree, guess: dict | None = None)
         body_pose=stack_poses([in_node[b] for b in order]),
         placement=stack_poses(placements),
         lead=_stack_numbers(leads) if leads else jnp.zeros(0),
-        frames=stack_poses([compose(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]),
+        frames=stack_poses(
+            [compose_poses(in_node[b], pose) for b, pose in zip(frames.bodies, frames.poses, strict=True)]
+        ),
         forces=force_groups,
         closures=closures,
         rows=rows,

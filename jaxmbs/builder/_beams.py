@@ -13,14 +13,14 @@ from ..math._linalg import direction, safe_norm
 from ..math._screw import screw_of_pose
 from ..model._pose import Pose
 from ..runtime import as_array, jit
-from ._declarations import Body, Force, Joint
+from ._declarations import Body, ForceElement, Joint
 
 #: Largest rotation [rad] between neighbouring nodes without load; the screw is known up to half a turn, which load
 #: must not reach.
 MOST_TURN = 1.6
 
 
-def beam_parts(name, section, points, elements, reference) -> tuple[list[Body], list[Joint], list[Force]]:
+def beam_parts(name, section, points, elements, reference) -> tuple[list[Body], list[Joint], list[ForceElement]]:
     """Bodies "name.0" to "name.n" at the nodes, joints and force elements "name.1" to "name.n" before each.
 
     Raises: TypeError, ValueError with a fault of the declaration.
@@ -41,7 +41,7 @@ def beam_parts(name, section, points, elements, reference) -> tuple[list[Body], 
         place = Pose(places[k], turns[k])
         joints.append(Joint(after, Free(), before, after, place, None, None, is_elastic=True))
         law = BeamElement(stiffness[k], screws[k], sections[k].damping)
-        forces.append(Force(after, law, (before, after), None, None))
+        forces.append(ForceElement(after, law, (before, after), None, None))
     return bodies, joints, forces
 
 

@@ -50,7 +50,7 @@ def driven_fields(model: Model) -> dict[str, str]:
     return {field_of(name, model)[0]: item.name for item in model.blocks.values() for name in drives_of(item)}
 
 
-def with_driven_fields(model: Model) -> Model:
+def with_placeholders(model: Model) -> Model:
     """The model whose driven fields are placeholders."""
     forces, blocks = dict(model.forces), dict(model.blocks)
     for field in driven_fields(model):

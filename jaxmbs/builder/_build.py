@@ -18,12 +18,12 @@ from ..model._pose import Pose
 from ..model._system import System
 from ._arrays import reference_poses
 from ._assemble_system import assemble_system
-from ._block_connections import with_driven_fields
+from ._block_connections import with_placeholders
 from ._block_groups import block_items
 from ._declarations import Body, Joint, Model
 from ._laws_in_place import with_laws_in_place
 from ._mobility import analyse_mobility, check_closure_and_inertia
-from ._signal_shapes import with_signals
+from ._signal_shapes import with_blocks
 from ._spanning_tree import spanning_tree
 from ._user_rows import row_faults
 from ._validation import system_law_faults
@@ -36,14 +36,14 @@ def build_system(
     guess = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None} | guess
     model = dataclasses.replace(model, bodies=dict(model.bodies), joints=dict(model.joints))
     if model.blocks:
-        model = with_driven_fields(model)
+        model = with_placeholders(model)
     system = with_laws_in_place(assemble_system(model, _cut_loops(model, cut), guess))
     if like is not None and linear_solver == "auto":
         linear_solver = like.topology.linear_solver
     system = with_linear_solver(system, linear_solver)
     found = system_law_faults(model.forces.values(), system.topology)
     if model.measures or model.blocks:
-        system, more = with_signals(system, block_items(model), model.forces)
+        system, more = with_blocks(system, block_items(model), model.forces)
         found += more
     if found:
         raise ModelError(found)

@@ -236,7 +236,7 @@ class SystemBuilder(MachineElements):
     ) -> None:
         """A force element: a scalar law `between` two frames or on a `joint`, a `Bushing` `between` two frames, a
         load `on` a frame, or a `GeneralisedEffort`.  Frames: body or frame names, (body, point), (body, Pose)."""
-        self._add("force", self._model.forces, declared.Force(name, law, between, joint, on))
+        self._add("force", self._model.forces, declared.ForceElement(name, law, between, joint, on))
 
     def constraint(
         self,

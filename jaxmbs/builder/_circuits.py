@@ -15,7 +15,7 @@ from ..hydraulics._pump import PumpOnShaft, PumpTorque
 from ..hydraulics._sum import Sum
 from ..model._internal_states import replace_field
 from ..model._topology import CircuitRecord
-from ._declarations import Block, Force, Measure, Model, has_one_coordinate
+from ._declarations import Block, ForceElement, Measure, Model, has_one_coordinate
 
 CHAMBERS = ("p0", "p1")
 _TORQUE = ((0, 1),)  # among the outputs of a pump on a shaft
@@ -67,7 +67,7 @@ def _on_shafts(elements):
         found.append(dataclasses.replace(item, element=PumpOnShaft(item.element), signal=speed, shaft=None))
         measures.append(Measure(speed, joint=item.shaft, of="velocity"))
         blocks.append(Block(torque, Sum(), item.name, f"{force}.torque", mix=_TORQUE))
-        forces.append(Force(force, PumpTorque(), None, item.shaft, None))
+        forces.append(ForceElement(force, PumpTorque(), None, item.shaft, None))
     return found, measures, blocks, forces
 
 

@@ -69,7 +69,7 @@ class Joint:
 
 
 @dataclass
-class Force:
+class ForceElement:
     """A force element as declared, with its port."""
 
     name: str
@@ -144,7 +144,7 @@ class Model:
     bodies: dict[str, Body] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
-    forces: dict[str, Force] = field(default_factory=dict)
+    forces: dict[str, ForceElement] = field(default_factory=dict)
     constraints: dict[str, Constraint] = field(default_factory=dict)
     elastic: dict[str, Any] = field(default_factory=dict)
     hydraulics: dict[str, Hydraulic] = field(default_factory=dict)

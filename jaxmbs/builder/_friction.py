@@ -5,7 +5,7 @@ import numpy as np
 from ..checks import any_concrete, is_concrete, no_such, require_reals
 from ..friction._groups import group_models
 from ..friction._joint_friction import JointFriction
-from ..friction._places import model_faults
+from ..friction._places import place_faults
 from ._arrays import stack, to_numpy
 from ._declarations import Friction, Joint
 
@@ -33,7 +33,7 @@ def friction_faults(item: Friction, joints: dict[str, Joint], others: dict[str, 
         found.append(f"{where}: joint {item.joint!r} is a Prismatic, which does not turn; leave radius out")
     if kind not in _HAVE_LENGTH and item.length is not None:
         found.append(f"{where}: joint {item.joint!r} is a {kind}, whose friction has no length; leave it out")
-    wrong = model_faults(item.friction, "a joint") or item.friction.faults()
+    wrong = place_faults(item.friction, "a joint") or item.friction.faults()
     found += [f"{where}: {fault}" for fault in wrong]
     twice = [other.name for other in others.values() if other.joint == item.joint and other is not item]
     if twice:

@@ -22,7 +22,7 @@ from ._block_groups import BlockItem, block_groups
 from ._law_faults import law_call_faults, named_faults
 
 
-def with_signals(system: System, items: list[BlockItem], forces) -> tuple[System, list[str]]:
+def with_blocks(system: System, items: list[BlockItem], forces) -> tuple[System, list[str]]:
     """The system with its blocks, which know the shapes of their outputs and the sizes of their inputs, and with
     measures that know the internal states that they read; faults of measures, of blocks, and of laws at the values
     that drive them."""

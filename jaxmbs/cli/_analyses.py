@@ -9,14 +9,14 @@ from .. import verbs
 from ..motion import Motion
 from ..ode import Rodas5P
 from ._files import write_table
-from ._models import build_system, read, read_state
+from ._models import build_imported, read, read_state
 from ._terminal import print_note, print_result
 
 
 def check(options: argparse.Namespace) -> int:
     """Print the parts of a model, its mobility and redundancy, and what its file had besides."""
     model = read(options)
-    print_result(build_system(model).describe())
+    print_result(build_imported(model).describe())
     for sentence in model.remarks:
         print_result(sentence)
     return 0

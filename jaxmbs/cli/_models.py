@@ -37,14 +37,14 @@ def read_state(options: argparse.Namespace) -> tuple[System, State]:
     model = read(options)
     for sentence in model.remarks:
         print_note(sentence)
-    system = build_system(model)
+    system = build_imported(model)
     guess = {name: value for name, value in model.start.items() if name in system.topology.joint_index}
     return system, _with_short_warnings(
         lambda: State.at(system, dict(options.values), dict(options.velocities), guess)
     )
 
 
-def build_system(model: Imported) -> System:
+def build_imported(model: Imported) -> System:
     """The system; warnings in one line each."""
     return _with_short_warnings(model.builder.build)
 

@@ -139,7 +139,7 @@ def mobility_of(system: System, rows: RowEvaluation, spaces, wanted: Iterable[st
         Z = row_spaces(system, rows._replace(A=rows.A[top.position_rows]))[1]
         positions = _nearest_independent_set(Z, chosen)
     undetermined, names = _undetermined_components(
-        reaction_map.carriers(system), rows.reactions, Y, float(system.length)
+        reaction_map.reaction_carriers(system), rows.reactions, Y, float(system.length)
     )
     names += tuple(name for name in _self_stressed_rows(system, Y) if name not in names)
     counted = rank, top.num_rows, top.num_velocities, chosen, undetermined, names, positions

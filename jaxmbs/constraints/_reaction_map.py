@@ -14,7 +14,7 @@ from ..runtime import gather_static
 from ._closures import directions
 
 
-def carriers(system: System):
+def reaction_carriers(system: System):
     """Names and frames A and B of all that carry reactions: every joint, then every two-frame constraint."""
     top = system.topology
     elements = [e for g in system.closures for e in zip(g.names, g.first, g.second, strict=True)]
@@ -27,7 +27,7 @@ def reaction_map(system: System, at: Configuration):
     About the origin and in the axes of that frame.  Multipliers of drives and couplers act inside their joints and
     load no body from outside.
     """
-    top, names = system.topology, [name for name, *_ in carriers(system)]
+    top, names = system.topology, [name for name, *_ in reaction_carriers(system)]
     num = len(names)
     out = jnp.zeros((num, 6, top.num_rows), at.x.dtype)
     if not system.closures:
@@ -38,7 +38,7 @@ def reaction_map(system: System, at: Configuration):
         parts.append(jnp.einsum("ej,erk->jker", weight, D).reshape(num, 6, -1))
     rows = sum(part.shape[2] for part in parts)
     out = jnp.concatenate([*parts, out[:, :, rows:]], axis=2)
-    own = np.array([b for *_, b in carriers(system)])
+    own = np.array([b for *_, b in reaction_carriers(system)])
     R, x, moment, force = gather_static(at.R, own), gather_static(at.x, own), out[:, :3], out[:, 3:]
     # as a product of matrices the GPU's compiler of JAX 0.11.2 finds no kernel for it
     moment = moment - jnp.sum(jax.vmap(skew)(x)[..., None] * force[:, None], axis=2)

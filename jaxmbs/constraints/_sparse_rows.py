@@ -86,7 +86,7 @@ def _momenta(system, psi, t, Z):
 def _reactions(system, psi, t, Y):
     at = configuration(system, node_parameters(system), psi, t, inertias=False)
     at = closures.residual_and_directions(system, at)[1]
-    own = [b for *_, b in reaction_map.carriers(system)]
+    own = [b for *_, b in reaction_map.reaction_carriers(system)]
     R, x = gather_static(at.R, own), gather_static(at.x, own)
 
     def along(y):

@@ -14,7 +14,7 @@ from ..forces._base import AbstractLaw, AbstractPoseLaw
 from ..forces._fields import number, optional_number
 from ..forces._readings import PointLoads
 from ..forces._validity import Margin
-from ..friction._places import as_optional_friction, model_faults
+from ..friction._places import as_optional_friction, place_faults
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._hunt_crossley import HuntCrossley
 from ._pair import AbstractPair, Touch
@@ -108,7 +108,7 @@ class AbstractContact(AbstractLaw):
             if np.shape(getattr(self, name) if getattr(self, name) is not None else 0.0):
                 found.append(f"{name} must be one number")
         if self.friction is not None:
-            found += model_faults(self.friction, "a contact", drag=False)
+            found += place_faults(self.friction, "a contact", drag=False)
         return found + (["wear must not be negative"] if negative(self.wear) else [])
 
     def _stored(self, rotation, displacement):

@@ -11,7 +11,7 @@ from ..linear._transfer import TransferFunctions
 from ..reductions._base import interface_first
 from ._alignment import alignment_faults
 from ._bonds import Bond, resolve_interface
-from ._linear_solver import solver_for
+from ._linear_solver import bond_solver
 from ._measured_network import MeasuredNetwork, bond_channels
 from ._network import ComponentNetwork
 from ._primal_assembly import joined_system
@@ -92,7 +92,7 @@ def connect(
     }
     parts, points = _resolve_ends(parts, {name: c.motions for name, c in bodies.items()}, bonds, found)
     at, labels = _joint_labels(parts, joints, points)
-    solver = solver_for(linear_solver, len(bonds), len(labels), _obstacle(points))
+    solver = bond_solver(linear_solver, len(bonds), len(labels), _obstacle(points))
     fields = joined_system(tuple(parts.values()), at, labels, solver)
     if points:
         own, places_of = (dict(zip(parts, numbers, strict=True)) for numbers in (joints, at))

@@ -6,7 +6,7 @@ from ..runtime import tuning
 SOLVERS = ("auto", "dense", "multifrontal")
 
 
-def solver_for(solver: str, num_bonds: int, num_rows: int, obstacle: str = "") -> str:
+def bond_solver(solver: str, num_bonds: int, num_rows: int, obstacle: str = "") -> str:
     """ "dense" or "multifrontal": the one asked for, or for "auto" the fastest at this size.
 
     Args: obstacle: reason why the network cannot be stored in blocks, if any.

@@ -18,7 +18,7 @@ from ..typing import ArrayLike, CoordinateLike
 from ._bond_loads import BondLoads, Determinacy, bond_loads, tie_loads
 from ._group_reactions import tie_forces
 from ._primal_assembly import Assembly, interface_reactions, joint_reactions
-from ._self_stresses import self_stresses
+from ._self_stresses import component_self_stresses
 from ._ties import Ties, split_component
 
 
@@ -135,7 +135,7 @@ class ComponentNetwork(Assembly):
         ties = self._rows()
         if not is_concrete(ties):
             raise ValueError("redundant bonds are found on the host, which is not possible under tracing")
-        stresses, free = self_stresses(np.asarray(ties), self.components, rigid)
+        stresses, free = component_self_stresses(np.asarray(ties), self.components, rigid)
         unknown, certain, at = np.abs(stresses).max(axis=1, initial=0.0) > 1e-6, {}, 0
         for name, bond in self.bonds:
             certain[name] = tuple(not flag for flag in unknown[at : at + len(bond.kept)])

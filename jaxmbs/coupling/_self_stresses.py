@@ -13,7 +13,9 @@ from ..reductions._base import Reduced
 from ..vibration._direct_response import dynamic_stiffness
 
 
-def self_stresses(ties, components: Sequence[Reduced], rigid: Sequence | None = None) -> tuple[np.ndarray, int]:
+def component_self_stresses(
+    ties, components: Sequence[Reduced], rigid: Sequence | None = None
+) -> tuple[np.ndarray, int]:
     """Self-stresses (ties, r) of rigid components, orthonormal, and the number of free motions; on the host.
 
     A redundant bond can be cut without a new motion of the components as rigid bodies.

@@ -13,7 +13,7 @@ from ._reference import TIMES
 QUANTITIES = ("main", "crank_pin", "wrist", "guide", "torque", "shaking")
 
 
-class Loads(NamedTuple):
+class EngineLoads(NamedTuple):
     """Loads at the times t (T,) [s]: pin forces and shaking force (T, 2) in x, y, guide force (T, 1) along y [N],
     driving torque (T, 1) [N m].  Joint forces act from the joint's parent on its child."""
 
@@ -41,7 +41,7 @@ def simulate_drive(design, ts, like=None):
     found = reactions(system, motion)
     x_y = {name: found[name].force[:, :2] for name in ("main", "crank_pin", "wrist")}
     guide, torque = found["slide"].force, found["main"].effort
-    loads = Loads(motion.ts, **x_y, guide=guide[:, 1:2], torque=torque, shaking=_shaking(system, found))
+    loads = EngineLoads(motion.ts, **x_y, guide=guide[:, 1:2], torque=torque, shaking=_shaking(system, found))
     return system, motion, loads
 
 
@@ -54,7 +54,7 @@ def _shaking(system, found):
 
 def select_times(loads, rows):
     """The loads at some of the times, in NumPy."""
-    return Loads(*(np.asarray(value)[rows] for value in loads))
+    return EngineLoads(*(np.asarray(value)[rows] for value in loads))
 
 
 def rms(force):

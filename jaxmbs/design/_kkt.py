@@ -12,7 +12,7 @@ from ._variables import AT_BOUND, Variables
 ACTIVE = 1e-5
 
 
-class Multipliers(NamedTuple):
+class LimitMultipliers(NamedTuple):
     """Non-negative multipliers at a point, by least squares.
 
     Attributes:
@@ -28,7 +28,7 @@ class Multipliers(NamedTuple):
     residual: float
 
 
-def estimate_multipliers(point: Point, variables: Variables, working_set: np.ndarray) -> Multipliers:
+def estimate_multipliers(point: Point, variables: Variables, working_set: np.ndarray) -> LimitMultipliers:
     """Estimate the multipliers at a point; working_set (k,): the constraints that its Jacobian has rows of."""
     from scipy.optimize import nnls
 
@@ -49,4 +49,4 @@ def estimate_multipliers(point: Point, variables: Variables, working_set: np.nda
     np.add.at(bounds, low, at_low / scale[low])
     np.add.at(bounds, high, -at_high / scale[high])
     slack = float(np.max(limits * np.maximum(-constraints, 0.0), initial=0.0))
-    return Multipliers(limits, bounds, max(float(np.max(left, initial=0.0)), slack))
+    return LimitMultipliers(limits, bounds, max(float(np.max(left, initial=0.0)), slack))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ._kkt import Multipliers, estimate_multipliers
+from ._kkt import LimitMultipliers, estimate_multipliers
 from ._limit_result import limit_results
 from ._optimum import Optimum
 from ._problem import DesignProblem, select_working_set
@@ -48,7 +48,7 @@ class ConstrainedSearch(Search):
         self, problem: DesignProblem, evaluate: Callable, variables: Variables, *args: Any, **options: Any
     ) -> None:
         self._problem, self._active = problem, np.zeros(0, np.int32)
-        self._optimality_record: tuple[Point, np.ndarray, Multipliers] | None = None
+        self._optimality_record: tuple[Point, np.ndarray, LimitMultipliers] | None = None
         self.working_set = first_working_set(problem, variables)
         super().__init__(lambda vector: evaluate(vector, self.working_set), variables, *args, **options)
         if not self.reason and len(self.working_set) < problem.num_constraints:
@@ -77,7 +77,7 @@ class ConstrainedSearch(Search):
         others[self.working_set] = False
         return bool(np.any(self.current.constraints[others] > violation))
 
-    def multipliers(self, point: Point) -> Multipliers:
+    def multipliers(self, point: Point) -> LimitMultipliers:
         """Multipliers of the working set at a point."""
         return estimate_multipliers(point, self.variables, self.working_set)
 
@@ -124,7 +124,7 @@ class ConstrainedSearch(Search):
         """
         return self._best_multipliers(self.evaluate(self.best.x))[1].residual
 
-    def _best_multipliers(self, best: Point) -> tuple[np.ndarray, Multipliers]:
+    def _best_multipliers(self, best: Point) -> tuple[np.ndarray, LimitMultipliers]:
         """(working set, its multipliers) with the least residual, of the best point or one as good."""
         found = [(self.working_set, self.multipliers(best))]
         record = self._optimality_record

@@ -22,7 +22,7 @@ from ..statics._network_sums import body_wrenches
 
 def bond_network(system: System) -> BodyNetwork:
     """Bodies, and as bonds every joint and two-frame constraint, in the order of `reaction_map.carriers`."""
-    top, carriers = system.topology, reaction_map.carriers(system)
+    top, carriers = system.topology, reaction_map.reaction_carriers(system)
     ends = [tuple(top.frame_body[frame] for frame in frames) for _, *frames in carriers]
     parent, child = zip(*ends, strict=True)
     return BodyNetwork(top.body_names, tuple(name for name, *_ in carriers), parent, child)
@@ -34,7 +34,7 @@ def system_bonds(system: System, at: Configuration, wrench, compliance=None) -> 
     Args: wrench (carriers, 6): world wrenches (force, moment) on the children, as everywhere in `statics`;
         compliance: by name, see `reactions`.
     """
-    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    own = np.array([b for *_, b in reaction_map.reaction_carriers(system)])
     twists = to_public_order(_free_twists(system, at), 1)
     effort = jnp.einsum("qij,qi->qj", twists, wrench)
     place = gather_static(at.x, own), gather_static(at.R, own)
@@ -46,14 +46,14 @@ def _compliances(system, compliance, dtype):
     """Compliances (carriers, 6) for force and moment: 1 and 1 / length^2 by default, none of hidden joints."""
     usual = jnp.concatenate([jnp.ones(3, dtype), jnp.full(3, system.length**-2, dtype)])
     given = {joint.name: 0.0 for joint in system.topology.joints if joint.is_hidden} | dict(compliance or {})
-    each = [given.get(name, usual) for name, *_ in reaction_map.carriers(system)]
+    each = [given.get(name, usual) for name, *_ in reaction_map.reaction_carriers(system)]
     return jnp.stack([jnp.broadcast_to(jnp.asarray(c, dtype), (6,)) for c in each])
 
 
 def _free_twists(system, at):
     """Free twists (carriers, 6, 6): columns of the tree's joints that no drive prescribes, and for closures
     projectors onto the twists that they leave free."""
-    top, S, names = system.topology, at.S, [name for name, *_ in reaction_map.carriers(system)]
+    top, S, names = system.topology, at.S, [name for name, *_ in reaction_map.reaction_carriers(system)]
     driven = {column for row in drives(system.rows) for column in row.columns}
     held, source = np.full((len(names), 6), len(S)), np.arange(len(names))  # the column after the last is zero
     for joint in top.joints:
@@ -132,7 +132,7 @@ def _rows_and_compliances(system, at, compliance, moved):
 
 def _local_wrenches(system, at, wrench):
     """World wrenches (carriers, 6) as force and moment at the child's frame of each, in its axes."""
-    own = np.array([b for *_, b in reaction_map.carriers(system)])
+    own = np.array([b for *_, b in reaction_map.reaction_carriers(system)])
     at_frames = wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), "joint", 1.0)
     return jnp.concatenate(at_frames, axis=1)
 

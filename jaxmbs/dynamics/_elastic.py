@@ -18,8 +18,8 @@ from ..kinematics._elastic import (
     elastic_state,
     flow_map,
     flow_rate,
-    interface_loads,
     interface_rates,
+    interface_wrenches,
     pose_rates,
 )
 from ..kinematics._wrench_targets import node_targets
@@ -49,9 +49,11 @@ class ElasticBodies(AbstractBodies):
 
         def loads(body, s: ElasticState):
             pi = body.momenta(s.q, s.flow)
-            turning = jax.jvp(lambda R, x, q: interface_loads(body, R, x, q, pi), (s.R, s.x, s.q), pose_rates(s))[1]
+            turning = jax.jvp(lambda R, x, q: interface_wrenches(body, R, x, q, pi), (s.R, s.x, s.q), pose_rates(s))[
+                1
+            ]
             load = body.gravity_loads(s.q, system.gravity @ s.R) - body.gyroscopic_loads(s.q, s.flow)
-            return jax.tree.map(jnp.add, turning, interface_loads(body, s.R, s.x, s.q, load))
+            return jax.tree.map(jnp.add, turning, interface_wrenches(body, s.R, s.x, s.q, load))
 
         return self._summed(loads, system, at)
 
@@ -142,7 +144,7 @@ class ElasticBodies(AbstractBodies):
 
 def _carried(function):
     """Wrenches on the interfaces and efforts on the modes by a function that gives the load on the flow of a body."""
-    return lambda body, s, *rates: interface_loads(body, s.R, s.x, s.q, function(body, s, *rates))
+    return lambda body, s, *rates: interface_wrenches(body, s.R, s.x, s.q, function(body, s, *rates))
 
 
 def inverse_dynamics_load(body, s: ElasticState, rate, gravity):

@@ -77,7 +77,7 @@ def _carried(system):
     """Static maps to the wrenches of all carriers: (carriers, bodies) from what bodies lack, (carriers, elements)
     from the wrenches of closures, (carriers, n) from the friction of each surface on the child of a cut joint."""
     f, top = system.friction, system.topology
-    names = [name for name, *_ in reaction_map.carriers(system)]
+    names = [name for name, *_ in reaction_map.reaction_carriers(system)]
     below = np.zeros((len(names), top.bodies.size + 1))  # the ground, last, is below nothing
     for body, joint in enumerate(top.body_joint):
         outward = 1.0 if top.joints[joint].child == body else -1.0

@@ -74,7 +74,7 @@ def mass_properties(component: LinearSystem) -> tuple[Scalar, Vector3, Matrix3]:
 
 def _check(system, components, joints):
     top, faults = system.topology, []
-    names = {name: ends for name, *ends in reaction_map.carriers(system)}
+    names = {name: ends for name, *ends in reaction_map.reaction_carriers(system)}
     elastic = {top.frame_body[frame] for group in system.elastic for frames in group.frames for frame in frames}
     for frame, component in components.items():
         if frame not in top.frame_index:
@@ -150,7 +150,7 @@ def _inertia_load(system, at, V, V_dot, frame, component):
 def _joint_load(system, where, wrench, name, frame, component, node):
     """Load (n,) of a joint's reaction on one node: its force, and its moment about the node."""
     top = system.topology
-    ends = next(ends for other, *ends in reaction_map.carriers(system) if other == name)
+    ends = next(ends for other, *ends in reaction_map.reaction_carriers(system) if other == name)
     index, sign = top.frame_index[frame], _joint_side(top, ends, frame)
     R, place = where.R[index], component.positions[component.nodes.index(node)]
     force, moment = (sign * R.T @ w for w in wrench)

@@ -21,7 +21,7 @@ from ..runtime import jit
 from ..tables import sentence_repr
 from ..typing import AnyArray, ArrayLike
 from ..vibration._damping import modal_damping
-from ._rigid_motions import interface_rows, rigid_basis, rotated_shapes
+from ._rigid_motions import rigid_basis, rotated_shapes, rows_of_interfaces
 from ._second_order import second_order
 from ._tension_shapes import has_tension_shapes, with_tension_shapes
 
@@ -102,8 +102,8 @@ def floating_frame(
             ["stiffening needs the finite elements: give the Structure as `stiffening`, or in place of the system"]
         )
     s, interfaces = system.to_dense(), distinct_names("interfaces", interfaces)
-    outer = interface_rows(s, interfaces)
-    assert s.positions is not None  # `interface_rows` refuses a system without
+    outer = rows_of_interfaces(s, interfaces)
+    assert s.positions is not None  # `rows_of_interfaces` refuses a system without
     rigid = rigid_basis(s, s.positions[s.nodes.index(interfaces[0])])
     _check_free(s.stiffness, rigid)
     if method is None:

@@ -23,7 +23,7 @@ from ..model._system import System
 from ..reductions import _recovery as recovery
 from ..runtime import as_argument, jit
 from ._floating_frame import FloatingFrame
-from ._rigid_motions import interface_rows, rotated_shapes
+from ._rigid_motions import rotated_shapes, rows_of_interfaces
 
 
 class BodyMotion(NamedTuple):
@@ -52,7 +52,7 @@ def deformations(system: System, motion: State | HasStates, name: str) -> tuple[
     Raises: UnknownNameError.
     """
     find_body(system, name)
-    return map_states(system, lambda here, state: _deformations(here, name, state), motion)
+    return along_states(system, lambda here, state: _deformations(here, name, state), motion)
 
 
 def displacements(
@@ -71,8 +71,8 @@ def displacements(
         raise ValueError(f"method must be 'acceleration' or 'displacement', got {method!r}")
     find_body(system, name)
     if method == "displacement":
-        return map_states(system, lambda here, state: frame.shapes @ _deformations(here, name, state)[0], motion)
-    return map_states(
+        return along_states(system, lambda here, state: frame.shapes @ _deformations(here, name, state)[0], motion)
+    return along_states(
         system, lambda here, state: recover_displacements(frame, body_motion(here, name, frame, state)), motion
     )
 
@@ -86,7 +86,7 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
     Raises: UnknownNameError.  Source: S1 (25), (30).
     """
     find_body(system, name)
-    s, rows = frame.system, interface_rows(frame.system, frame.body.interfaces)
+    s, rows = frame.system, rows_of_interfaces(frame.system, frame.body.interfaces)
 
     def loads(here, state):
         motion = body_motion(here, name, frame, state)
@@ -100,7 +100,7 @@ def interface_loads(system: System, motion: State | HasStates, name: str, frame:
         )
         return jnp.concatenate([to_public_order(first)[None], jnp.concatenate([force, moment], axis=1)])
 
-    return map_states(system, loads, motion)
+    return along_states(system, loads, motion)
 
 
 def _physical_moment(vector, load):
@@ -111,7 +111,7 @@ def _physical_moment(vector, load):
 def recover_displacements(frame: FloatingFrame, motion: BodyMotion) -> Array:
     """Displacements (n,) of the substructure by its balance of forces; those of the interfaces are kept."""
     s = frame.system
-    rows = interface_rows(s, frame.body.interfaces)
+    rows = rows_of_interfaces(s, frame.body.interfaces)
     if len(rows) == s.num_rows:
         return motion.x
     still = jnp.zeros_like(motion.x)
@@ -127,7 +127,7 @@ def find_body(system: System, name: str) -> tuple[ElasticGroup, int]:
     raise UnknownNameError(no_such("elastic body", name, names))
 
 
-def map_states(system: System, function: Callable, motion: State | HasStates) -> Any:
+def along_states(system: System, function: Callable, motion: State | HasStates) -> Any:
     """Values of a function of the system in force and one state, at a state or along a motion."""
     states = states_of(system, motion)
     first = jax.eval_shape(lambda: jax.tree.map(lambda x: x[(0,) * states.t.ndim], states))

@@ -10,7 +10,7 @@ from ..linear._system import LinearSystem
 from ..math._linalg import skew
 
 
-def interface_rows(s: LinearSystem, interfaces) -> tuple[int, ...]:
+def rows_of_interfaces(s: LinearSystem, interfaces) -> tuple[int, ...]:
     """Rows of the interfaces, six each, in the order x y z rx ry rz."""
     faults = [] if interfaces else ["an elastic body needs at least one interface"]
     if s.positions is None:

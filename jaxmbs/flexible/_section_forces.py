@@ -12,7 +12,7 @@ from ..forces import BeamElement
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..model._system import System
-from ._recovery import map_states
+from ._recovery import along_states
 
 
 def section_forces(system: System, motion: State | HasStates, name: str) -> Float[Array, "... elements 2 6"]:
@@ -35,7 +35,7 @@ def section_forces(system: System, motion: State | HasStates, name: str) -> Floa
         found = [_of_group(system, group, here) for group in system.forces if isinstance(group.law, BeamElement)]
         return jnp.concatenate(found)[places]
 
-    return map_states(system, at, motion)
+    return along_states(system, at, motion)
 
 
 def beam_places(system: System, name: str) -> np.ndarray:

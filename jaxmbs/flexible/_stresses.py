@@ -20,7 +20,7 @@ from ..model._system import System
 from ..quantities import Axis, Quantity, numbered
 from ..reports import Report, Reported, reported
 from ._floating_frame import FloatingFrame
-from ._recovery import body_motion, find_body, map_states, recover_displacements
+from ._recovery import along_states, body_motion, find_body, recover_displacements
 from ._second_order import structure_rows
 
 _MEASURES = {
@@ -181,7 +181,7 @@ def stresses(
         motion = body_motion(here, name, frame, state)
         return _at_state(structure, frame, motion, np.array(rows, int))
 
-    components, forces = map_states(system, values, states)
+    components, forces = along_states(system, values, states)
     times = jnp.broadcast_to(states.t, states.coordinates.shape[:-1])
     return Stresses(structure, times, components, forces)
 

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from ..checks import any_concrete, faults_if, negative, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
-from ._element_bonds import Bonds, ElementBond, fluid
+from ._element_bonds import ElementBond, ElementBonds, fluid
 from ._fields import number
 from ._validity import Margin
 
@@ -53,7 +53,7 @@ class AirSpring(AbstractScalarLaw):
         """Height of the column of gas [m]."""
         return {"height": Margin(self.height + x - self.length, "m", "has no gas left")}
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> ElementBonds:
         """Gas on one side of the piston and the ambient on the other, both stores."""
         pressure, flow = self.pressure * self._ratio(x) ** -self.exponent, self.area * v
         return {

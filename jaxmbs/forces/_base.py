@@ -27,7 +27,7 @@ from ..math._linalg import direction, safe_norm, skew
 from ..math._spatial import cross
 from ..tables import fields_repr
 from ..typing import ArrayLike, Matrix3, Scalar, ScalarLike, Vector3
-from ._element_bonds import Bonds, bond_sums
+from ._element_bonds import ElementBonds, bond_sums
 from ._fields import value_faults
 from ._internal_state import InternalState, States
 from ._readings import Arrows, PointLoads, Reading, is_own
@@ -90,7 +90,7 @@ class AbstractLaw(eqx.Module):
         bonds = self.bonds(*args)
         return bond_sums(bonds).dissipated if bonds else None
 
-    def bonds(self, *args: Any) -> Bonds:
+    def bonds(self, *args: Any) -> ElementBonds:
         """Bonds of the graph inside the element by name, "Se:voltage -> 1:current", of the arguments of its effort;
         none where the law does not say.  "1:port" is the junction of its own flow."""
         return {}

@@ -9,13 +9,13 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
-from ..math._vector import Components, Vectors, cross, dot, norm
+from ..math._vector import VectorComponents, Vectors, cross, dot, norm
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._cable_drawing import middles
-from ._cable_friction import Models, friction_faults, friction_of_elements, tension_ratios
-from ._cable_path import CablePath, Layout
+from ._cable_friction import Models, cable_friction_faults, friction_of_elements, tension_ratios
+from ._cable_path import CablePath, PathLayout
 from ._cable_route import CableRoute, CableState
 from ._fields import number, optional_number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
@@ -177,7 +177,7 @@ class Cable(CableRoute, AbstractPathLaw):
 
     def _tensions(self, path, tension, paid, frames):
         """Tensions (m,) of the spans, whose mean by length is the tension."""
-        layout, motion = self.layout, tuple(Components.of(part) for part in frames[1:])
+        layout, motion = self.layout, tuple(VectorComponents.of(part) for part in frames[1:])
         ends = zip((path.start, path.end), layout.ends(motion), strict=True)
         first, second = (v + cross(w, point - x) for point, (x, w, v) in ends)
         spans, arc, directions = path.mixed(layout)
@@ -208,7 +208,7 @@ class Cable(CableRoute, AbstractPathLaw):
             ),
             (not_positive(self.transition), "transition must be positive"),
         )
-        return found + friction_faults(self.friction, len(self.kinds), self.closed) + self.route_faults()
+        return found + cable_friction_faults(self.friction, len(self.kinds), self.closed) + self.route_faults()
 
 
 class CablePull(NamedTuple):
@@ -236,7 +236,7 @@ class CablePull(NamedTuple):
             return jnp.broadcast_to(self.tension, self.path.spans.shape)
         return self.tensions
 
-    def wrench(self, layout: Layout, frames: PathKinematics) -> tuple[Array, Array]:
+    def wrench(self, layout: PathLayout, frames: PathKinematics) -> tuple[Array, Array]:
         """Forces [N] and moments [N m] (n, 3) on the frames, in world axes, each about its frame's origin."""
         force, moment, path = self.on_places * -self.tension, self.on_turns * -self.tension, self.path
         if self.tensions is not None:
@@ -248,7 +248,7 @@ class CablePull(NamedTuple):
                 straight = past.directions * (past.direct * both / 2)
                 force = force + layout.at_elements(straight, layout.before_free_wheels)
                 force = force - layout.at_elements(straight, layout.after_free_wheels)
-            first, second = layout.ends(Components.of(frames.positions))
+            first, second = layout.ends(VectorComponents.of(frames.positions))
             force = force + layout.after(pull) - layout.before(pull)
             on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
             moment = moment + layout.after(on_first) - layout.before(on_second)

@@ -6,7 +6,7 @@ from jax import Array
 
 from ..drawings import Ball, Drawing, Thread, Wheel
 from ..palette import PALE
-from ._cable_path import CablePath, Layout
+from ._cable_path import CablePath, PathLayout
 
 _ARC = 24  # points of an arc
 _WIDTH = 0.3  # of a sheave or cylinder over its radius
@@ -26,7 +26,7 @@ def cable_drawing(route) -> Drawing:
     return tuple(shapes)
 
 
-def cable_course(layout: Layout, path: CablePath, centres: Array) -> tuple[Array, Array]:
+def cable_course(layout: PathLayout, path: CablePath, centres: Array) -> tuple[Array, Array]:
     """Ends (m, 2, 3) of the spans, and points (k, 3) along the whole cable, arcs included.
 
     Args: centres: (n, 3) of the elements.
@@ -56,7 +56,7 @@ def _arc(centre, axis, on, off, wrap):
     return centre[None] + turned + jnp.outer(low + (high - low) * share, axis)
 
 
-def middles(layout: Layout, path: CablePath) -> Array:
+def middles(layout: PathLayout, path: CablePath) -> Array:
     """Points (n, 3) of the elements: ends of the cable, and the middles of the chords on its wheels."""
     start, end = (points.rows for points in path.touching_points(layout))
     if layout.is_closed:  # the last span ends on the first element

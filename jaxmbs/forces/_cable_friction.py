@@ -8,7 +8,7 @@ from jax import Array, lax
 
 from ..friction import AbstractFriction
 from ..friction._groups import Groups, ModelGroup, group_models, signed_coefficients
-from ..friction._places import as_optional_friction, grows_with_slip, model_faults
+from ..friction._places import as_optional_friction, grows_with_slip, place_faults
 from ..runtime import as_array
 
 Models = tuple[AbstractFriction | None, ...]  # of the elements of a cable, None where there is none
@@ -32,7 +32,7 @@ def friction_of_elements(given: Any) -> Models | None:
     return tuple(as_optional_friction(one) for one in given)
 
 
-def friction_faults(friction: Models | None, elements: int, closed: bool) -> list[str]:
+def cable_friction_faults(friction: Models | None, elements: int, closed: bool) -> list[str]:
     """Faults of the models of so many elements."""
     if friction is not None and len(friction) != elements:
         return [f"friction has {elements} entries"]
@@ -40,7 +40,7 @@ def friction_faults(friction: Models | None, elements: int, closed: bool) -> lis
     for model in friction or ():
         if model is None:
             continue
-        what = model_faults(model, "a cable", bristles=False, drag=False)
+        what = place_faults(model, "a cable", bristles=False, drag=False)
         if closed and not what and not grows_with_slip(model):
             what = [
                 f"the speed of a belt is not unique with this {type(model).__name__}, whose friction falls as the "

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..math._vector import dot
 from ..runtime import gather_static
-from ._cable_path import LEAST_WRAP, CablePath, Circles, Layout
+from ._cable_path import LEAST_WRAP, CablePath, Circles, PathLayout
 from ._validity import Margin
 
 #: Length of a span, of that of the whole cable, that is taken for none.
@@ -20,7 +20,7 @@ _SIDEWAYS = 0.02
 _SIDE = 0.1
 
 
-def path_margins(layout: Layout, circles: Circles, path: CablePath) -> dict[str, Margin]:
+def path_margins(layout: PathLayout, circles: Circles, path: CablePath) -> dict[str, Margin]:
     """Margins of a path over circles by name: distances [m], angles [rad], a cosine."""
     spans = tuple(f"span after element {k}" for k in range(len(path.spans)))
     found = {

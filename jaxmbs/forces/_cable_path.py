@@ -26,7 +26,7 @@ _TANGENT = 1e-4
 _IN_LINE = 1e-6
 
 
-class Layout(NamedTuple):
+class PathLayout(NamedTuple):
     """Static parts of a path.
 
     Attributes:
@@ -186,7 +186,7 @@ class CablePath(NamedTuple):
         over = jnp.sum(self.spans) + jnp.sum(self.arc)
         return over if self.bypass is None else over - self.bypass.saved
 
-    def touching_points(self, layout: Layout) -> tuple[Vectors, Vectors]:
+    def touching_points(self, layout: PathLayout) -> tuple[Vectors, Vectors]:
         """Beginnings and ends (m,) of the spans; past a wheel that the cable has left both are the point of the
         straight way that is next to them."""
         if self.bypass is None:
@@ -204,7 +204,7 @@ class CablePath(NamedTuple):
             mixed.append(jax.tree.map(lambda x, y, k=k: x.at[k].set(y), ends, new))
         return mixed[0], mixed[1]
 
-    def mixed(self, layout: Layout) -> tuple[Array, Array, Vectors]:
+    def mixed(self, layout: PathLayout) -> tuple[Array, Array, Vectors]:
         """Lengths of spans (m,) and arcs (n,), and directions (m,) of spans, of the way that the cable takes."""
         if self.bypass is None:
             return self.spans, self.arc, self.directions
@@ -215,7 +215,7 @@ class CablePath(NamedTuple):
         return self.spans * own + half * other, arc, self.directions * own + along * other
 
 
-def cable_path(layout: Layout, circles: Circles) -> CablePath:
+def cable_path(layout: PathLayout, circles: Circles) -> CablePath:
     """The path over circles."""
     if "sphere" in layout.kinds:
         circles = circles._replace(axis=_axes_on_spheres(layout, circles))

@@ -10,13 +10,13 @@ from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..drawings import Drawing
-from ..math._vector import Components, Vectors, dot
+from ..math._vector import VectorComponents, Vectors, dot
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar
 from ._base import PathKinematics
 from ._cable_drawing import cable_course, cable_drawing
 from ._cable_margins import path_margins
-from ._cable_path import CablePath, Circles, Layout, cable_path
+from ._cable_path import CablePath, Circles, PathLayout, cable_path
 from ._cable_slopes import length_slopes
 from ._fields import number
 from ._readings import Reading
@@ -59,7 +59,7 @@ class CableState(NamedTuple):
         }
 
     @classmethod
-    def of(cls, layout: Layout, path: CablePath, rate, tension, tensions) -> "CableState":
+    def of(cls, layout: PathLayout, path: CablePath, rate, tension, tensions) -> "CableState":
         """The state of a cable along a path."""
         start, end = path.touching_points(layout)
         points = jnp.stack([start.rows, end.rows], axis=1)
@@ -100,9 +100,9 @@ class CableRoute(eqx.Module):
         return len(self.kinds)
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> PathLayout:
         """The static parts of the path."""
-        return Layout(self.kinds, self.closed)
+        return PathLayout(self.kinds, self.closed)
 
     @property
     def has_corners(self) -> bool:
@@ -149,7 +149,7 @@ class CableRoute(eqx.Module):
     def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Vectors, Vectors]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""
         path, on_x, on_turn = self.length_and_slopes(frames.rotations, frames.positions)
-        velocity, spin = Components.of(frames.velocities), Components.of(frames.angular_velocities)
+        velocity, spin = VectorComponents.of(frames.velocities), VectorComponents.of(frames.angular_velocities)
         return path, jnp.sum(dot(on_x, velocity) + dot(on_turn, spin)), on_x, on_turn
 
     def _circles(self, rotations, positions):
@@ -161,7 +161,7 @@ class CableRoute(eqx.Module):
         places[own] = np.arange(count)
         rows = gather_static(rows, places)  # zero at points
         axes = jnp.sum(rotations * rows[:, None, 2:], axis=2)
-        return Circles(Components.of(positions), rows[:, 0], Components.of(axes), rows[:, 1])
+        return Circles(VectorComponents.of(positions), rows[:, 0], VectorComponents.of(axes), rows[:, 1])
 
     def route_faults(self) -> list[str]:
         """Faults of the elements: their number, sizes and order."""

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from ..checks import any_concrete, faults_if, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
-from ._element_bonds import Bonds, ElementBond
+from ._element_bonds import ElementBond, ElementBonds
 from ._fields import number
 from ._internal_state import InternalState, States
 
@@ -59,7 +59,7 @@ class ElastoPlastic(AbstractScalarLaw):
         r = self.hardening
         return self.stiffness / 2.0 * (r * jnp.square(x - self.free_length) + (1.0 - r) * jnp.square(s["elastic"]))
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """The hardening spring, beside an elastic spring and what yields at the force that they share."""
         r, elastic = self.hardening, self.rate(x, v, s, t)["elastic"]
         force = self.stiffness * (1.0 - r) * s["elastic"]

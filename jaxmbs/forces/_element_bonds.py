@@ -47,7 +47,7 @@ class ElementBond(eqx.Module):
 
 
 #: Bonds of one element by name "tail -> head".
-Bonds = dict[str, ElementBond]
+ElementBonds = dict[str, ElementBond]
 
 
 class BondSums(NamedTuple):
@@ -77,7 +77,7 @@ def kind_of(element: str) -> str:
     return element.partition(":")[0]
 
 
-def power_into(bonds: Bonds, kinds: tuple[str, ...]) -> Scalar:
+def power_into(bonds: ElementBonds, kinds: tuple[str, ...]) -> Scalar:
     """Power [W] that the elements of some kinds take."""
     total = jnp.zeros((), jnp.result_type(*(bond.flow for bond in bonds.values()), float) if bonds else float)
     for name, bond in bonds.items():
@@ -87,7 +87,7 @@ def power_into(bonds: Bonds, kinds: tuple[str, ...]) -> Scalar:
     return total
 
 
-def bond_sums(bonds: Bonds) -> BondSums:
+def bond_sums(bonds: ElementBonds) -> BondSums:
     """Powers of an element by its bonds."""
     return BondSums(
         power_into(bonds, RESISTORS),

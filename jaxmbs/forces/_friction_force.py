@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from ..checks import faults_if, negative, not_positive
 from ..drawings import Drawing, Symbol
 from ..friction import AbstractBristles
-from ..friction._places import as_friction, model_faults
+from ..friction._places import as_friction, place_faults
 from ..typing import Convertible, Scalar, ScalarLike, WordedError
 from ._base import AbstractLaw, AbstractScalarLaw
-from ._element_bonds import Bonds, ElementBond
+from ._element_bonds import ElementBond, ElementBonds
 from ._fields import number
 from ._internal_state import InternalState, States
 
@@ -31,7 +31,7 @@ class AbstractFrictionForce(AbstractLaw):
     def faults(self) -> list[str]:
         """Those of the model; the load presses."""
         return [
-            *model_faults(self.friction, "a force law"),
+            *place_faults(self.friction, "a force law"),
             *super().faults(),
             *faults_if(
                 (negative(self.load), "load must not be negative"),
@@ -103,7 +103,7 @@ class BristleForce(AbstractFrictionForce, AbstractScalarLaw):
         """Energy of the bent bristles [J]."""
         return self.load * self.friction.energy(jnp.asarray(s["bristle"])[None])
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """Bristles that bend and slip at the force that they share, and the viscous part beside them."""
         (slip, bend, rate), at_radius = self._bristles(v, s), self.radius * self.load
         both = at_radius * self.friction.bristle_force(bend, rate)[0]

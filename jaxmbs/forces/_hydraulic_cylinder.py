@@ -13,7 +13,7 @@ from ..drawings import Drawing, Symbol
 from ..math._signed_root import signed_root
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
-from ._element_bonds import Bonds, ElementBond, fluid
+from ._element_bonds import ElementBond, ElementBonds, fluid
 from ._fields import as_law_function, number
 from ._internal_state import InternalState, States
 from ._signals import AbstractSignal, Constant, as_signal
@@ -149,7 +149,7 @@ class HydraulicCylinder(AbstractScalarLaw):
             ends["volume"] = Margin(left, "m^3", "has no volume left in its chamber", ("0", "1"))
         return ends
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """The valve's four edges, both chambers, the leakage between them and their pistons.
 
         Chambers that vary take in, with the oil that fills them, its energy of compression: that is exchanged.

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from ..checks import faults_if, not_positive
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
-from ._element_bonds import Bonds, ElementBond
+from ._element_bonds import ElementBond, ElementBonds
 from ._fields import number
 from ._internal_state import InternalState, States
 
@@ -42,7 +42,7 @@ class Maxwell(AbstractScalarLaw):
         """`k/2 z^2` [J]."""
         return self.stiffness / 2.0 * jnp.square(s["stretch"])
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """Spring and damper at the force that they share."""
         force, creep = self.stiffness * s["stretch"], self.stiffness / self.damping * s["stretch"]
         return {

@@ -10,7 +10,7 @@ from ..checks import faults_if, negative, not_positive
 from ..drawings import Drawing, Symbol
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
-from ._element_bonds import Bonds, ElementBond, electric
+from ._element_bonds import ElementBond, ElementBonds, electric
 from ._fields import number, optional_number
 from ._internal_state import InternalState, States
 from ._signals import as_signal
@@ -86,7 +86,7 @@ class Motor(AbstractScalarLaw):
         """Energy of the winding's field [J]."""
         return self.inductance / 2.0 * jnp.square(s["current"])
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """Voltage, resistance and inductance at the current, a gyrator to the joint; where `ke` is not `kt`, what its
         gap loses."""
         i, turning = s["current"], self.ratio * v

@@ -10,7 +10,7 @@ from ..math._rotation import rotation_vector
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw, AbstractScalarLaw
 from ._bushing import moment_of_gradient
-from ._element_bonds import Bonds, ElementBond
+from ._element_bonds import ElementBond, ElementBonds
 from ._fields import number
 from ._internal_state import InternalState, States
 
@@ -50,7 +50,7 @@ class Prony(AbstractScalarLaw):
         relaxing = jnp.sum(self.branches * jnp.square(s["stretch"]))
         return 0.5 * (self.stiffness * jnp.square(x - self.free_length) + relaxing)
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """The spring, and springs and dampers of the branches (n,)."""
         forces, creep = self.branches * s["stretch"], s["stretch"] / self.times
         return {
@@ -124,7 +124,7 @@ class PronyBushing(AbstractPoseLaw):
         velocity: Vector3,
         s: States,
         t: ScalarLike,
-    ) -> Bonds:
+    ) -> ElementBonds:
         """Springs and dampers on the six coordinates, whose rates follow from the twist, turning first."""
         force, moment = self.wrench(rotation, displacement, angular_velocity, velocity, s, t)
         vector = rotation_vector(rotation)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..checks import faults_if, flag, not_positive
 from ..friction import AbstractFriction, SmoothCoulomb
-from ..friction._places import as_optional_friction, model_faults
+from ..friction._places import as_optional_friction, place_faults
 from ..typing import Convertible, Scalar
 from ._fields import number, optional_number
 from ._old_friction import warn_of_old_name
@@ -108,5 +108,5 @@ class WormGear(AbstractPitchPointMesh):
         """Whole numbers of threads and teeth; positive module, radius and stiffness."""
         found = self._mesh_faults((self.threads, self.teeth))
         if self.friction is not None:
-            found += model_faults(self.friction, "a worm gear", bristles=False, drag=False)
+            found += place_faults(self.friction, "a worm gear", bristles=False, drag=False)
         return found + faults_if((not_positive(self.radius), "radius must be positive"))

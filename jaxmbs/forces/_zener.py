@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import faults_if, negative
 from ..typing import Convertible, Scalar, ScalarLike
-from ._element_bonds import Bonds, ElementBond
+from ._element_bonds import ElementBond, ElementBonds
 from ._fields import number
 from ._internal_state import States
 from ._maxwell import Maxwell
@@ -35,7 +35,7 @@ class Zener(Maxwell):
         """`k0/2 (x - x0)^2 + k/2 z^2` [J]."""
         return super().potential(x, s, t) + self.static_stiffness / 2.0 * jnp.square(x - self.free_length)
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """Those of `Maxwell` and the spring beside them."""
         static = self.static_stiffness * (x - self.free_length)
         return super().bonds(x, v, s, t) | {"1:port -> C:static": ElementBond(static, v)}

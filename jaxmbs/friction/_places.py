@@ -37,7 +37,7 @@ def as_optional_friction(value: Any) -> AbstractFriction | None:
     return None if value is None else as_friction(value)
 
 
-def model_faults(model: Any, place: str, bristles: bool = True, drag: bool = True) -> list[str]:
+def place_faults(model: Any, place: str, bristles: bool = True, drag: bool = True) -> list[str]:
     """Sentences about a model that does not go with a place; those about its numbers are its own `faults`.
 
     Args:

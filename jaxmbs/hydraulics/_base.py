@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..blocks import AbstractBlock
-from ..forces._element_bonds import Bonds, fluid
+from ..forces._element_bonds import ElementBonds, fluid
 from ..forces._fields import number
 from ..forces._hydraulic_cylinder import ATMOSPHERE, EMPTY
 from ..forces._internal_state import InternalState, States
@@ -32,7 +32,7 @@ class AbstractNode(AbstractBlock):
         return False
 
     @abc.abstractmethod
-    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """Bonds of its graph, "0:pressure" being its junction, with the flow that enters it [m^3/s]."""
 
     def stored_energy(self, s: States) -> Scalar:
@@ -81,7 +81,7 @@ class AbstractStorage(AbstractNode):
         """Energy [J] at its pressure."""
         return self.stored(s["p"])
 
-    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """The oil is a store: its flow is capacity times rate of the pressure."""
         p = s["p"]
         taken = self.capacity(p) * self.rate(flow, s, t)["p"]
@@ -116,7 +116,7 @@ class AbstractHydraulicElement(AbstractBlock):
             raise ValueError(f"its signal is one number, got {given.shape[0] - n}")
         return given[:n], given[n] if given.shape[0] > n else None
 
-    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> ElementBonds:
         """Bonds of the graph inside the element by name; "port:a" is its port a.
 
         An element that does not say is a resistor with all its ports.
@@ -147,14 +147,14 @@ class AbstractTwoPort(AbstractHydraulicElement):
         (a, b), signal = self.split(u)
         return self.flow(a - b, signal)
 
-    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> ElementBonds:
         """One flow through both ports, and the power that the pressure difference loses."""
         (a, b), _ = self.split(u)
         flow = self.output(u, s, t)
         return through(a, b, flow) | {"1:flow -> R:resistance": fluid(a - b, flow)}
 
 
-def through(a: Scalar, b: Scalar, flow: Scalar) -> Bonds:
+def through(a: Scalar, b: Scalar, flow: Scalar) -> ElementBonds:
     """Bonds of the ports of an element through which one flow passes."""
     return {"port:a -> 1:flow": fluid(a, flow), "1:flow -> port:b": fluid(b, flow)}
 

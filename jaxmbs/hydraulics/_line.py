@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..checks import faults_if, negative, not_positive
-from ..forces._element_bonds import Bonds, fluid
+from ..forces._element_bonds import ElementBonds, fluid
 from ..forces._fields import number
 from ..forces._internal_state import InternalState, States
 from ..typing import Convertible, Scalar, ScalarLike
@@ -80,7 +80,7 @@ class Line(AbstractTwoPort):
         """Kinetic energy of the oil `inertance q^2 / 2` [J]."""
         return self.inertance * jnp.square(s["q"]) / 2.0
 
-    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> ElementBonds:
         """The oil is an inertia, its friction a resistor."""
         (a, b), q = self.split(u)[0], s["q"]
         return through(a, b, q) | {

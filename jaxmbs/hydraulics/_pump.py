@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from ..checks import faults_if, negative, not_positive
 from ..forces import AbstractScalarLaw
-from ..forces._element_bonds import Bonds, ElementBond, fluid
+from ..forces._element_bonds import ElementBond, ElementBonds, fluid
 from ..forces._fields import number
 from ..forces._internal_state import States
 from ..forces._signals import as_signal
@@ -43,7 +43,7 @@ class Pump(AbstractTwoPort):
         """Torque [N m] that turns the shaft, `displacement (p_b - p_a) + drag speed`; `drop` is p_a - p_b [Pa]."""
         return self.drag * speed - self.displacement * drop
 
-    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> ElementBonds:
         """The shaft drives the flow by a transformer; drag and leakage are resistors."""
         (a, b), speed = self.split(u)
         ideal, leak, rise = self.displacement * speed, self.leakage * (b - a), b - a
@@ -86,7 +86,7 @@ class PumpOnShaft(AbstractTwoPort):
         (a, b), speed = self.split(u)
         return jnp.stack([self.pump.flow(a - b, speed), -self.pump.torque(a - b, speed)])
 
-    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> ElementBonds:
         """Those of the pump; its shaft is a port to the joint."""
         bonds = self.pump.bonds(u, s, t)
         return {name.replace("Sf:shaft", SHAFT): bond for name, bond in bonds.items()}
@@ -111,6 +111,6 @@ class PumpTorque(AbstractScalarLaw):
         """Torque that drives the joint [N m]."""
         return number(self.torque(t))
 
-    def bonds(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> Bonds:
+    def bonds(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> ElementBonds:
         """Its power is that of the pump."""
         return {f"{SHAFT} -> 1:port": ElementBond(self.effort(x, v, t), v)}

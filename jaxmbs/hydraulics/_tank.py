@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array
 
-from ..forces._element_bonds import Bonds, fluid
+from ..forces._element_bonds import ElementBonds, fluid
 from ..forces._fields import number
 from ..forces._internal_state import States
 from ..typing import Convertible, Scalar, ScalarLike
@@ -25,7 +25,7 @@ class Tank(AbstractNode):
         """The pressure [Pa]."""
         return self.pressure
 
-    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, flow: ScalarLike, s: States, t: ScalarLike) -> ElementBonds:
         """A source of pressure, which supplies the flow that leaves it."""
         return {
             "port:circuit -> 0:pressure": fluid(self.pressure, flow),

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, not_positive
-from ..forces._element_bonds import Bonds, fluid
+from ..forces._element_bonds import ElementBonds, fluid
 from ..forces._fields import number
 from ..forces._internal_state import States
 from ..math._signed_root import signed_root, smooth_ramp
@@ -66,7 +66,7 @@ class Valve(AbstractHydraulicElement):
         pressures, spool = self.split(u)
         return self.flows(pressures, spool)
 
-    def bonds(self, u: Any, s: States, t: ScalarLike) -> Bonds:
+    def bonds(self, u: Any, s: States, t: ScalarLike) -> ElementBonds:
         """A resistor in each edge, between the junctions of the ports."""
         pressures, spool = self.split(u)
         at = dict(zip(self.ports, pressures, strict=True))

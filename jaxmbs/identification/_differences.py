@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 
 from ..batching import batch
 from ..runtime import TracedFunction, jit
-from ._measurements import Layout, Measurements
+from ._measurements import LeafLayout, Measurements
 
 
 class Prior(NamedTuple):
@@ -32,8 +32,8 @@ class Predictions(NamedTuple):
     """
 
     predict: Callable
-    unknowns: Layout
-    data: Layout
+    unknowns: LeafLayout
+    data: LeafLayout
     experiments: PyTree
     gradient: str
     compile: str

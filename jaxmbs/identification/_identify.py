@@ -16,7 +16,7 @@ from ..errors import ModelError
 from ._differences import Differences, Predictions, Prior
 from ._fit import LeastSquares, with_entries
 from ._identification import Identification, _sizes
-from ._measurements import Layout, read_measurements
+from ._measurements import LeafLayout, read_measurements
 from ._verdict import spectrum, unseen_directions
 
 
@@ -94,7 +94,7 @@ def _layout(unknowns, starts):
     """Layout of the unknowns, of one start where many are stacked."""
     leaves, structure = jax.tree.flatten(unknowns)
     shapes = tuple(np.shape(x)[1:] if starts == "stacked" else np.shape(x) for x in leaves)
-    return Layout(structure, ("",) * len(leaves), shapes, (False,) * len(leaves))
+    return LeafLayout(structure, ("",) * len(leaves), shapes, (False,) * len(leaves))
 
 
 def _read_prior(variables, prior, layout):

@@ -11,7 +11,7 @@ from ..checks import require_reals
 from ..errors import ModelError
 
 
-class Layout(NamedTuple):
+class LeafLayout(NamedTuple):
     """Places of the leaves of a pytree in one vector: of complex ones all real parts, then all imaginary parts.
 
     Attributes: structure: of the pytree; labels, shapes, is_complex: of its leaves.
@@ -57,7 +57,7 @@ class Measurements(NamedTuple):
         experiments: number of experiments, the leading axis of all data; or None.
     """
 
-    layout: Layout
+    layout: LeafLayout
     values: np.ndarray
     kept: np.ndarray
     weights: np.ndarray
@@ -125,7 +125,7 @@ def read_measurements(
         raise ModelError(["data must be finite; NaN marks a gap"], "identify")
     factors = noise if deviations is None else 1.0 / noise
     shapes = tuple(x.shape if experiments is None else x.shape[1:] for x in leaves)
-    layout = Layout(structure, labels, shapes, is_complex)
+    layout = LeafLayout(structure, labels, shapes, is_complex)
     return Measurements(layout, flat[kept], kept, factors[kept], experiments)
 
 

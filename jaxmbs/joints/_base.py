@@ -94,7 +94,7 @@ class AbstractJoint(eqx.Module):
         return []
 
 
-def axis_vector(axis):
+def axis_direction(axis):
     """Unit or raw direction (3,) from a name such as "x" or "-z", or from three numbers."""
     if isinstance(axis, str):
         sign = -1.0 if axis.startswith("-") else 1.0

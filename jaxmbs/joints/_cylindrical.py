@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel_rows
+from ._base import AbstractJoint, Node, axis_direction, axis_faults, parallel_rows
 
 
 class Cylindrical(AbstractJoint):
@@ -22,7 +22,7 @@ class Cylindrical(AbstractJoint):
     is_reversible = True
     symbol = "sleeve"
 
-    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_direction, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, axis_faults, axis_vector, parallel_rows
+from ._base import AbstractJoint, Node, axis_direction, axis_faults, parallel_rows
 
 
 class Planar(AbstractJoint):
@@ -23,7 +23,7 @@ class Planar(AbstractJoint):
     row_units = ("m", "rad", "rad")
     symbol = "plane"
 
-    normal: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    normal: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_direction, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.normal)

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from ..math._rotation import axis_basis
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, alignment_rows, axis_faults, axis_vector
+from ._base import AbstractJoint, Node, alignment_rows, axis_direction, axis_faults
 
 
 class Prismatic(AbstractJoint):
@@ -24,7 +24,7 @@ class Prismatic(AbstractJoint):
     is_reversible = True
     symbol = "slide"
 
-    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_direction, default="z")
 
     def basis(self) -> Matrix3:
         return axis_basis(self.axis)

@@ -15,7 +15,7 @@ from ..drawings import Ball, Drawing, Wheel
 from ..palette import STEEL
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis, Convertible
-from ._base import axis_faults, axis_vector
+from ._base import axis_direction, axis_faults
 from ._closures import AbstractClosure
 
 
@@ -75,7 +75,7 @@ class RollingDisk(AbstractRolling):
 
     def __init__(self, radius: ArrayLike, axle: Axis = "y") -> None:
         self.radius = as_array(radius)
-        self.axle = axis_vector(axle)
+        self.axle = axis_direction(axle)
 
     def drawing(self) -> Drawing:
         return (Wheel(self.radius, 0.12 * self.radius, 1, self.axle, STEEL),)
@@ -106,7 +106,7 @@ class KnifeEdge(AbstractClosure):
     along: Float[Array, "3"]
 
     def __init__(self, along: Axis = "x") -> None:
-        self.along = axis_vector(along)
+        self.along = axis_direction(along)
 
     def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
         x, y, _ = R @ self.along

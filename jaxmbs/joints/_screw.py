@@ -9,7 +9,7 @@ from ..checks import is_concrete
 from ..math._rotation import axis_basis
 from ..runtime import as_array
 from ..typing import Convertible, Matrix3, Scalar
-from ._base import AbstractJoint, Node, axis_faults, axis_vector, half_angle_tangents, parallel_rows
+from ._base import AbstractJoint, Node, axis_direction, axis_faults, half_angle_tangents, parallel_rows
 
 
 class Screw(AbstractJoint):
@@ -26,7 +26,7 @@ class Screw(AbstractJoint):
     is_reversible = True
     symbol = "screw"
 
-    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_vector, default="z")
+    axis: Convertible[Float[Array, "3"]] = eqx.field(converter=axis_direction, default="z")
     pitch: Convertible[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0, kw_only=True)
 
     def basis(self) -> Matrix3:

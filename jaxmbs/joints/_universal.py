@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from ..typing import Convertible, Matrix3
-from ._base import AbstractJoint, Node, axis_vector
+from ._base import AbstractJoint, Node, axis_direction
 
 
 class Universal(AbstractJoint):
@@ -26,7 +26,7 @@ class Universal(AbstractJoint):
     symbol = "cross"
 
     axes: Convertible[Float[Array, "2 3"]] = eqx.field(
-        converter=lambda axes: jnp.stack([axis_vector(a) for a in axes]), default=("x", "y")
+        converter=lambda axes: jnp.stack([axis_direction(a) for a in axes]), default=("x", "y")
     )
 
     def basis(self) -> Matrix3:

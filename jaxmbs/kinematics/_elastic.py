@@ -12,8 +12,8 @@ from ..math._spatial import dot, momentum
 from ..model._elastic import ElasticGroup
 from ..model._system import System
 from ._configuration import Configuration, VelocityKinematics, at_rest, node_motion
-from ._tree import mass_matrix as tree_mass_matrix
 from ._tree import subtrees
+from ._tree import tree_mass_matrix as tree_mass_matrix
 
 
 class ElasticState(NamedTuple):
@@ -47,7 +47,7 @@ def interface_rates(system: System, group: ElasticGroup, V, u):
     return jnp.concatenate([V, jnp.zeros((1, 6), V.dtype)])[node], u[np.array(group.columns, int)]
 
 
-def interface_loads(body, R, x, q, load):
+def interface_wrenches(body, R, x, q, load):
     """Wrenches (interfaces, 6) about the world origin and modal parts (modes,) of a load (6 + m,) on the flow."""
     at_rest = jnp.zeros((len(x), 6), load.dtype), jnp.zeros(body.num_modes, load.dtype)
     return jax.linear_transpose(lambda V, rates: body.flow(R, x, q, V, rates), *at_rest)(load)

@@ -18,7 +18,7 @@ from ._configuration import configuration
 from ._poses import coordinate_rate, node_parameters, node_poses
 
 
-def resolve_frame(system: System, frame):
+def locate_frame(system: System, frame):
     """Node, position and rotation in node axes of a frame given by name, body name, or (name, point).
 
     Raises: UnknownNameError.
@@ -55,13 +55,13 @@ def _world_pose(system, P, psi, place):
 @state_function
 def position(system: System, state: AbstractState, frame: FrameLike) -> Vector3:
     """World position (3,) [m] of a frame's origin or of a point (frame, point)."""
-    return _world_pose(system, node_parameters(system), state.coordinates, resolve_frame(system, frame))[1]
+    return _world_pose(system, node_parameters(system), state.coordinates, locate_frame(system, frame))[1]
 
 
 @state_function
 def rotation(system: System, state: AbstractState, frame: FrameLike) -> Matrix3:
     """World rotation (3, 3) of a frame."""
-    return _world_pose(system, node_parameters(system), state.coordinates, resolve_frame(system, frame))[0]
+    return _world_pose(system, node_parameters(system), state.coordinates, locate_frame(system, frame))[0]
 
 
 @state_function
@@ -93,7 +93,7 @@ def jacobian(system: System, state: AbstractState, frame: FrameLike) -> Float[Ar
 
     Source: S2 (11)-(12), (14)-(15) with every joint independent.
     """
-    P, place = node_parameters(system), resolve_frame(system, frame)
+    P, place = node_parameters(system), locate_frame(system, frame)
     at = configuration(system, P, state.coordinates, state.t, inertias=False)
     point = _world_pose(system, P, state.coordinates, place)[1] - at.origin
     return to_public_order(point_jacobian(system, at.S, place[0], point), 0)

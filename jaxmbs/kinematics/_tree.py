@@ -203,7 +203,7 @@ def solve(tree: Tree, S, J, p):
     )
 
 
-def mass_matrix(tree: Tree, S, J):
+def tree_mass_matrix(tree: Tree, S, J):
     """The mass matrix (..., nodes, nodes) by composite inertias: `M_ij = S_i . (Jc_j S_j)` for i above j."""
     F = momentum(subtrees(tree, J), S)
     lower = jnp.einsum("kc...,jc...->...kj", F, S)

@@ -13,7 +13,7 @@ from ..runtime import SMALL_PROGRAM
 from ._linalg import CROSS
 
 
-class Components(NamedTuple):
+class VectorComponents(NamedTuple):
     """Components of vectors; operators treat them one by one, and `a * b` multiplies by a number for each vector."""
 
     x: Array
@@ -23,7 +23,7 @@ class Components(NamedTuple):
     @classmethod
     def of(cls, rows: Array) -> "Vectors":
         """From rows (..., 3); rows they stay in small programs."""
-        return Rows(rows) if SMALL_PROGRAM.value else cls(*(rows[..., k] for k in range(3)))
+        return VectorRows(rows) if SMALL_PROGRAM.value else cls(*(rows[..., k] for k in range(3)))
 
     @property
     def rows(self) -> Array:
@@ -31,52 +31,52 @@ class Components(NamedTuple):
         return jnp.stack(self, axis=-1)
 
     def __add__(self, other):  # type: ignore[override]
-        return Components(*(a + b for a, b in zip(self, other, strict=True)))
+        return VectorComponents(*(a + b for a, b in zip(self, other, strict=True)))
 
     def __sub__(self, other):
-        return Components(*(a - b for a, b in zip(self, other, strict=True)))
+        return VectorComponents(*(a - b for a, b in zip(self, other, strict=True)))
 
     def __mul__(self, factor):  # type: ignore[override]
-        return Components(*(a * factor for a in self))
+        return VectorComponents(*(a * factor for a in self))
 
     def __neg__(self):
-        return Components(*(-a for a in self))
+        return VectorComponents(*(-a for a in self))
 
 
-class Rows(NamedTuple):
+class VectorRows(NamedTuple):
     """The same as rows (..., 3) of one array."""
 
     rows: Array
 
     def __add__(self, other):  # type: ignore[override]
-        return Rows(self.rows + other.rows)
+        return VectorRows(self.rows + other.rows)
 
     def __sub__(self, other):
-        return Rows(self.rows - other.rows)
+        return VectorRows(self.rows - other.rows)
 
     def __mul__(self, factor):  # type: ignore[override]
-        return Rows(self.rows * (factor[..., None] if jnp.ndim(factor) else factor))
+        return VectorRows(self.rows * (factor[..., None] if jnp.ndim(factor) else factor))
 
     def __neg__(self):
-        return Rows(-self.rows)
+        return VectorRows(-self.rows)
 
 
-Vectors: TypeAlias = Components | Rows
+Vectors: TypeAlias = VectorComponents | VectorRows
 
 
 def dot(a: Vectors, b: Vectors) -> Array:
     """Products of vectors."""
-    if isinstance(a, Rows) or isinstance(b, Rows):
+    if isinstance(a, VectorRows) or isinstance(b, VectorRows):
         return jnp.sum(a.rows * b.rows, axis=-1)
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 def cross(a: Vectors, b: Vectors) -> Vectors:
     """Vector products."""
-    if isinstance(a, Rows) or isinstance(b, Rows):
+    if isinstance(a, VectorRows) or isinstance(b, VectorRows):
         turned = jnp.tensordot(b.rows, jnp.asarray(CROSS, b.rows.dtype), ((-1,), (1,)))  # (..., 3, 3), of columns a
-        return Rows(jnp.sum(turned * a.rows[..., None, :], axis=-1))
-    return Components(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+        return VectorRows(jnp.sum(turned * a.rows[..., None, :], axis=-1))
+    return VectorComponents(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 def norm(a: Vectors) -> Array:

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..assembly._assembly import newton_step
+from ..assembly._assembly import closing_step
 from ..assembly._state import State
 from ..constraints import _closures as closures
 from ..constraints import _constraints as constraints
@@ -298,7 +298,7 @@ class Formulation(eqx.Module):
         converged = jnp.asarray(True)
         if self.system.has_constraints:
             free = jnp.ones(self.system.topology.num_velocities, psi.dtype)
-            psi, gaps = lax.scan(lambda q, _: newton_step(self.system, self.P, q, t, free), psi, length=2)
+            psi, gaps = lax.scan(lambda q, _: closing_step(self.system, self.P, q, t, free), psi, length=2)
             converged = _has_converged(gaps)
         return normalise(self.system.topology, psi), converged
 

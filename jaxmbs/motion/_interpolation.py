@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from ..assembly._assembly import consistent_velocities, newton_step
+from ..assembly._assembly import closing_step, consistent_velocities
 from ..assembly._state import State
 from ..dynamics._newton_euler import forward_dynamics
 from ..kinematics._configuration import configuration, with_velocities
@@ -79,7 +79,7 @@ def between(system: System, P: Array, first: Knots, second: Knots, t: Array) -> 
         psi, rate = psi[: top.num_coordinates], rate[: top.num_coordinates]
     free = jnp.ones(top.num_velocities, psi.dtype)
     if system.has_constraints:
-        psi = lax.scan(lambda q, _: newton_step(system, P, q, t, free), psi, length=2)[0]
+        psi = lax.scan(lambda q, _: closing_step(system, P, q, t, free), psi, length=2)[0]
     psi = normalise(top, psi)
     u = consistent_velocities(system, P, psi, _velocities(top, psi, rate), t, free)
     return State(t, psi, u, structure=top.structure, internal=internal, changes=first.changes)

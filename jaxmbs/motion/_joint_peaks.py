@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..constraints._reaction_map import carriers
+from ..constraints._reaction_map import reaction_carriers
 from ..math._linalg import safe_norm
 from ..model._system import System
 from ..quantities import Axis, Quantity
@@ -82,7 +82,7 @@ def load_peaks(system: System, motion: Motion) -> LoadPeaks:
 @jit(compile="tape")
 def _load_peaks(system, motion):
     hidden = {joint.name for joint in system.topology.joints if joint.is_hidden}
-    names = [name for name, *_ in carriers(system) if name not in hidden]
+    names = [name for name, *_ in reaction_carriers(system) if name not in hidden]
 
     def sizes(state):
         loads = reactions(system, state)

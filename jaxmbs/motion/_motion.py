@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..assembly._state import State
-from ..assembly._state_report import coordinate_labels, state_quantities
+from ..assembly._state_report import state_labels, state_quantities
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._poses import node_parameters
@@ -38,7 +38,7 @@ def _table_parts(motion):
         f"{len(ts)} instants from {format_number(ts[0])} to {format_number(ts[-1])} s, {motion.status}; "
         f"{int(accounts.num_steps)} steps, energy residual {format_number(residual)} J, drift {format_number(drift)}"
     )
-    names, units = coordinate_labels(motion.states.structure, psi.shape[1])
+    names, units = state_labels(motion.states.structure, psi.shape[1])
     rows = [(name, *span(psi[:, k]), unit or "-") for k, (name, unit) in enumerate(zip(names, units, strict=True))]
     if (internal := motion.states.internal) is not None:
         values = np.asarray(internal.values)

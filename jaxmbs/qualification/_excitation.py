@@ -17,7 +17,7 @@ from ..math._nan import nan_where
 from ._inputs import BaseAcceleration, RandomForce
 
 
-class Excitation(NamedTuple):
+class InputExcitation(NamedTuple):
     """Motion of the base per input, and forces.
 
     Attributes: base: rows that are moved; carried: (n, inputs) motion with the base; inertia: (n, inputs) forces in
@@ -73,7 +73,7 @@ def excitation_of(system, inputs):
         forces.append(system.load(one.pattern) if is_force else jnp.zeros(n, dtype))
         given.append(one.pattern if is_force else None)
     parts = (jnp.stack(part, 1) for part in (carried, inertia, ground))
-    return Excitation(base, *parts, bool(base), jnp.stack(forces, 1), tuple(given))
+    return InputExcitation(base, *parts, bool(base), jnp.stack(forces, 1), tuple(given))
 
 
 def _held_motion(system, name, pattern):

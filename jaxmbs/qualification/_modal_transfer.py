@@ -118,7 +118,7 @@ def _solve(model, s, load):
     one = lax.complex(jnp.ones_like(model.loss), model.loss).astype(s.dtype)
     if model.is_coupled:
         Z = one * K[None] + s[:, None, None] * C[None] + (s**2)[:, None, None] * M[None]
-        return jax.vmap(refined_solve.solve)(Z, load)
+        return jax.vmap(refined_solve.refined_solve)(Z, load)
     own = [jnp.zeros((1, len(K)), s.dtype) if A is None else jnp.diagonal(A)[None] for A in (K, C, M)]
     z = lax.stop_gradient(one * own[0] + s[:, None] * own[1] + (s**2)[:, None] * own[2])
 

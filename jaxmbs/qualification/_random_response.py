@@ -29,7 +29,7 @@ from ._spectral_integrals import (
     check_spectra,
     check_white,
     densities,
-    integrate,
+    integrate_chunks,
     is_white,
     map_nodes,
     moments,
@@ -152,7 +152,7 @@ class RandomResponse(Reported, eqx.Module):
             S = spectral_matrix(self.inputs, self.coherence, f).astype(H.dtype)
             return jnp.einsum("w,wki,wij,wlj->kl", w.astype(H.dtype), H, S, jnp.conj(H)).real
 
-        return integrate(piece, band_nodes(self))
+        return integrate_chunks(piece, band_nodes(self))
 
     def cumulative_rms(self, frequencies: ArrayLike) -> Float[Array, "frequencies outputs"]:
         """RMS (frequencies, outputs) of what lies below each frequency [Hz]; exact at each of them."""
@@ -184,7 +184,7 @@ class RandomResponse(Reported, eqx.Module):
             rows = model.modal_rows(imaginary_rates(f, model.loss.dtype))
             return jnp.einsum("wkm,wmi,wik->km", rows, q, other).real[:, : model.num]
 
-        return quotient(integrate(piece, band_nodes(self)), self.mean_square[:, None])
+        return quotient(integrate_chunks(piece, band_nodes(self)), self.mean_square[:, None])
 
     def _refuse_white(self, what):
         if is_white(self.inputs):

@@ -127,7 +127,7 @@ def _after_library_calls(function):
     return lambda first, *others: function(with_library_calls(first), *others)
 
 
-def integrate(function, nodes):
+def integrate_chunks(function, nodes):
     """Sum of a function of nodes and weights over all chunks of nodes."""
     return jnp.sum(map_nodes(function, nodes.frequencies, nodes.weights), axis=0)
 
@@ -140,7 +140,7 @@ def moments(response):
     def piece(f, w):
         return (w[:, None] * f[:, None] ** powers.astype(f.dtype)[None]).T @ densities(response, f)
 
-    return integrate(piece, band_nodes(response)).T
+    return integrate_chunks(piece, band_nodes(response)).T
 
 
 def state_covariance(response, A, B):

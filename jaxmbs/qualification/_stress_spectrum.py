@@ -15,7 +15,7 @@ from ..runtime import as_dtype, jit
 from ..typing import ArrayLike
 from ._inputs import spectral_matrix
 from ._random_response import RandomResponse
-from ._spectral_integrals import POWERS, band_nodes, integrate, is_white, map_nodes, safe_sqrt
+from ._spectral_integrals import POWERS, band_nodes, integrate_chunks, is_white, map_nodes, safe_sqrt
 
 
 class StressSpectrum(Reported, eqx.Module):
@@ -109,4 +109,4 @@ def _moments(spectrum, orders):
     def piece(f, w):
         return (w[:, None] * f[:, None] ** powers.astype(f.dtype)[None]).T @ _levels(spectrum, f)
 
-    return integrate(piece, band_nodes(spectrum.response))
+    return integrate_chunks(piece, band_nodes(spectrum.response))

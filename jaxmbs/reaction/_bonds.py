@@ -48,7 +48,7 @@ def reaction_bonds(
 
 def _undetermined_components(system, found):
     """Undetermined components by bond, from reactions in joint axes; None within a trace."""
-    loads = [found[name] for name, *_ in reaction_map.carriers(system)]
+    loads = [found[name] for name, *_ in reaction_map.reaction_carriers(system)]
     if not is_concrete(loads):
         return None
     unique = [np.concatenate([load.unique_force, load.unique_moment], axis=-1).reshape(-1, 6) for load in loads]
@@ -57,7 +57,7 @@ def _undetermined_components(system, found):
 
 @jit
 def _bonds_and_loads(system, states, found, compliance, batched, marks):
-    names, _, own = zip(*reaction_map.carriers(system), strict=True)
+    names, _, own = zip(*reaction_map.reaction_carriers(system), strict=True)
     own = np.array(own)
 
     def one(state, found):

@@ -11,7 +11,7 @@ from jax import Array, lax
 from ..constraints import _constraints as constraints
 from ..constraints._coupled_joints import coupled_joints, couplers_and_user_rows
 from ..constraints._joint_wrenches import joint_wrenches
-from ..constraints._reaction_map import carriers
+from ..constraints._reaction_map import reaction_carriers
 from ..constraints._rows import has_frames
 from ..kinematics._configuration import VelocityKinematics
 from ..model._system import System
@@ -34,7 +34,7 @@ def joint_determinacy(system: System, at: VelocityKinematics, stresses, placed: 
     Args: stresses (n, rows), multipliers in the rows' common unit; placed: from world wrenches
          (carriers, 6) to forces and moments (carriers, 3) in the axes asked.
     """
-    number, dtype = len(carriers(system)), at.u.dtype
+    number, dtype = len(reaction_carriers(system)), at.u.dtype
     acting, size = couplers_and_user_rows(system), jnp.zeros((0, number, 6), dtype)
     if system.closures or has_frames(system):
         none = jnp.zeros((system.topology.bodies.size, 6), dtype)

@@ -174,7 +174,7 @@ def _row_residual(system, at, a, need):
     return relative_row_residual(system, at, a, V_dot, gaps, (jnp.zeros((0, 6), need.dtype), need))
 
 
-class Balance(NamedTuple):
+class EffortBalance(NamedTuple):
     """Efforts (k,) of the actuators' columns, the same on all columns (nv,), multipliers (rows,), and the gap."""
 
     efforts: Array
@@ -185,7 +185,7 @@ class Balance(NamedTuple):
 
 def balance_with_friction(
     system: System, at: VelocityKinematics, a, need, loads, columns, compliance=None
-) -> tuple[Balance, FrictionSolution | None]:
+) -> tuple[EffortBalance, FrictionSolution | None]:
     """`balance_efforts` of the efforts needed (nv,) and of the friction of the joints at accelerations a (nv,), which
     is None where none rubs; loads: of the force elements on nodes and columns; compliance: see `reactions`."""
     if system.friction is None:
@@ -200,7 +200,7 @@ def balance_with_friction(
     share = jnp.concatenate([jnp.ones(1, a.dtype), found.surfaces.resistance(found.total)])
     tau = share @ efforts
     gap = _balance_gap(system, each, tau, free @ share)
-    return Balance(tau, tau @ _columns_of(columns, need), share @ multipliers, gap), found
+    return EffortBalance(tau, tau @ _columns_of(columns, need), share @ multipliers, gap), found
 
 
 def _balance_columns(system, at, needs, columns):
@@ -240,8 +240,8 @@ def _balance_gap(system, each, tau, free):
     return relative(unit * (each @ tau - free), unit * (jnp.abs(each) @ jnp.abs(tau) + jnp.abs(free)))
 
 
-def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> Balance:
+def balance_efforts(system: System, at: VelocityKinematics, need, columns) -> EffortBalance:
     """Actuators and rows that balance the efforts needed (nv,), `E tau + A^T lambda = need`, tau of least norm."""
     free, each, efforts, multipliers = _balance_columns(system, at, need[None], columns)
     gap = _balance_gap(system, each, efforts[0], free[:, 0])
-    return Balance(efforts[0], efforts[0] @ _columns_of(columns, need), multipliers[0], gap)
+    return EffortBalance(efforts[0], efforts[0] @ _columns_of(columns, need), multipliers[0], gap)

@@ -145,7 +145,7 @@ def _joint_wrenches(system, at, lack, multipliers, friction):
     found = joint_wrenches(system, at, lack, multipliers)
     if friction is None:
         return found
-    names = [name for name, *_ in reaction_map.carriers(system)]
+    names = [name for name, *_ in reaction_map.reaction_carriers(system)]
     return found._replace(wrench=found.wrench + cut_friction(system, friction, names))
 
 
@@ -166,7 +166,7 @@ def _on_nodes(topology, wrenches):
 def _wrenches_in_frames(system, at, options, wrench):
     """Forces and moments (carriers, 3) in the axes and on the side asked, from world wrenches (carriers, 6)."""
     sign, end = (1.0, 1) if options.side == "child" else (-1.0, 0)
-    own = [c[1 + end] for c in reaction_map.carriers(system)]
+    own = [c[1 + end] for c in reaction_map.reaction_carriers(system)]
     return wrenches_at_frames(wrench, gather_static(at.R, own), gather_static(at.x, own), options.frame, sign)
 
 
@@ -174,7 +174,7 @@ def _joint_reactions(system, loads, total, drives, marks):
     """Reactions of joints and of two-frame constraints, from forces and moments (carriers, 3)."""
     joints, first = {joint.name: joint for joint in system.topology.joints}, len(total)
     own = {name: (first + a, first + b) for name, a, b in drives.places}
-    names = [name for name, *_ in reaction_map.carriers(system)]
+    names = [name for name, *_ in reaction_map.reaction_carriers(system)]
     columns = [joints[name].velocities if name in joints else slice(0, 0) for name in names]
     along = [(part.start, part.stop) for part in columns]
     efforts = jnp.concatenate([total, drives.vectors.effort])
@@ -246,7 +246,7 @@ def reactions(
         raise ValueError(f"frame must be 'world' or 'joint' and side 'child' or 'parent', got {frame!r}, {side!r}")
     states = states_of(system, motion)
     compliance = {} if compliance is None else dict(compliance)
-    names = [name for name, *_ in reaction_map.carriers(system)]
+    names = [name for name, *_ in reaction_map.reaction_carriers(system)]
     for name in compliance:
         if name not in names:
             raise UnknownNameError(f"compliance: {no_such('joint or constraint', name, names)}")

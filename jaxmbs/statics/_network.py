@@ -13,7 +13,7 @@ from ..runtime import tuning
 
 
 @dataclass(frozen=True, eq=False)
-class SpanningTree:
+class BodyTree:
     """A breadth-first tree from the ground; the ground has index `bodies`.
 
     `above` (bodies,): the next body towards the ground.  `bond` (bodies,): the bond to it, -1 for the reference body
@@ -75,7 +75,7 @@ class BodyNetwork:
         return np.array(self.parent, int) % (p + 1), np.array(self.child, int) % (p + 1)
 
     @cached_property
-    def tree(self) -> SpanningTree:
+    def tree(self) -> BodyTree:
         """The spanning tree, of least depth."""
         return _spanning_tree(self)
 
@@ -152,7 +152,7 @@ def _spanning_tree(network):
                 if not reached[other]:
                     reached[other], above[other], bond[other], sign[other] = True, k, e, direction
                     queue.append(other)
-    return SpanningTree(above, bond, sign, _jumps(above))
+    return BodyTree(above, bond, sign, _jumps(above))
 
 
 def _jumps(above):

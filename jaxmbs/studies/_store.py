@@ -24,7 +24,7 @@ class StudyError(Exception):
     """A study that cannot be begun, continued or written; what was written stays."""
 
 
-class Store:
+class StudyStore:
     """The folder of a study; nothing is written before `writing`.
 
     Args:

@@ -20,7 +20,7 @@ from ..runtime import check_kind, fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
 from ._plans import Designs, read_plan
 from ._results import answer_dimensions, build_dataset
-from ._store import Store, StudyError, chunk_spans, hash_columns
+from ._store import StudyError, StudyStore, chunk_spans, hash_columns
 
 
 def sweep(
@@ -80,14 +80,14 @@ def sweep(
             "designs": hash_columns(plan.designs),
             "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()},
         }
-        store = Store(path, spans, one, {**about, "function": fingerprint(_traced(function, plan)), "key": key})
+        store = StudyStore(path, spans, one, {**about, "function": fingerprint(_traced(function, plan)), "key": key})
         if _load_chunks(found, spans, store):  # a study that is done asks nothing of the disk
             with store.writing():
                 _compute_chunks(found, spans, store, run, size, progress)
     return build_dataset(plan, found, behind, coords, units)
 
 
-def _load_chunks(found: dict, spans: list[slice], store: Store) -> list[int]:
+def _load_chunks(found: dict, spans: list[slice], store: StudyStore) -> list[int]:
     """Load the finished chunks into `found`; returns the indices of the others."""
     left = []
     for number, span in enumerate(spans):
@@ -101,7 +101,7 @@ def _load_chunks(found: dict, spans: list[slice], store: Store) -> list[int]:
 
 
 def _compute_chunks(
-    found: dict, spans: list[slice], store: Store | None, run: Callable, size: int, progress: bool
+    found: dict, spans: list[slice], store: StudyStore | None, run: Callable, size: int, progress: bool
 ) -> None:
     """Compute the missing chunks and write each into the store, if there is one."""
     left = list(range(len(spans))) if store is None else _load_chunks(found, spans, store)

@@ -96,6 +96,6 @@ def dense_response(
 
     @jax.checkpoint
     def at(w):
-        return rows @ refined_solve.solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
+        return rows @ refined_solve.refined_solve(dynamic_stiffness(elastic, C, M, w), load.astype(dtype))
 
     return lax.map(at, jnp.asarray(omega, M.dtype), batch_size=chunk)

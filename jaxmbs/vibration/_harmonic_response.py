@@ -108,7 +108,7 @@ def _respond(K, C, M, rows, omega, load, loss, chunk):
     def at(w, load):
         Z = dynamic_stiffness(K, C, M, w)
         if is_dense:
-            return refined_solve.solve(Z, load[:, None])[:, 0]
+            return refined_solve.refined_solve(Z, load[:, None])[:, 0]
         return from_blocks(solve(factor(Z, kind, plan), to_blocks(load, K.pattern, rows)), rows)
 
     return lax.map(lambda row: at(*row), (omega, load), batch_size=chunk)

@@ -16,8 +16,8 @@ from ..linear._system import LinearSystem
 from ..math._interpolation import interval
 from ..runtime import lapack
 from ..typing import AnyArray
-from ._implicit_stages import ImplicitStages, StepInverse, invert_implicit_matrix
 from ._linear_motion import CoordinateLaw, LinearState
+from ._linear_stages import LinearStages, StepInverse, invert_implicit_matrix
 
 
 class SampledLoad(eqx.Module):
@@ -145,9 +145,9 @@ class LinearEquations(SecondOrderEquations):
         a = -(self.by_displacement @ x) - self.by_velocity @ v
         return a if self.load is None else a + self.by_load @ self.load(t)
 
-    def implicit_stages(self, s: Array, start: Any = None) -> ImplicitStages:
+    def implicit_stages(self, s: Array, start: Any = None) -> LinearStages:
         """The stages of a step of an implicit method, for s = h a_ii [s], the same for all implicit stages."""
-        return ImplicitStages.of(self, s)
+        return LinearStages.of(self, s)
 
     def expecting(self, s: Array) -> "LinearEquations":
         """The equations with the inverse of their implicit stages for an s that most steps have."""

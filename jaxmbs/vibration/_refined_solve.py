@@ -15,7 +15,7 @@ from ..runtime import lazy_where
 RESIDUAL_FACTOR = 64.0
 
 
-def solve(Z, right):
+def refined_solve(Z, right):
     """Direct solution `Z^-1 right` (n, k), refined once; with derivatives of every order."""
     fixed = lax.stop_gradient(Z)
     straight, turned = (_factor(fixed, t) for t in (False, True))

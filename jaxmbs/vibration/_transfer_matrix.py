@@ -45,7 +45,7 @@ def transfer_matrix(
     @jax.checkpoint
     def at(s):
         Z = K.astype(dtype) + s**2 * M.astype(dtype)
-        return rows @ refined_solve.solve(Z if C is None else Z + s * C.astype(dtype), load)
+        return rows @ refined_solve.refined_solve(Z if C is None else Z + s * C.astype(dtype), load)
 
     return lax.map(at, points, batch_size=chunk)
 

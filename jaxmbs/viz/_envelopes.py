@@ -9,7 +9,7 @@ from ..palette import BLUE, RED
 from ..reaction._result import Reactions
 from ..typing import ArrayLike, ScalarLike, WordedError
 from ._canvas import curve_style, format_axes, get_axes
-from ._plots import check_names
+from ._plots import check_joint_names
 from ._projection import axes_suffix, read_projection
 
 
@@ -31,7 +31,7 @@ def plot_polar(
     Raises: ValueError for unknown joints or an unknown plane.
     """
     names = [joints] if isinstance(joints, str) else list(joints)
-    check_names(names, dict(loads.items()))
+    check_joint_names(names, dict(loads.items()))
     look, ax, unit = read_projection(plane), get_axes(ax, (4.2, 4.2)), 1e-3 if kilo else 1.0
     paths = {name: unit * look(np.asarray(loads[name].force)) for name in names}
     largest = max(float(np.nanmax(np.linalg.norm(path, axis=-1))) for path in paths.values()) or 1.0

@@ -42,7 +42,7 @@ def plot_coordinates(
     """
     motion = events_shown(motion)
     values = (system.velocities if velocities else system.coordinates)(motion.states)
-    check_names(joints, values)
+    check_joint_names(joints, values)
     x, along = _abscissa(system, motion, over, degrees)
     panels: dict = {}
     for name in joints or [name for name in values if name != over]:
@@ -68,7 +68,7 @@ def _abscissa(system, motion, over, degrees):
     if over is None:
         return np.asarray(motion.ts), "time [s]"
     values = system.coordinates(motion.states)
-    check_names([over], {name: value for name, value in values.items() if np.ndim(value) == 1})
+    check_joint_names([over], {name: value for name, value in values.items() if np.ndim(value) == 1})
     record = system.topology.joints[system.topology.joint_index[over]]
     what, x = _units(record)[0], np.asarray(values[over])
     if degrees and "[rad" in what:
@@ -111,8 +111,8 @@ def plot_reactions(
     if component not in (None, "x", "y", "z"):
         raise ValueError(f"component must be 'x', 'y' or 'z', not {component!r}")
     ax = get_axes(ax)
-    check_names(joints, dict(loads.items()))
-    check_names(limits, dict(loads.items()))
+    check_joint_names(joints, dict(loads.items()))
+    check_joint_names(limits, dict(loads.items()))
     unit, curves = 1e-3 if kilo else 1.0, {}
     for name in joints or loads:
         vector = np.asarray(loads[name].moment if moment else loads[name].force) * unit
@@ -146,7 +146,7 @@ def plot_energy(motion: WordedError[Motion], ax: Any = None) -> Any:
     return ax
 
 
-def check_names(joints, known) -> None:
+def check_joint_names(joints, known) -> None:
     """Raises: ValueError for joints that are not among the known names."""
     missing = [name for name in joints or () if name not in known]
     if missing:

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from ..drawings import Ball, Box, Cylinder, HeightSurface, Marks, Outline, Path, Plane, Tube, Wheel
-from ._things import Place, Thing, along_trajectory, place_of_shape, thread_courses
+from ._things import ShapePoses, Thing, along_trajectory, place_of_shape, thread_courses
 
 _ROUND, _ALONG = 48, 160  # points of a circle, and along a surface
 
@@ -73,28 +73,28 @@ def _around(radius, low, high, axis=(0.0, 0.0, 1.0)):
     return np.concatenate(circle(ends, np.array([axis] * 2), float(radius)))
 
 
-def _plane(shape: Plane, at: Place) -> list:
+def _plane(shape: Plane, at: ShapePoses) -> list:
     (a, b), (c, d) = at.low[:2], at.high[:2]
     return [np.array([(a, b, 0.0), (c, b, 0.0), (c, d, 0.0), (a, d, 0.0), (a, b, 0.0)])]
 
 
-def _tube(shape: Tube, at: Place) -> list:
+def _tube(shape: Tube, at: ShapePoses) -> list:
     low, high = (at.low[2], at.high[2]) if shape.length is None else (-shape.length / 2, shape.length / 2)
     return [_around(shape.radius, low, high)]
 
 
-def _box(shape: Box, at: Place) -> list:
+def _box(shape: Box, at: ShapePoses) -> list:
     """One line through the corners of a box, along all of its edges."""
     order = np.array([0, 1, 3, 2, 0, 4, 5, 7, 6, 4, 5, 1, 3, 7, 6, 2])
     return [((np.indices((2, 2, 2)).reshape(3, -1).T - 0.5) * np.asarray(shape.size))[order]]
 
 
-def _outline(shape: Outline, at: Place) -> list:
+def _outline(shape: Outline, at: ShapePoses) -> list:
     closed = np.concatenate([np.asarray(shape.points), np.asarray(shape.points)[:1]])
     return [np.column_stack([closed, np.zeros(len(closed))])]
 
 
-def _profile(shape: HeightSurface, at: Place) -> list:
+def _profile(shape: HeightSurface, at: ShapePoses) -> list:
     """The surface under the first of the other frames."""
     first, last = map(float, shape.ends)
     x, across = np.linspace(first, last, _ALONG), at.others[:, 0, 1]
@@ -104,7 +104,7 @@ def _profile(shape: HeightSurface, at: Place) -> list:
 
 
 #: Lines (k, 3) or (T, k, 3) of a shape in the axes of its frame.
-_LINES: dict[type, Callable[[Any, Place], list]] = {
+_LINES: dict[type, Callable[[Any, ShapePoses], list]] = {
     Ball: lambda shape, at: [],
     Box: _box,
     Cylinder: lambda s, at: [_around(s.radius, -s.length / 2, s.length / 2, s.axis)],

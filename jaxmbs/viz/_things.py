@@ -57,7 +57,7 @@ def _each(names, stacked):
     return [(name, jax.tree.map(lambda x, k=k: x[k], stacked)) for k, name in enumerate(names)]
 
 
-class Place(NamedTuple):
+class ShapePoses(NamedTuple):
     """Poses of a shape along a trajectory.
 
     Attributes:
@@ -78,7 +78,7 @@ class Place(NamedTuple):
         return self.x[:, None] + np.einsum("tij,kj->tki" if points.ndim == 2 else "tij,tkj->tki", self.R, points)
 
 
-def place_of_shape(thing: Thing, shape: Any, film) -> Place:
+def place_of_shape(thing: Thing, shape: Any, film) -> ShapePoses:
     """Place of a shape of a thing."""
     own = thing.frames[shape.frame]
     others = [film.position_in_frame(own, frame) for frame in thing.frames if frame != own]
@@ -86,7 +86,7 @@ def place_of_shape(thing: Thing, shape: Any, film) -> Place:
     sizes = [_size(other) for other in thing.shapes if getattr(other, "frame", shape.frame) != shape.frame]
     margin = max(sizes, default=0.0) + _MARGIN * film.extent
     low, high = inside.min(axis=(0, 1)) - margin, inside.max(axis=(0, 1)) + margin
-    return Place(film.R[:, own], film.x[:, own], inside, low, high)
+    return ShapePoses(film.R[:, own], film.x[:, own], inside, low, high)
 
 
 #: Radius of a ball around a shape.

@@ -25,7 +25,7 @@ from jaxmbs.forces._cable_path import Circles
 from jaxmbs.forces._common_tangent import common_tangents
 from jaxmbs.friction import SmoothCoulomb
 from jaxmbs.math._rotation import rotation_matrix
-from jaxmbs.math._vector import Components, cross, dot
+from jaxmbs.math._vector import VectorComponents, cross, dot
 
 CASES = Path(__file__).parent.parent / "cases"
 CB1 = json.loads((CASES / "CB1_cable_over_cylinder_and_sphere.json").read_text(encoding="utf-8"))
@@ -293,10 +293,10 @@ def test_tangents_of_wheels_whose_axes_differ():
     axis = axis + 0.3 * lean * way
     axis /= np.linalg.norm(axis, axis=1)[:, None]
     radii = jnp.asarray(rng.uniform(0.1, 0.35, size=(2, size)))
-    place = Components.of(jnp.asarray(way * rng.uniform(1.5, 4.0, size=(size, 1))))
+    place = VectorComponents.of(jnp.asarray(way * rng.uniform(1.5, 4.0, size=(size, 1))))
 
     def circles(place, radius, axis):
-        return Circles(place, radius, Components.of(jnp.asarray(axis)), jnp.zeros(size))
+        return Circles(place, radius, VectorComponents.of(jnp.asarray(axis)), jnp.zeros(size))
 
     first, second = circles(place * 0.0, radii[0], axis), circles(place, radii[1], other)
     n, m = jax.jit(common_tangents, static_argnums=2)(first, second, True)

@@ -11,7 +11,7 @@ from jax.flatten_util import ravel_pytree
 
 from jaxmbs.friction import AbstractFriction, BearingFriction, BrownMcPhee, LuGre, SmoothCoulomb
 from jaxmbs.friction._groups import group_models, resistances, signed_coefficients
-from jaxmbs.friction._places import as_friction, grows_with_slip, model_faults
+from jaxmbs.friction._places import as_friction, grows_with_slip, place_faults
 
 SPEEDS = np.array([1e-5, 3e-4, 0.7e-2, 1e-2, 0.3, 2.0])
 
@@ -168,12 +168,12 @@ def test_names_mean_the_same_in_every_model():
 
 def test_what_a_place_takes():
     lugre, bearing = CURVES["lugre"][0], CURVES["bearing"][0]
-    assert model_faults(lugre, "a joint") == [] and model_faults(bearing, "a joint") == []
-    assert "a cable has no state for the bristles of LuGre" in model_faults(lugre, "a cable", bristles=False)[0]
-    assert "a part that does not" in model_faults(bearing, "a contact", drag=False)[0]
-    assert model_faults(BearingFriction(0.3), "a contact", drag=False) == []
-    assert "must be one number, got shape (2,)" in model_faults(SmoothCoulomb(np.ones(2)), "a joint")[0]
-    assert "a coefficient or a model" in model_faults("rough", "a joint")[0]
+    assert place_faults(lugre, "a joint") == [] and place_faults(bearing, "a joint") == []
+    assert "a cable has no state for the bristles of LuGre" in place_faults(lugre, "a cable", bristles=False)[0]
+    assert "a part that does not" in place_faults(bearing, "a contact", drag=False)[0]
+    assert place_faults(BearingFriction(0.3), "a contact", drag=False) == []
+    assert "must be one number, got shape (2,)" in place_faults(SmoothCoulomb(np.ones(2)), "a joint")[0]
+    assert "a coefficient or a model" in place_faults("rough", "a joint")[0]
     assert as_friction(bearing) is bearing and as_friction(0.3).dynamic == 0.3
     for wrong in ("0.3", SmoothCoulomb, None, True, {}):
         with pytest.raises(TypeError, match="a coefficient or a model of jaxmbs.friction"):

@@ -66,7 +66,7 @@ def everything():
             primitives.ancestors(tree, S),
             primitives.subtrees(tree, S),
             primitives.solve(tree, S, J, p),
-            primitives.mass_matrix(tree, S, J),
+            primitives.tree_mass_matrix(tree, S, J),
             primitives.apply_mass(tree, S, J, p),
         )
 
@@ -180,7 +180,7 @@ NAIVE = {
         ),
     ),
     "mass_matrix": (
-        lambda tree, a, local, S, J, p: primitives.mass_matrix(
+        lambda tree, a, local, S, J, p: primitives.tree_mass_matrix(
             tree, S * (1.0 + jnp.sin(a)[:, None] / 2.0), J * jnp.exp(a / 5.0)[:, None]
         ),
         lambda tree, a, local, S, J, p: naive_mass(

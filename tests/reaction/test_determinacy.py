@@ -91,7 +91,7 @@ def open_by_singular_values(system, state, frame, side):
     """Components (carriers, 6) of force and moment that some null vector of A^T has."""
     A, W, R, x = map(np.asarray, rows_and_frames(system, state))
     stress = W @ scipy.linalg.null_space(A.T, rcond=1e-7)
-    parent, child = np.array([pair for _, *pair in reaction_map.carriers(system)]).T
+    parent, child = np.array([pair for _, *pair in reaction_map.reaction_carriers(system)]).T
     force, moment = (np.einsum("cij,cjk->cik", R[child], part) for part in (stress[:, :3], stress[:, 3:]))
     if side == "parent":
         moment = moment + np.cross((x[child] - x[parent])[:, :, None], force, axis=1)
@@ -111,7 +111,7 @@ def test_marks_are_those_of_the_null_space(name):
     together = jax.tree.map(lambda *x: jnp.stack(x), *states)
     loads = mbs.reactions(system, together, frame=frame, side=side)
     assert np.all(loads.ok) and (loads.frame, loads.side) == (frame, side)
-    names, seen = [name for name, *_ in reaction_map.carriers(system)], []
+    names, seen = [name for name, *_ in reaction_map.reaction_carriers(system)], []
     for k, state in enumerate(states):
         expected = ~open_by_singular_values(system, state, frame, side)
         found = [np.r_[loads[n].unique_force[k], loads[n].unique_moment[k]] for n in names]

@@ -18,12 +18,12 @@ def answers(design):
 
 
 if __name__ == "__main__":
-    write = store.Store.write
+    write = store.StudyStore.write
 
     def told(self, number, arrays):
         write(self, number, arrays)
         print(number, flush=True)
 
-    store.Store.write = told
+    store.StudyStore.write = told
     mbs.studies.sweep(answers, PLAN, sys.argv[1], chunk=7, progress=False)
     print("end", flush=True)

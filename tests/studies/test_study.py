@@ -18,7 +18,7 @@ from jaxmbs.studies import StudyError, grid, latin_hypercube, sobol
 from jaxmbs.studies import _store as store
 from jaxmbs.studies import _study as study
 from jaxmbs.studies import sweep as sweep_with_bar
-from jaxmbs.studies._store import Store, chunk_spans
+from jaxmbs.studies._store import StudyStore, chunk_spans
 
 pytest.importorskip("xarray")
 CHILD = Path(__file__).parent / "killed_study.py"
@@ -128,7 +128,7 @@ def test_another_study_is_refused(tmp_path):
 
 def test_two_writers(tmp_path):
     shape = {"y": np.zeros(()), "status": np.zeros((), np.int32)}
-    first, second = (Store(tmp_path / "study", chunk_spans(4, 2), shape, {}) for _ in range(2))
+    first, second = (StudyStore(tmp_path / "study", chunk_spans(4, 2), shape, {}) for _ in range(2))
     with first.writing(), pytest.raises(StudyError, match="written by another process"), second.writing():
         pass
     with second.writing():
@@ -155,8 +155,10 @@ def test_a_full_disk_keeps_what_was_written(tmp_path, monkeypatch):
 
 def watched(patch):
     """Numbers of the chunks that are written."""
-    calls, write = [], Store.write
-    patch.setattr(Store, "write", lambda self, number, arrays: (calls.append(number), write(self, number, arrays)))
+    calls, write = [], StudyStore.write
+    patch.setattr(
+        StudyStore, "write", lambda self, number, arrays: (calls.append(number), write(self, number, arrays))
+    )
     return calls
 
 
@@ -215,7 +217,7 @@ def test_a_finished_study_asks_nothing_of_the_disk(tmp_path, monkeypatch):
     def read_only(*args, **options):
         raise OSError(30, "Read-only file system")
 
-    for owner, name in ((store, "write_atomic"), (Path, "mkdir"), (Path, "unlink"), (Store, "writing")):
+    for owner, name in ((store, "write_atomic"), (Path, "mkdir"), (Path, "unlink"), (StudyStore, "writing")):
         monkeypatch.setattr(owner, name, read_only)
     assert sweep(lambda d: {"y": d["x"]}, plan, path, chunk=2).identical(first)
     monkeypatch.undo()
@@ -226,14 +228,14 @@ def test_a_finished_study_asks_nothing_of_the_disk(tmp_path, monkeypatch):
 
 
 def test_an_interrupt_says_what_is_kept(tmp_path, monkeypatch):
-    plan, write = {"x": np.arange(6.0)}, Store.write
+    plan, write = {"x": np.arange(6.0)}, StudyStore.write
 
     def interrupted(self, number, arrays):
         if number == 2:
             raise KeyboardInterrupt
         write(self, number, arrays)
 
-    monkeypatch.setattr(Store, "write", interrupted)
+    monkeypatch.setattr(StudyStore, "write", interrupted)
     with pytest.raises(StudyError, match="interrupted; 4 of 6 designs are kept, run the same study again to go on"):
         sweep(lambda d: {"y": d["x"]}, plan, tmp_path / "study", chunk=2)
     monkeypatch.undo()
@@ -311,10 +313,10 @@ def test_workers_of_dask(tmp_path):
     ):
         pids = list(client.run(os.getpid).values())
         slow = {"dims": {"powers": ("exponent",)}, "chunk": 8, "client": client}
-        write = Store.write
+        write = StudyStore.write
         with pytest.MonkeyPatch.context() as patch:
             kill = iter([lambda: os.kill(pids[0], signal.SIGKILL)])
-            patch.setattr(Store, "write", lambda *args: (next(kill, lambda: None)(), write(*args)))
+            patch.setattr(StudyStore, "write", lambda *args: (next(kill, lambda: None)(), write(*args)))
             found = sweep(answers, plan, tmp_path / "study", **slow)
     assert found.identical(sweep(answers, plan, dims={"powers": ("exponent",)}))
 

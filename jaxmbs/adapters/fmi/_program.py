@@ -15,7 +15,7 @@ from jax import Array
 
 from ...analysis._linearise import independent_positions
 from ...analysis._named_outputs import NamedOutputs, output_names
-from ...assembly._assembly import assemble_coordinates, newton_step
+from ...assembly._assembly import assemble_coordinates, closing_step
 from ...assembly._state import State
 from ...constraints import _closures as closures
 from ...constraints import _constraints as constraints
@@ -148,7 +148,7 @@ class FlatMechanism:
         free = jnp.asarray(self.free, psi.dtype)
         system_, P_, psi_, t_ = stop_gradients((system, P, psi, t))
         found = _newton(
-            lambda psi: newton_step(system_, P_, psi, t_, free),
+            lambda psi: closing_step(system_, P_, psi, t_, free),
             lambda psi: assemble_coordinates(system_, P_, psi, t_, free),
             psi_,
         )

@@ -12,7 +12,7 @@ from ...constraints._kic import velocity_map
 from ...constraints._kic_second import point_kic
 from ...constraints._mobility import independent_state_function
 from ...kinematics._configuration import at_state
-from ...kinematics._points import jacobian, position, resolve_frame
+from ...kinematics._points import jacobian, locate_frame, position
 from ...math._linalg import direction, safe_norm
 from ...model._system import System
 from ...typing import FrameLike, ScalarLike, Vector3
@@ -27,7 +27,7 @@ def spring_vector(
     Raises: UnknownNameError.  Source: S2 (56)-(57), (61)-(63).
     """
     for frame in (frame_a, frame_b):
-        resolve_frame(system, frame)
+        locate_frame(system, frame)
     ends = [jacobian(system, state, frame)[:3] for frame in (frame_a, frame_b)]
     q_C = position(system, state, frame_b) - position(system, state, frame_a)
     Gamma = velocity_map(system, at_state(system, state, inertias=False))[0]

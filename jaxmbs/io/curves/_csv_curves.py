@@ -9,14 +9,14 @@ import numpy as np
 
 from .._numbers import real
 from .._regular_file import read_bytes
-from ._table import AXES, MOST_FAULTS, Table
+from ._table import AXES, MOST_FAULTS, CurveTable
 
 _MOST_BYTES = 2_000_000_000
 _NAMED = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\])?$")
 _EXAMPLE = "`time [s], bolt x [N]` or `frequency [Hz], level [g^2/Hz]`"
 
 
-def csv_curves(path: str | PathLike, faults: list[str]) -> Table | None:
+def csv_curves(path: str | PathLike, faults: list[str]) -> CurveTable | None:
     """Columns of a file; what is wrong with it is added to the faults."""
     try:
         text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig")
@@ -41,7 +41,7 @@ def csv_curves(path: str | PathLike, faults: list[str]) -> Table | None:
         return None
     values = np.array(rows)
     quantity = names[0].lower()
-    return Table(values[:, 0], values[:, 1:], quantity, units[0], tuple(names[1:]), tuple(units[1:]), lines)
+    return CurveTable(values[:, 0], values[:, 1:], quantity, units[0], tuple(names[1:]), tuple(units[1:]), lines)
 
 
 def _header(cells, line, faults):
@@ -84,7 +84,7 @@ def _is_number(cell):
     return True
 
 
-def csv_text(table: Table, faults: list[str]) -> str:
+def csv_text(table: CurveTable, faults: list[str]) -> str:
     """Text of a file, numbers in full."""
     for name, unit in zip(table.names, table.units, strict=True):
         if (

@@ -16,7 +16,7 @@ from ...quantities import Axis, Quantity
 from ...reports import Report, Reported
 from ...typing import ArrayLike
 from ._csv_curves import csv_curves, csv_text
-from ._table import AXES, Table, normalise_unit, table_faults
+from ._table import AXES, CurveTable, normalise_unit, table_faults
 from ._uff_curves import uff_curves, uff_text
 
 _UNIVERSAL = (".uff", ".unv", ".u58")
@@ -106,7 +106,7 @@ def write_curves(path: str | PathLike, curves: Curves) -> None:
 
     Raises: ModelError for names that the file cannot hold, with every fault; OSError where it cannot be written.
     """
-    table = Table(
+    table = CurveTable(
         np.asarray(curves.axis, float),
         np.asarray(curves.values, float),
         curves.quantity,

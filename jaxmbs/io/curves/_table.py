@@ -12,7 +12,7 @@ AXES = {"time": {"s": 1.0, "ms": 1e-3}, "frequency": {"Hz": 1.0, "kHz": 1e3}}
 MOST_FAULTS = 50
 
 
-class Table(NamedTuple):
+class CurveTable(NamedTuple):
     """Columns over an axis; lines: (points,) where each point stands, as "line 7"."""
 
     axis: np.ndarray
@@ -24,7 +24,7 @@ class Table(NamedTuple):
     lines: tuple[str, ...]
 
 
-def table_faults(table: Table) -> list[str]:
+def table_faults(table: CurveTable) -> list[str]:
     """Faults of an axis, of names and of values."""
     faults = []
     if table.axis_unit not in AXES.get(table.quantity, {}):

@@ -6,9 +6,9 @@ import numpy as np
 
 from .._regular_file import read_bytes
 from ..universal._data_sets import data_sets
-from ..universal._functions import FUNCTIONS, FunctionError, function_of, function_type
+from ..universal._functions import FUNCTIONS, FunctionError, function_type, parse_function
 from ..universal._uff import _channel
-from ._table import MOST_FAULTS, Table
+from ._table import MOST_FAULTS, CurveTable
 
 _MOST_BYTES = 2_000_000_000
 _TIME, _FREQUENCY = 17, 18
@@ -16,13 +16,13 @@ _HISTORY, _AUTO, _PSD, _SPECTRUM, _SHOCK = 1, 2, 9, 12, 24
 _AXES = {_TIME: ("time", "s"), _FREQUENCY: ("frequency", "Hz")}
 
 
-def uff_curves(path: str | PathLike, faults: list[str]) -> Table | None:
+def uff_curves(path: str | PathLike, faults: list[str]) -> CurveTable | None:
     """Real functions of a file: time responses, or spectra; what is wrong with it is added to the faults."""
     functions = []
     for data in data_sets(read_bytes(path, _MOST_BYTES), faults):
         try:
             if data.number == 58 and function_type(data) in (_HISTORY, _AUTO, _PSD, _SPECTRUM, _SHOCK):
-                functions.append(function_of(data))
+                functions.append(parse_function(data))
         except FunctionError as error:
             faults.append(str(error))
     if not functions and not faults:
@@ -35,7 +35,9 @@ def uff_curves(path: str | PathLike, faults: list[str]) -> Table | None:
     unit = functions[0].axes[0].units or unit
     names = tuple(_channel(one, "output") for one in functions)
     values = np.stack([one.values.real for one in functions], axis=1)
-    return Table(functions[0].x, values, quantity, unit, names, tuple(one.axes[1].units for one in functions), ())
+    return CurveTable(
+        functions[0].x, values, quantity, unit, names, tuple(one.axes[1].units for one in functions), ()
+    )
 
 
 def _faults(one, first):
@@ -49,7 +51,7 @@ def _faults(one, first):
         yield f"{one.place}: its points are others than those of {first.place}"
 
 
-def uff_text(table: Table, faults: list[str]) -> str:
+def uff_text(table: CurveTable, faults: list[str]) -> str:
     """Text of a file: one data set for each curve, even points by their first one and their distance."""
     for name, unit in zip(table.names, table.units, strict=True):
         if len(name) > 70 or not name.isprintable() or name != name.strip() or not name:

@@ -61,7 +61,7 @@ def _matches_one(value, one) -> bool:
     return isinstance(value, one)
 
 
-def describe(wanted: Any) -> str:
+def describe_annotation(wanted: Any) -> str:
     """Description of an annotation for messages."""
     return " or ".join(dict.fromkeys(_describe_one(one) for one in alternatives(wanted)))
 

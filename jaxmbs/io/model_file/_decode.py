@@ -14,7 +14,7 @@ from ...checks import no_such
 from ...elements import DIRECTIONS
 from ...linear import LinearSystem
 from ...runtime import as_array
-from ._annotations import alternatives, describe, is_array, matches
+from ._annotations import alternatives, describe_annotation, is_array, matches
 from ._registry import ROWS, class_of, function_of, registered_names
 
 _MOST_FAULTS = 50
@@ -68,7 +68,7 @@ def decode(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
     else:
         own = value
     if own is not INVALID and not matches(own, wanted):
-        faults.append(f"{where}: {_shorten(value)} is no {describe(wanted)}")
+        faults.append(f"{where}: {_shorten(value)} is no {describe_annotation(wanted)}")
         return INVALID
     return own
 

@@ -40,7 +40,7 @@ ROWS = {
     "bodies": declarations.Body,
     "frames": declarations.Frame,
     "joints": declarations.Joint,
-    "forces": declarations.Force,
+    "forces": declarations.ForceElement,
     "constraints": declarations.Constraint,
     "elastic": ElasticDeclaration,
     "hydraulics": declarations.Hydraulic,

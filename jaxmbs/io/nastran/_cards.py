@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from ...errors import ModelError
-from ._text import Line
+from ._text import DeckLine
 
 MAX_FAULTS = 200  # more are not read by anybody
 _INTEGER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
@@ -129,7 +129,7 @@ def require_positive(card: Card, nonnegative: dict[str, float], **numbers: float
             card.fault(f"{name} must not be negative")
 
 
-def parse_cards(lines: Iterable[Line], faults: list[str]) -> Iterator[Card]:
+def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
     """Cards in the order of the deck, to ENDDATA."""
     card, label = None, ""
     for text, place in lines:

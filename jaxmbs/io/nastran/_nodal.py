@@ -65,7 +65,7 @@ def autospc_directions(deck: DeckContext, nodal: NodalSums, ties: dict[str, Abst
     return found
 
 
-def massless_rows(coordinates: DeckCoordinates, nodal: NodalSums, positions) -> tuple[int, ...]:
+def rows_without_mass(coordinates: DeckCoordinates, nodal: NodalSums, positions) -> tuple[int, ...]:
     """Rows of the free coordinates in which nothing has mass."""
     apart = set(coordinates.others)
     mass = np.array(

@@ -19,7 +19,7 @@ from ._coordinates import are_ties_uncoupled, number_coordinates
 from ._deck import Deck
 from ._groups import HEAVY, DeckParameters
 from ._lumped import LumpedMassGroup, lump_masses
-from ._nodal import autospc_directions, massless_rows, nodal_sums
+from ._nodal import autospc_directions, nodal_sums, rows_without_mass
 from ._point_elements import bushes, masses, scalars
 from ._properties import READ
 from ._text import BulkData
@@ -157,7 +157,7 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
         for pairs in (on_hold, weak)
     ]
     parts = deck.materials, deck.properties, elements, numbers.mass, coordinates
-    light = massless_rows(coordinates, nodal, numbers.positions)
+    light = rows_without_mass(coordinates, nodal, numbers.positions)
     have_masses = any(isinstance(own, (*HEAVY, LumpedMassGroup)) for own in elements.values())
     notes = [_MASSES[settings["masses"]]] if have_masses else []
     notes += [f"{what}, {times} times" if times > 1 else what for what, times in deck.remarks.items()]

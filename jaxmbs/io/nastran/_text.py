@@ -16,7 +16,7 @@ _INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)", re.IGNORECASE)
 _CHOICE = re.compile(r"^\s*(SPC|MPC)\s*=\s*(\d{1,8})\s*$", re.IGNORECASE)
 
 
-class Line(NamedTuple):
+class DeckLine(NamedTuple):
     """A line without its comment, and where it stands: "plate.bdf:12"."""
 
     text: str
@@ -39,7 +39,7 @@ class BulkData:
         self._path, self._root = path, path.resolve().parent
         self._bytes = self._files = 0
 
-    def lines(self) -> Iterator[Line]:
+    def lines(self) -> Iterator[DeckLine]:
         """Lines of bulk data to the end of the file; blank ones and comments are left out."""
         found = self._read(self._path)
         begin = next((k for k, text in enumerate(found) if _BEGIN.match(text)), None)
@@ -49,14 +49,14 @@ class BulkData:
         self.skipped = 0 if begin is None else begin + 1
         yield from self._lines(self._path.name, self._path, found, self.skipped, 0)
 
-    def _lines(self, name, path, found, start, depth) -> Iterator[Line]:
+    def _lines(self, name, path, found, start, depth) -> Iterator[DeckLine]:
         numbered = iter(list(enumerate(found, start=1))[start:])
         for number, text in numbered:
             if _BEGIN.match(text):
                 self.faults.append(f"{name}:{number}: superelements (a second BEGIN BULK) are not supported")
             if not (include := _INCLUDE.match(text)):
                 if text:
-                    yield Line(text, f"{name}:{number}")
+                    yield DeckLine(text, f"{name}:{number}")
                 continue
             quoted = include[1]
             while quoted[:1] in ("'", '"') and quoted.count(quoted[0]) < 2:  # a path over many lines

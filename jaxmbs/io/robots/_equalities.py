@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...builder._arrays import compose
+from ...builder._arrays import compose_poses
 from ...joints import Coupler, Spherical, Weld
-from ._link_tree import as_pose
-from ._mujoco_model import rotation
+from ._link_tree import pose_of_pair
+from ._mujoco_model import rotation_of_quaternion
 
 
 def add_equalities(builder, model, home, joints, names) -> list[str]:
@@ -28,7 +28,7 @@ def add_equalities(builder, model, home, joints, names) -> list[str]:
                 dropped.append(f"the equality {name!r} ({what}): both its ends lie on {first!r}")
                 continue
             law = Weld() if kind == kinds.mjEQ_WELD else Spherical()
-            builder.joint(name, law, first, second, as_pose(near), as_pose(far))
+            builder.joint(name, law, first, second, pose_of_pair(near), pose_of_pair(far))
         elif kind == kinds.mjEQ_JOINT:
             builder.constraint(name, _coupler(model, e, joints))
         else:
@@ -46,12 +46,15 @@ def _ends(model, e, home, is_weld):
 
     one, two, data = model.eq_obj1id[e], model.eq_obj2id[e], model.eq_data[e]
     if model.eq_objtype[e] == int(mujoco.mjtObj.mjOBJ_SITE):
-        places = [(model.site_bodyid[k], (rotation(model.site_quat[k]), model.site_pos[k])) for k in (one, two)]
+        places = [
+            (model.site_bodyid[k], (rotation_of_quaternion(model.site_quat[k]), model.site_pos[k]))
+            for k in (one, two)
+        ]
     elif is_weld:
-        places = [(one, (rotation(data[6:10]), data[3:6])), (two, (np.eye(3), data[:3]))]
+        places = [(one, (rotation_of_quaternion(data[6:10]), data[3:6])), (two, (np.eye(3), data[:3]))]
     else:
         places = [(one, (np.eye(3), data[:3])), (two, (np.eye(3), data[3:6]))]
-    return [(home[body].body, compose(home[body].pose, place)) for body, place in places]
+    return [(home[body].body, compose_poses(home[body].pose, place)) for body, place in places]
 
 
 class PolynomialCoupling(NamedTuple):

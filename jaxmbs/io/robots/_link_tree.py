@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...builder import SystemBuilder
-from ...builder._arrays import compose
+from ...builder._arrays import compose_poses
 from ...joints import Weld
 from ...model._pose import Pose
 
@@ -71,7 +71,7 @@ def declare_links(
         carrier = homes[link.parent]
         fixed = link.is_fixed and not welds
         homes[link.name] = (
-            LinkPlacement(carrier.body, compose(carrier.pose, link.place))
+            LinkPlacement(carrier.body, compose_poses(carrier.pose, link.place))
             if fixed
             else LinkPlacement(link.name, IDENTITY)
         )
@@ -93,15 +93,20 @@ def declare_links(
 
 def _declare_joints(builder, link, carrier):
     ends = [carrier.body, *link.bodies]
-    near = compose(carrier.pose, link.place)
+    near = compose_poses(carrier.pose, link.place)
     for joint, parent, child in zip(link.joints, ends[:-1], ends[1:], strict=True):
         builder.joint(
-            joint.name, joint.kind, parent, child, as_pose(compose(near, joint.before)), as_pose(joint.behind)
+            joint.name,
+            joint.kind,
+            parent,
+            child,
+            pose_of_pair(compose_poses(near, joint.before)),
+            pose_of_pair(joint.behind),
         )
         near = IDENTITY
 
 
-def as_pose(pair) -> Pose:
+def pose_of_pair(pair) -> Pose:
     """A `Pose` from a pair."""
     return Pose(pair[1], pair[0])
 

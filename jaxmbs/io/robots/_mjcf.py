@@ -14,7 +14,7 @@ from ._equalities import add_equalities
 from ._imported import Imported, JointLimits, UniqueNames, count_nouns, frame_names_of_joints, quote_names
 from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
 from ._mjcf_text import MjcfText, mjcf_text
-from ._mujoco_model import FREE, SCALAR, initial_coordinates, link_joints, rotation
+from ._mujoco_model import FREE, SCALAR, initial_coordinates, link_joints, rotation_of_quaternion
 from ._springs import add_actuators, add_springs
 from ._stops import add_stops, describe_ignored_limits
 
@@ -91,7 +91,9 @@ def _import_model(model, dropped, welds, stops, rotors, controls):
         body = model.site_bodyid[k]
         name = names(model.site(k).name or f"{bodies[body] or 'ground'}.site{k}")
         R, p = home[body].pose
-        builder.frame(name, home[body].body, R @ model.site_pos[k] + p, R @ rotation(model.site_quat[k]))
+        builder.frame(
+            name, home[body].body, R @ model.site_pos[k] + p, R @ rotation_of_quaternion(model.site_quat[k])
+        )
     limits = _limits(model, joints)
     dropped = [*dropped, *_describe_omissions(model, bodies, joints)]
     dropped += add_equalities(builder, model, home, joints, joint_names)
@@ -126,8 +128,8 @@ def _joint_names(model, bodies):
 def _link(model, k, bodies, joints, names) -> TreeLink:
     own = range(model.body_jntadr[k], model.body_jntadr[k] + model.body_jntnum[k])
     floats = any(model.jnt_type[j] == FREE for j in own)  # its coordinates are its place in the world
-    place = IDENTITY if floats else (rotation(model.body_quat[k]), np.array(model.body_pos[k]))
-    R = rotation(model.body_iquat[k])
+    place = IDENTITY if floats else (rotation_of_quaternion(model.body_quat[k]), np.array(model.body_pos[k]))
+    R = rotation_of_quaternion(model.body_iquat[k])
     inertia = R @ np.diag(model.body_inertia[k]) @ R.T
     made = tuple(link_joints(model, own, joints)) or (LinkJoint(names(f"{bodies[k]}.weld"), Weld()),)
     parent = bodies[model.body_parentid[k]]

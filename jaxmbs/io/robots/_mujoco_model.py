@@ -9,7 +9,7 @@ FREE, BALL, SLIDE, HINGE = range(4)  # of mjtJoint
 SCALAR = (SLIDE, HINGE)
 
 
-def rotation(quaternion) -> np.ndarray:
+def rotation_of_quaternion(quaternion) -> np.ndarray:
     """Rotation matrix of a quaternion (w, x, y, z) of unit length."""
     w, x, y, z = quaternion
     return np.array(
@@ -38,13 +38,13 @@ def link_joints(model, numbers, names):
         elif kind == SLIDE:
             yield LinkJoint(names[j], Prismatic(axis), (np.eye(3), -ref * axis))
         else:
-            yield LinkJoint(names[j], Revolute(axis), (axis_rotation(axis, -ref), point), there)
+            yield LinkJoint(names[j], Revolute(axis), (rotation_about(axis, -ref), point), there)
 
 
-def axis_rotation(axis, angle) -> np.ndarray:
+def rotation_about(axis, angle) -> np.ndarray:
     """Rotation by an angle about a unit axis."""
     half = angle / 2
-    return np.eye(3) if angle == 0 else rotation((np.cos(half), *(np.sin(half) * axis)))
+    return np.eye(3) if angle == 0 else rotation_of_quaternion((np.cos(half), *(np.sin(half) * axis)))
 
 
 def joint_slice(model, j, of="qpos") -> slice:

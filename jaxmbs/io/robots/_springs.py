@@ -14,7 +14,7 @@ from ...joints import Coupler, Revolute
 from ...model._pose import Pose
 from ...typing import Convertible, Scalar, Vector3
 from ._imported import UniqueNames, quote_names
-from ._mujoco_model import FREE, SCALAR, joint_slice, rotation
+from ._mujoco_model import FREE, SCALAR, joint_slice, rotation_of_quaternion
 
 
 def add_springs(builder, model, joints, rotors) -> list[str]:
@@ -57,7 +57,7 @@ def _spring(builder, model, j, name, k, c):
         return
     # of a ball or free joint: on the rotation vector from where the spring rests, of a free one on its place as well
     joint, along = builder.declared.joints[name], (k, c) if kind == FREE else (0.0, 0.0)
-    at_rest = Pose(rest[:3] if kind == FREE else np.zeros(3), rotation(rest[-4:]))
+    at_rest = Pose(rest[:3] if kind == FREE else np.zeros(3), rotation_of_quaternion(rest[-4:]))
     ends = ((joint.parent, joint.parent_frame @ at_rest), (joint.child, joint.child_frame))
     builder.force(force, Bushing((along[0], k), (along[1], c)), between=ends)
 

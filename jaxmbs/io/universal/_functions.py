@@ -23,14 +23,14 @@ _PRECISIONS = {2: (False, "f4"), 4: (False, "f8"), 5: (True, "f4"), 6: (True, "f
 _ROW = {(2, 0): 6, (2, 1): 6, (5, 0): 6, (5, 1): 6, (4, 1): 4, (6, 1): 4, (4, 0): 4, (6, 0): 3}  # numbers to a line
 
 
-class Axis(NamedTuple):
+class AxisRecord(NamedTuple):
     """An axis: its type by the format's number, its units as they are labelled, "" where they are not."""
 
     type: int
     units: str
 
 
-class Function(NamedTuple):
+class FunctionRecord(NamedTuple):
     """A function: where it stands, its type, identification lines, (node, direction) of response and reference,
     axes (abscissa, ordinate, denominator), and its points; `is_complex` says how its values stand in the file."""
 
@@ -39,7 +39,7 @@ class Function(NamedTuple):
     lines: list[str]
     response: tuple[int, int]
     reference: tuple[int, int]
-    axes: tuple[Axis, Axis, Axis]
+    axes: tuple[AxisRecord, AxisRecord, AxisRecord]
     x: np.ndarray
     values: np.ndarray
     is_complex: bool
@@ -56,7 +56,7 @@ def function_type(data: DataSet) -> int:
     return _integers(data, 5, ((0, 5),))[0]
 
 
-def function_of(data: DataSet) -> Function:
+def parse_function(data: DataSet) -> FunctionRecord:
     """All of it.  Raises: FunctionError for a header or values that cannot be read."""
     kind = function_type(data)
     columns = ((41, 51), (51, 55), (66, 76), (76, 80))
@@ -76,7 +76,7 @@ def function_of(data: DataSet) -> Function:
         x, y = table[:, 0], table[:, 1:]
     values = y[:, 0] + 1j * y[:, 1] if is_complex else y[:, 0].astype(complex)
     places = (response[0], response[1]), (reference[0], reference[1])
-    return Function(data.place, kind, data.lines[:5], *places, axes, x, values, is_complex)
+    return FunctionRecord(data.place, kind, data.lines[:5], *places, axes, x, values, is_complex)
 
 
 def _values(data, precision, spacing, size) -> np.ndarray:
@@ -141,4 +141,4 @@ def _axis(data, row):
     text = data.lines[row]
     kind = _integers(data, row, ((0, 10),))[0]
     units = text[46:67].strip() if len(text) > 46 else ""
-    return Axis(kind, "" if units.upper() in ("", "NONE") else units)
+    return AxisRecord(kind, "" if units.upper() in ("", "NONE") else units)

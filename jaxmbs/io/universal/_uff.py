@@ -14,7 +14,7 @@ from ...errors import ModelError, ModelFileError
 from ...linear._transfer import KINDS, TransferFunctions
 from .._regular_file import read_bytes
 from ._data_sets import data_sets
-from ._functions import FUNCTIONS, TRANSFER, Function, FunctionError, function_of, function_type
+from ._functions import FUNCTIONS, TRANSFER, FunctionError, FunctionRecord, function_type, parse_function
 from ._units import FileUnits, file_units, frequency_unit, response_unit
 
 _CODES = {"receptance": 8, "mobility": 11, "accelerance": 12}  # data types of displacement, velocity, acceleration
@@ -110,7 +110,7 @@ def read_uff(path: str | PathLike, kind: str | None = None) -> TransferFunctions
 
 def _functions(content, kind, faults):
     """Functions in SI over Hz, their kinds, and how often the file has what else."""
-    functions: list[Function] = []
+    functions: list[FunctionRecord] = []
     kinds: list[str] = []
     others: collections.Counter = collections.Counter()
     units = FileUnits()
@@ -123,7 +123,7 @@ def _functions(content, kind, faults):
             elif (one := function_type(data)) != TRANSFER:
                 others[FUNCTIONS[one] if 0 <= one < len(FUNCTIONS) else f"function of type {one}"] += 1
             else:
-                found, its_kind = _in_si(function_of(data), units, kind)
+                found, its_kind = _in_si(parse_function(data), units, kind)
                 functions.append(found)
                 kinds.append(its_kind)
         except FunctionError as error:

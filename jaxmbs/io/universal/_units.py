@@ -8,7 +8,7 @@ import numpy as np
 from ...linear._transfer import KINDS
 from .._numbers import real
 from ._data_sets import DataSet
-from ._functions import Axis, FunctionError
+from ._functions import AxisRecord, FunctionError
 
 _POWERS = (("", "receptance"), ("/s", "mobility"), ("/s^2", "accelerance"), ("/s/s", "accelerance"))
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "inch": 0.0254, "ft": 0.3048}
@@ -53,7 +53,7 @@ def file_units(data: DataSet) -> FileUnits:
     return FileUnits(length, force)
 
 
-def frequency_unit(axis: Axis, assumed: bool) -> float:
+def frequency_unit(axis: AxisRecord, assumed: bool) -> float:
     """The unit of an abscissa [Hz].  Raises: FunctionError where it is no frequency."""
     if axis.type not in (_FREQUENCY, *_UNKNOWN_CODES):
         raise FunctionError(f"its abscissa is of the type {_axis_name(axis)}, no frequency")
@@ -67,7 +67,7 @@ def frequency_unit(axis: Axis, assumed: bool) -> float:
 
 
 def response_unit(
-    axes: tuple[Axis, Axis, Axis], turns: tuple[bool, bool], units: FileUnits, kind: str | None
+    axes: tuple[AxisRecord, AxisRecord, AxisRecord], turns: tuple[bool, bool], units: FileUnits, kind: str | None
 ) -> tuple[str, float]:
     """Kind of a function, and the SI unit of its values.
 

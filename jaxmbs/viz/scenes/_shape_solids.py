@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from ...drawings import Ball, Box, Cylinder, HeightSurface, Outline, Path, Plane, Tube, Wheel
-from .._things import Place, Thing, place_of_shape
+from .._things import ShapePoses, Thing, place_of_shape
 from ._solids import Solid, join_solids, rotation_to_axis, sweep_tube
 
 _AROUND, _ALONG, _ACROSS = 48, 96, 12  # points around a tube, along and across a road
@@ -50,12 +50,12 @@ def _is_clear(shape):
     return isinstance(shape, _SURFACES) or getattr(shape, "is_clear", False)
 
 
-def _plane(shape: Plane, at: Place, thick: float) -> Solid:
+def _plane(shape: Plane, at: ShapePoses, thick: float) -> Solid:
     middle, size = (at.low + at.high)[:2] / 2, (at.high - at.low)[:2]
     return Solid.box((*size, thick / 2)).placed((*middle, -thick / 4))
 
 
-def _tube(shape: Tube, at: Place, thick: float) -> Solid:
+def _tube(shape: Tube, at: ShapePoses, thick: float) -> Solid:
     low, high = (at.low[2], at.high[2]) if shape.length is None else (-shape.length / 2, shape.length / 2)
     return open_tube(float(shape.radius), float(low), float(high))
 
@@ -65,7 +65,7 @@ def _cylinder(shape: Any, length: Any) -> Solid:
     return Solid.cylinder(float(shape.radius), float(length)).placed(rotation=turn)
 
 
-def _height_surface(shape: HeightSurface, at: Place, thick: float) -> Solid:
+def _height_surface(shape: HeightSurface, at: ShapePoses, thick: float) -> Solid:
     """The sheet of a height field over its length, as wide as it is used."""
     first, last = map(float, shape.ends)
     x = np.linspace(first, last, _ALONG + 1)
@@ -75,7 +75,7 @@ def _height_surface(shape: HeightSurface, at: Place, thick: float) -> Solid:
 
 
 #: Solids in the axes of the frame of a shape.
-_SOLIDS: dict[type, Callable[[Any, Place, float], Solid]] = {
+_SOLIDS: dict[type, Callable[[Any, ShapePoses, float], Solid]] = {
     Ball: lambda shape, at, thick: Solid.ball(float(shape.radius)),
     Box: lambda shape, at, thick: Solid.box(np.asarray(shape.size, float)),
     Cylinder: lambda shape, at, thick: _cylinder(shape, shape.length),

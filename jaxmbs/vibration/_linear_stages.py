@@ -36,7 +36,7 @@ def invert_implicit_matrix(equations: "LinearEquations", s: Array) -> StepInvers
     return StepInverse(s, square.inverse(lax.stop_gradient(implicit_matrix(equations, s))))
 
 
-class ImplicitStages(eqx.Module):
+class LinearStages(eqx.Module):
     """The stages of a step: rates r of (x, x', nothing) with `r = f(t, y + s r)`.
 
     With `r = (x' + s a, a)` the accelerations a are those at `x + s x'` and x', divided by `implicit_matrix`; laws
@@ -50,7 +50,7 @@ class ImplicitStages(eqx.Module):
     by_effort: Array
 
     @classmethod
-    def of(cls, equations: "LinearEquations", s: Array) -> "ImplicitStages":
+    def of(cls, equations: "LinearEquations", s: Array) -> "LinearStages":
         """The stages for s; the inverse that the equations have is taken where it is that of an equal step."""
         near, anew = equations.near, lambda: invert_implicit_matrix(equations, s).inverse
         if near is None:
