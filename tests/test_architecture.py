@@ -279,6 +279,15 @@ def test_public_names_have_docstrings():
     assert not bare
 
 
+def test_every_class_has_a_name_of_its_own():
+    places = {}
+    for path, tree in TREES.items():
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(node.name, set()).add(path.relative_to(PACKAGE).as_posix())
+    assert not {name: found for name, found in places.items() if len(found) > 1}
+
+
 ASKING = ("viz", "bondgraph", "motion", "analysis/_equilibrium.py", "dynamics/_contact_load.py")
 KINDS = {  # rooms of things, and the base classes of their kinds
     "forces": ("AbstractLaw", "AbstractSignal"),

@@ -5,6 +5,7 @@ inertia      the equivalent inertia field I* and the gyristor GR at the junction
 hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 """
 
+import dataclasses
 import functools
 
 import jax
