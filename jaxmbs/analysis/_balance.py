@@ -73,10 +73,10 @@ def balance(system: System, psi, t, w, stresses=None) -> Balance:
     given = own_stresses(system) if stresses is None else stresses
 
     def efforts(step, given):
-        here, moved_psi, _ = at_unknowns(system, after_step(system, psi, step))
-        at = configuration(here, P, moved_psi, t)
-        found, more = _efforts_and_loops(under_stresses(here, given), at, w)
-        return (found, stresses_at(here, at)), more
+        moved_psi, internal = at_unknowns(system, after_step(system, psi, step))
+        at = configuration(system, P, moved_psi, t, internal=internal)
+        found, more = _efforts_and_loops(under_stresses(system, given), at, w)
+        return (found, stresses_at(system, at)), more
 
     (found, own), slopes, (gap, u, Gamma, closing) = jax.linearize(efforts, none, given, has_aux=True)
     steps = [Gamma, closing[:, None]]
@@ -293,8 +293,9 @@ def _search_balance_jvp(primals, tangents):
         return constraints.residual(system, configuration(system, P, coordinates, t, inertias=False))
 
     def efforts(system, psi, t, w):
-        here, psi, _ = at_unknowns(system, psi)
-        return _efforts_and_loops(here, configuration(here, node_parameters(here), psi, t), w)[0]
+        psi, internal = at_unknowns(system, psi)
+        at = configuration(system, node_parameters(system), psi, t, internal=internal)
+        return _efforts_and_loops(system, at, w)[0]
 
     d_system, d_psi0, d_t, d_w = tangents[:4]
     gap = _or_zeros(eqx.filter_jvp(loops, (system, t), (d_system, d_t))[1], at.gap)

@@ -241,7 +241,7 @@ def _equilibrium(system, state, moving):
         stiffness, missing, still = stiffness[:N, :N], missing[:N], still[:N]
     psi, u, K, missing = (nan_where(~ok, x) for x in (psi, at.velocities, stiffness, missing))
     stable = _is_stable(K, still)
-    _, psi, internal = at_unknowns(system, psi)
+    psi, internal = at_unknowns(system, psi)
     state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
     ends = validity(system, state) if has_ends(system) else None
     efforts = (1.0 - still) * missing

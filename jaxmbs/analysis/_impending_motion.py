@@ -21,7 +21,7 @@ from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._slips import slips_of
 from ..kinematics._wrench_targets import node_targets
 from ..math._nan import nan_where
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
 from ..model._system import System
@@ -101,7 +101,7 @@ def impending_motion(system: System, state: State, actuators: Sequence[str]) -> 
 
 @jit
 def _limits(system, state, columns):
-    here = without_drives(system_at(system, state))
+    here = without_drives(with_changes(system, state))
     none = jnp.zeros_like(state.velocities)
     rest = with_velocities(here, at_state(here, state), none)
     loads = efforts(here, rest)[:2]
@@ -134,5 +134,4 @@ def _at_breakaway(system, at):
         viscous=jnp.zeros(number, dtype),
         seal=values_of(f.models, lambda model: model.breakaway_drag, dtype),
     )
-    f = replace_field(f, "models", (ModelGroup(model, tuple(range(number))),))
-    return replace_field(system, "friction", replace_field(f, "bristles", None))
+    return replace_field(system, "friction", replace_field(f, "models", (ModelGroup(model, tuple(range(number))),)))

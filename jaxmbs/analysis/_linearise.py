@@ -30,7 +30,7 @@ from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
-from ..model._internal_states import InternalStates, replace_field, with_internal
+from ..model._internal_states import InternalStates, replace_field
 from ..model._rows import drives
 from ..model._system import System
 from ..runtime import jit
@@ -161,8 +161,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
 
     def everything(psi, w, a, s, added=None):
         here = system if added is None else with_inputs(system, dict(zip(fields, added, strict=True)), False)
-        here = with_internal(here, s)
-        moved = configuration(here, at.P, psi, t)
+        moved = configuration(here, at.P, psi, t, internal=s)
         need, u, u_dot = unbalanced_efforts(here, moved, w, a)
         internal = None if s is None else InternalStates(s, top.internal)
         there = State(t, psi, u, structure=top.structure, internal=internal)
@@ -192,9 +191,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
     KC = jnp.concatenate([K, C, *F], axis=1)
     by_effort, rubs = Gamma.T, 0.0
     if system.friction is not None:
-        rubs, more = friction_slopes(
-            with_internal(system, state.internal), at_state(system, state), state.velocities, Gamma
-        )
+        rubs, more = friction_slopes(system, at_state(system, state), state.velocities, Gamma)
         by_effort = by_effort + more
     lower, B = _acceleration_matrices(system, by_effort, M, KC, inputs, driven, efforts_by)
     space = StateSpace(
@@ -208,7 +205,7 @@ def _linearise(system, state, accelerations, inputs, driven, outputs, fields):
         space = StateSpace(space.A, rows, space.C, space.D)
     if by_field is not None:
         space = _with_direct_parts(space, *by_field[1:], np.isin(_input_of_columns(system, inputs), fields))
-    system = without_friction(with_internal(system, state.internal))
+    system = without_friction(system)
     R = projected_resistance_field(system, at, Gamma, state.velocities) + rubs
     columns = tuple(int(k) for k in positions), tuple(int(k) for k in chosen)
     still = (

@@ -95,7 +95,7 @@ def follow_load(system: System, state: State, moving: tuple[int, ...]) -> tuple[
         return (last.share < 1.0) & (last.steps < _MOST_STEPS) & ((last.steps == 0) | (last.length > _SHORTEST))
 
     found = lax.while_loop(continues, correct, _first_increment(system, psi, t, w))
-    _, psi, internal = at_unknowns(system, found.psi)
+    psi, internal = at_unknowns(system, found.psi)
     end = State(t, psi, state.velocities, structure=top.structure, internal=internal, changes=state.changes)
     return lax.stop_gradient((end, found.share, found.steps))
 

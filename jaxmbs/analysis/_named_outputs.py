@@ -49,7 +49,7 @@ class NamedOutputs(eqx.Module):
         return cls(tuple(x if isinstance(x, str) else (x.coordinates.start, x.coordinates.stop) for x in found))
 
     def at(self, system: System, at: Configuration, state: State) -> Array:
-        """Values (m,) at a state and its configuration, of a system that is at its internal states."""
+        """Values (m,) at a state and its configuration."""
         signals: Mapping[str, Array] = {}
         if any(isinstance(part, str) for part in self.parts):
             signals = signals_at(system, with_velocities(system, at, state.velocities))

@@ -21,6 +21,7 @@ from ..kinematics._element_flows import element_flows
 from ..model._system import System
 from ..quantities import matrix
 from ..reports import Report, Reported
+from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
 
 
@@ -88,9 +89,9 @@ def spring_stiffness(system: System, at: Configuration):
     turning = jnp.zeros_like(elastic)
     if not system.forces:
         return elastic, turning
-    system = with_signals(system, at)
+    at = with_signals(system, at)
     twists, still = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(Gamma), at_rest(system, at)
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         flows = jax.vmap(lambda V, u, group=group: element_flows(system, group, at, V, u)[2], (0, 1), -1)
         G, (_, displacement, flow) = flows(twists, Gamma), element_flows(system, group, at, still.V, still.u)
 
@@ -98,7 +99,7 @@ def spring_stiffness(system: System, at: Configuration):
             K = port.stiffness(law, x, f, at.t)
             return K, port.slope(law, x, f, at.t) - K
 
-        found = jax.vmap(both)(group.acting, displacement, flow)
+        found = jax.vmap(both)(law, displacement, flow)
         own, turned = (jnp.einsum("eka,ekl,elb->ab", G, K, G) for K in found)
         elastic, turning = elastic + own, turning + turned
     return elastic, turning

@@ -5,7 +5,7 @@ divided by their scales.  Steps are displacements of the velocity columns, then 
 import jax.numpy as jnp
 
 from ..kinematics._poses import coordinate_rate, normalise, step_coordinates
-from ..model._internal_states import InternalStates, with_internal
+from ..model._internal_states import InternalStates
 from ..model._system import System
 from ..signal_flow._internal_states import internal_scale
 
@@ -18,12 +18,12 @@ def unknowns_of(system: System, state):
 
 
 def at_unknowns(system: System, x):
-    """(the system whose laws are at the internal states, coordinates (nq,), internal states or None)."""
+    """Coordinates (nq,), and internal states or None."""
     top = system.topology
     if not top.internal:
-        return system, x, None
+        return x, None
     internal = InternalStates(x[top.num_coordinates :] * internal_scale(system), top.internal)
-    return with_internal(system, internal), x[: top.num_coordinates], internal
+    return x[: top.num_coordinates], internal
 
 
 def after_step(system: System, x, step):

@@ -13,7 +13,7 @@ from ..forces._element_bonds import ElementBonds, ends
 from ..hydraulics._pump import SHAFT
 from ..model._signals import block_named
 from ..model._system import System
-from ..signal_flow._signals import signals_and_blocks
+from ..signal_flow._signals import with_signals
 from ._elements import PowerBond
 from ._inner_graph import vectors
 
@@ -26,10 +26,11 @@ class PartPowers(NamedTuple):
 
 
 def circuit_powers(system: System, at) -> dict[str, PartPowers]:
-    """Bonds and stored powers of all parts by name, of a system at its internal states at a `VelocityKinematics`."""
+    """Bonds and stored powers of all parts by name, of a system at a `VelocityKinematics`."""
     if not system.topology.circuits:
         return {}
-    groups = {name: found for found in signals_and_blocks(system, at)[1] for name in found.group.names}
+    blocks = with_signals(system, at).signals.blocks  # type: ignore[union-attr]
+    groups = {name: found for found in blocks for name in found.group.names}
     found = {}
     for record in system.topology.circuits:
         (element,) = block_named(system.blocks, record.name)
@@ -60,7 +61,7 @@ def circuit_bonds(system: System) -> dict[str, list[tuple[PowerBond, str]]]:
 
 
 def circuit_values(system: System, at) -> dict[str, tuple[Any, Any]]:
-    """(effort, flow), each (1,), by bond of all circuits in the graph; the system is at its internal states."""
+    """(effort, flow), each (1,), by bond of all circuits in the graph."""
     powers = circuit_powers(system, at)
     return {
         f"{bond.tail} -> {bond.head}": vectors(powers[name].bonds[own].effort, powers[name].bonds[own].flow)

@@ -12,13 +12,14 @@ from ..friction._bristles import bristle_storage
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._slips import slips_of
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import check_system, states_of
 from ..model._system import System
 from ..motion._motion import Motion
 from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..runtime import jit
+from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
 from ._circuits import circuit_powers
 from ._inner_graph import group_bonds
@@ -110,30 +111,30 @@ def _all_powers(system, states, batched):
 
 
 def _powers(system, state):
-    system = system_at(system, state)
+    system = with_changes(system, state)
     at = with_velocities(system, at_state(system, state, inertias=system.friction is not None), state.velocities)
+    at = with_signals(system, at)
     circuits = [_part_powers(name, part) for name, part in circuit_powers(system, at).items()]
-    system = with_signals(system, at)
-    found = [_group_powers(system, group, at) for group in system.forces] + circuits
+    found = [_group_powers(system, group, law, at) for group, law in acting_laws(system, at)] + circuits
     found += [] if system.friction is None else [_friction_powers(system, at)]
     return tuple({name: value for part in found for name, value in part[k].items()} for k in range(7))
 
 
-def _group_powers(system, group, at):
+def _group_powers(system, group, law, at):
     """The fields of `ElementPowers` for the elements of a group."""
     _, displacement, flow = element_flows(system, group, at, at.V, at.u)
-    efforts, stored = efforts_and_storage_powers(group, displacement, flow, at.t)
+    efforts, stored = efforts_and_storage_powers(group, law, displacement, flow, at.t)
     mechanical = jnp.sum(efforts * flow, axis=1)
     if group.internal:
-        stored = stored + state_power(group, displacement, flow, at.t)
+        stored = stored + state_power(group, law, displacement, flow, at.t)
     if group.law.has_storage_beside:
-        stored = stored + _powers_of(group, displacement, flow, at.t, "storage_beside")
-    bonds = group_bonds(group, displacement, flow, at.t) if group.law.has_bonds else {}
+        stored = stored + _powers_of(group, law, displacement, flow, at.t, "storage_beside")
+    bonds = group_bonds(group, law, displacement, flow, at.t) if group.law.has_bonds else {}
     if bonds:
         heat, supplied, exchanged, _ = jax.vmap(bond_sums)(bonds)
         domains = jax.vmap(_supplied_by_domain)(bonds)
     else:
-        heat, supplied = _split_rest(group, displacement, flow, at.t, mechanical + stored)
+        heat, supplied = _split_rest(group, law, displacement, flow, at.t, mechanical + stored)
         exchanged = jnp.zeros_like(heat)
         domains = dict.fromkeys(DOMAINS, jnp.zeros_like(heat)) | {"mechanical": supplied}
 
@@ -141,7 +142,7 @@ def _group_powers(system, group, at):
     return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
 
 
-def _powers_of(group, displacement, flow, t, method):
+def _powers_of(group, law, displacement, flow, t, method):
     """Powers (n,) that a method of the law gives, of the arguments of its effort; zero where it gives none."""
 
     def of_one(law, x, f):
@@ -149,7 +150,7 @@ def _powers_of(group, displacement, flow, t, method):
         found = getattr(law, method)(*arguments, t)
         return jnp.zeros(()) if found is None else found
 
-    return jax.vmap(of_one)(group.acting, displacement, flow)
+    return jax.vmap(of_one)(law, displacement, flow)
 
 
 def _friction_powers(system, at):
@@ -157,8 +158,8 @@ def _friction_powers(system, at):
     found = motion_with_friction(system, at)
     names, powers, none = system.friction.names, found.powers, jnp.zeros_like(found.powers)
     stored = none
-    if system.friction.bristles is not None:
-        stored = found.total * bristle_storage(system.friction, slips_of(system, at).slip)
+    if at.bends is not None:
+        stored = found.total * bristle_storage(system.friction, at.bends, slips_of(system, at).slip)
     fields = powers, stored, -powers - stored, none, none, dict.fromkeys(DOMAINS, none)
     return (*({name: _entry(values, i) for i, name in enumerate(names)} for values in fields), {n: {} for n in names})
 
@@ -183,9 +184,9 @@ def _supplied_by_domain(bonds):
     return {domain: -power_into(part, SOURCES) for domain, part in own.items()}
 
 
-def _split_rest(group, displacement, flow, t, rest):
+def _split_rest(group, law, displacement, flow, t, rest):
     """Heat and supply (n,) of laws without bonds, from their power beside what they store."""
     if not group.law.is_source:
         return -rest, jnp.zeros_like(rest)
-    heat = _powers_of(group, displacement, flow, t, "dissipated") if group.internal else jnp.zeros_like(rest)
+    heat = _powers_of(group, law, displacement, flow, t, "dissipated") if group.internal else jnp.zeros_like(rest)
     return heat, rest + heat

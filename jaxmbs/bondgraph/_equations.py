@@ -26,7 +26,7 @@ def graph_state_equations(system: System, state: State, view: str = "hamiltonian
     Source: S2 (28)-(34), (42)-(44).
     """
     P, graph = node_parameters(system), build_view(system, view)
-    values = graph_values(system, P, state.coordinates, state.velocities, state.t)
+    values = graph_values(system, P, state)
     names = name_values(system, values)
     driven = split_by_root(system, values.rates)["drives"]
     Gi, B_q = names.modulus["Gi"], names.modulus["B_q"]

@@ -15,17 +15,18 @@ from ..forces._law_at import LawAt
 from ..kinematics._element_flows import element_flows
 from ..math._linalg import direction
 from ..model._system import System
+from ..signal_flow._acting_laws import acting_laws
 from ._elements import PowerBond
 
 
-def group_bonds(group, displacement, flow, t) -> ElementBonds:
-    """Bonds by name of all elements of a group, each with leading axis (n,); its laws are at their states."""
+def group_bonds(group, law, displacement, flow, t) -> ElementBonds:
+    """Bonds by name of all elements of a group, each with leading axis (n,); law: at the instant."""
 
     def of_one(law, displacement, flow):
         law, arguments = group.port.law_and_arguments(law, displacement, flow)
         return law.bonds(*arguments, t)
 
-    return jax.vmap(of_one)(group.acting, displacement, flow)
+    return jax.vmap(of_one)(law, displacement, flow)
 
 
 def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[PowerBond]:
@@ -78,16 +79,16 @@ class InnerValues(NamedTuple):
 
 
 def inner_values(system: System, at, joined=frozenset()) -> InnerValues:
-    """Values inside the elements of a system whose laws are at their states, at a `VelocityKinematics`.
+    """Values inside the elements of a system at a `VelocityKinematics`.
 
     Args: joined: as of `inner_bonds`.
     """
     found = InnerValues({}, {}, {})
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         if not group.law.has_bonds:
             continue
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
-        bonds = group_bonds(group, displacement, flow, at.t)
+        bonds = group_bonds(group, law, displacement, flow, at.t)
         for i, name in enumerate(group.names):
             for bond in bonds:
                 tail, head = (inner_name(group, i, end) for end in ends(bond))

@@ -9,14 +9,13 @@ from ..constraints import _constraints as constraints
 from ..constraints._mobility import with_mobility_at
 from ..dynamics._newton_euler import accelerations
 from ..kinematics._poses import coordinate_rate, node_parameters
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..motion._motion import Motion
 from ..quantities import Quantity, along_freedoms
 from ..reports import Report, Reported
 from ..runtime import jit
-from ..signal_flow._signals import with_signals
 from ._circuits import circuit_values, joined_ports
 from ._elastic import elastic_names, momentum_rates
 from ._graph import BondGraph
@@ -157,12 +156,11 @@ def inertial_efforts(system: System, values) -> dict:
 
 def _values(system, P, state):
     """Flows, moduli and efforts by name of all views at a state; P where no event changes it, else None."""
-    psi, u, t = state.coordinates, state.velocities, state.t
-    system = system_at(system, state)
+    system = with_changes(system, state)
     P = node_parameters(system) if P is None else P
-    values = graph_values(system, P, psi, u, t)
+    values = graph_values(system, P, state)
     names = name_values(system, values)
-    inner = inner_values(with_signals(system, values.at), values.at, joined_ports(system))
+    inner = inner_values(system, values.at, joined_ports(system))
     effort = names.effort | inertial_efforts(system, values)
     bonds = inner.bonds | circuit_values(system, values.at)
     return names.flow | inner.flow, names.modulus | inner.modulus, effort, bonds

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ..assembly._state import State
 from ..constraints import _constraints as constraints
 from ..constraints._kic import independent_columns
 from ..dynamics._efforts import element_efforts
@@ -22,6 +23,7 @@ from ..kinematics._poses import body_frame, coordinate_rate, frame_twists
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
 from ._elastic import elastic_fields, elastic_values, field_gyristor, field_inertia, field_weight
 from ._views import drive_rows
@@ -68,11 +70,11 @@ def apply_inertia(system: System, inertia, flow):
     return jnp.concatenate([turning, jnp.einsum("b,bi...->bi...", system.mass, flow[:, 3:])], axis=1)
 
 
-def _moduli_and_inertia(system, P, psi, t):
+def _moduli_and_inertia(system, P, psi, t, internal=None):
     """Body moduli G (bodies, 6, r), those of elastic bodies and I* (r, r), the drives' columns included; beside them
     the configuration, the rate map, its twists (r, nodes, 6), the world inertias and the fields of elastic bodies.
     Source: S2 (11)-(15), (35)."""
-    at = configuration(system, P, psi, t)
+    at = configuration(system, P, psi, t, internal=internal)
     L, inertia = rate_map(system, at), world_inertias(system, at)
     twists = jax.vmap(lambda u: node_motion(system.topology, at.S, u), 1)(L)
     G = jax.vmap(lambda V: body_flows(system, at, V), out_axes=-1)(twists)
@@ -120,21 +122,20 @@ class GraphValues(NamedTuple):
 
 
 @jit
-def graph_values(system: System, P, psi, u, t) -> GraphValues:
+def graph_values(system: System, P, state: State) -> GraphValues:
     """Values of the graph at a state; accelerations are not needed.  Source: S2 (31)-(41), (56)-(76)."""
+    psi, u, t = state.coordinates, state.velocities, state.t
     rates = (coordinate_rate(system.topology, psi, u), jnp.ones_like(t))
     (G, _, I), (G_dot, G_y_dot, I_dot), (at, L, twists, inertias, deforming) = jax.jvp(
-        lambda psi, t: _moduli_and_inertia(system, P, psi, t), (psi, t), rates, has_aux=True
+        lambda psi, t: _moduli_and_inertia(system, P, psi, t, state.internal), (psi, t), rates, has_aux=True
     )
-    at, ports = with_velocities(system, at, u), []
-    for group in with_signals(system, at).forces:
+    at, ports = with_signals(system, with_velocities(system, at, u)), []
+    for group, law in acting_laws(system, at):
         port, of_flow = group.port, lambda V, u, group=group: element_flows(system, group, at, V, u)[2]
         _, displacement, flow = element_flows(system, group, at, at.V, u)
-        stored = jax.vmap(lambda law, x, f, port=port: port.stored_effort(law, x, f, t))(
-            group.acting, displacement, flow
-        )
+        stored = jax.vmap(lambda law, x, f, port=port: port.stored_effort(law, x, f, t))(law, displacement, flow)
         modulus = jax.vmap(of_flow, in_axes=(0, 1), out_axes=-1)(twists, L)
-        ports.append((modulus, flow, stored, element_efforts(group, displacement, flow, t)))
+        ports.append((modulus, flow, stored, element_efforts(group, law, displacement, flow, t)))
     elastic = elastic_values(system, at, deforming, G_y_dot)
     gyristor = jnp.einsum("bki,bkj->ij", G_dot, apply_inertia(system, inertias, G))
     gravity = jnp.einsum("b,bci,c->i", system.mass, G[:, 3:], system.gravity) + field_weight(elastic)

@@ -7,7 +7,6 @@ times directions are wrenches (moment about the world origin, force) on the body
 
 import dataclasses
 import functools
-from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -15,14 +14,12 @@ import numpy as np
 from jax.tree_util import Partial
 from jaxtyping import Array
 
-from ..kinematics._configuration import ClosureDirections, Configuration
+from ..kinematics._configuration import At, ClosureDirections, Configuration
 from ..kinematics._wrench_targets import WrenchTargets
 from ..math._linalg import skew
 from ..model._system import ClosureGroup, System
 from ..runtime import gather_static
 from ._rows import slopes_at
-
-At = TypeVar("At", bound=Configuration)
 
 
 def _relative_pose(basis, a, b):

@@ -12,13 +12,14 @@ from ..forces._cable_route import CableRoute
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import map_states, states_of
 from ..model._rows import row_elements
 from ..model._system import System
 from ..quantities import XYZ, Axis, Quantity, numbered
 from ..reports import Report, Reported, faults_in_short
 from ..runtime import gather_static, jit
+from ..signal_flow._acting_laws import acting_laws
 from ._efforts import element_efforts
 from ._newton_euler import accelerations
 
@@ -115,18 +116,18 @@ def cable_states(system: System, state: State | HasStates) -> dict[str, CableRes
 
 @jit
 def _along(system, states):
-    return map_states(lambda state: _of_one(system_at(system, state), state), states)
+    return map_states(lambda state: _of_one(with_changes(system, state), state), states)
 
 
 def _of_one(system, state):
     rows = [row for row in row_elements(system.rows) if isinstance(row.group.law, CableRoute)]
     at = with_velocities(system, at_state(system, state, inertias=bool(rows)), state.velocities)
     found = {}
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         if not isinstance(group.law, Cable):
             continue
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
-        effort = element_efforts(group, displacement, flow, at.t)[:, : 6 * group.port.num_frames]
+        effort = element_efforts(group, law, displacement, flow, at.t)[:, : 6 * group.port.num_frames]
         effort = effort.reshape(len(group.names), -1, 6)
 
         def read(law, x, flow, port=group.port):

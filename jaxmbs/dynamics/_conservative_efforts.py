@@ -9,6 +9,7 @@ from ..kinematics._configuration import Configuration, at_rest
 from ..kinematics._element_flows import element_flows
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
+from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
 from ._bodies import bodies_of, total
 from ._efforts import element_efforts
@@ -41,13 +42,12 @@ def source_efforts(system: System, at: Configuration):
 def port_efforts(system: System, at: Configuration):
     """Port efforts (n, num_flows) of the elements at rest by force group, as a pair: those that derive from the
     potential, and all others."""
-    still, stored, other = at_rest(system, at), [], []
-    system = with_signals(system, still)
-    for group in system.forces:
+    still, stored, other = with_signals(system, at_rest(system, at)), [], []
+    for group, law in acting_laws(system, still):
         _, displacement, flow = element_flows(system, group, still, still.V, still.u)
         own = jax.vmap(lambda law, x, f, port=group.port: port.stored_effort(law, x, f, at.t))
-        stored.append(own(group.acting, displacement, flow))
-        other.append(element_efforts(group, displacement, flow, at.t) - stored[-1])
+        stored.append(own(law, displacement, flow))
+        other.append(element_efforts(group, law, displacement, flow, at.t) - stored[-1])
     return stored, other
 
 

@@ -14,6 +14,7 @@ from ..model._entry_points import state_function
 from ..model._system import System
 from ..quantities import XYZ, Quantity, numbered
 from ..reports import Report, Reported
+from ..signal_flow._acting_laws import acting_laws
 
 
 class ContactLoad(Reported, eqx.Module):
@@ -76,13 +77,12 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
 
     Raises: ModelError where no contact has the name.
     """
-    groups = [group for group in system.forces if group.law.has_points]
-    contacts = {one: (group, k) for group in groups for k, one in enumerate(group.names)}
+    at = with_velocities(system, at_state(system, state), state.velocities)
+    laws = [found for found in acting_laws(system, at) if found[0].law.has_points]
+    contacts = {one: (group, law, k) for group, law in laws for k, one in enumerate(group.names)}
     if name not in contacts:
         raise ModelError([f"there is no contact {name!r}; there are: {', '.join(contacts) or 'none'}"])
-    group, k = contacts[name]
-    at = with_velocities(system, at_state(system, state), state.velocities)
-    found, (R, place) = _point_loads(system, at, group, k)
+    found, (R, place) = _point_loads(system, at, *contacts[name])
     speed = jnp.sqrt(jnp.sum(found.sliding**2, axis=-1))
     bears = (found.normal_force > 0) & (found.area > 0)
     pressure = jnp.where(bears, found.normal_force / jnp.where(bears, found.area, 1.0), 0.0)
@@ -101,9 +101,9 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
     )
 
 
-def _point_loads(system, at, group, k):
+def _point_loads(system, at, group, law, k):
     """Loads at the points of the k-th element of a group, and the axes and the place of its first frame."""
     parts = element_flows(system, group, at, at.V, at.u)
-    law, seen, displacement, flow = jax.tree.map(lambda x: x[k], (group.acting, *parts))
+    law, seen, displacement, flow = jax.tree.map(lambda x: x[k], (law, *parts))
     law, arguments = group.port.law_and_arguments(law, displacement, flow)
     return law.point_loads(*arguments, at.t), group.port.reference(*seen)

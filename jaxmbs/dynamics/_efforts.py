@@ -14,21 +14,22 @@ from ..kinematics._configuration import Configuration, VelocityKinematics, at_re
 from ..kinematics._element_flows import element_flows
 from ..kinematics._wrench_targets import node_targets
 from ..model._system import System
+from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._internal_states import group_rates
 from ..signal_flow._signals import with_signals
 from ._bodies import bodies_of, total
 from ._loads import Loads
 
 
-def element_efforts(group, displacement, flow, t):
-    """Efforts (n, size) of a group's elements on the system."""
-    return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(group.acting, displacement, flow)
+def element_efforts(group, law, displacement, flow, t):
+    """Efforts (n, size) of a group's elements on the system; law: at the instant, see `acting_laws`."""
+    return jax.vmap(lambda law, x, f: group.port.effort(law, x, f, t))(law, displacement, flow)
 
 
-def efforts_and_storage_powers(group, displacement, flow, t):
+def efforts_and_storage_powers(group, law, displacement, flow, t):
     """Efforts (n, size) of a group's elements, and the powers (n,) that go into their stored energy."""
     both = lambda law, x, f: group.port.effort_and_storage_power(law, x, f, t)  # noqa: E731
-    return jax.vmap(both)(group.acting, displacement, flow)
+    return jax.vmap(both)(law, displacement, flow)
 
 
 class LawEffort(NamedTuple):
@@ -46,27 +47,27 @@ def efforts(system: System, at: VelocityKinematics, owners=None, found: list[Law
 
     Args: found: a list to which the `LawEffort` of each group is appended.
     """
-    system, owners = with_signals(system, at), owners or node_targets(system)
+    at, owners = with_signals(system, at), owners or node_targets(system)
     loads, powers = Loads(jnp.zeros((owners.number, 6), at.psi.dtype), jnp.zeros_like(at.u)), []
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         seen, displacement, flow = element_flows(system, group, at, at.V, at.u)
-        effort, storing = efforts_and_storage_powers(group, displacement, flow, at.t)
+        effort, storing = efforts_and_storage_powers(group, law, displacement, flow, at.t)
         if found is not None:
             found.append(LawEffort(seen, effort))
         loads = loads + Loads(*group.port.spread(group, seen, effort, owners, at.u.size))
         power = jnp.sum(effort * flow, axis=1) + storing
-        powers.append(power + state_power(group, displacement, flow, at.t) if group.internal else power)
+        powers.append(power + state_power(group, law, displacement, flow, at.t) if group.internal else power)
     for bodies in bodies_of(system):
         strain, power = bodies.strain_efforts(system, at, owners)
         loads, powers = loads + strain, [*powers, *power]
     return loads.wrench, loads.column, jnp.concatenate(powers) if powers else jnp.zeros(0, at.psi.dtype)
 
 
-def state_power(group, displacement, flow, t):
+def state_power(group, law, displacement, flow, t):
     """Power (n,) that goes into the stored energy of a group by the rates of its internal states."""
     x = jax.vmap(lambda d, f: group.port.arguments(d, f)[0])(displacement, flow)
-    rates = group_rates(group, displacement, flow, t)
-    return jax.vmap(lambda law, x, rates: law.state_power(x, rates, t))(group.acting, x, rates)
+    rates = group_rates(group, law, displacement, flow, t)
+    return jax.vmap(lambda law, x, rates: law.state_power(x, rates, t))(law, x, rates)
 
 
 def element_names(system: System) -> tuple[str, ...]:
@@ -86,9 +87,9 @@ def stored_energy(system: System, at: Configuration, ends: list | None = None):
     if ends is not None:
         return _stored_energy_and_ends(system, at, ends)
     stored, still = total(bodies.strain_energy(system, at) for bodies in bodies_of(system)), at_rest(system, at)
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         displacement = element_flows(system, group, at, still.V, still.u)[1]
-        parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(group.acting, displacement)
+        parts = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(law, displacement)
         stored = stored + jnp.sum(parts)
     return stored
 
@@ -97,15 +98,13 @@ def _stored_energy_and_ends(system, at, ends):
     parts = [bodies.strain_energy_and_validity(system, at) for bodies in bodies_of(system)]
     stored = total(energy for energy, _ in parts)
     ends += [margins for _, margins in parts]
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         if group.law.has_ends:
             both = lambda law, x, f, port=group.port: port.potential_and_validity(law, x, f, at.t)  # noqa: E731
-            energy, margins = jax.vmap(both)(group.acting, displacement, flow)
+            energy, margins = jax.vmap(both)(law, displacement, flow)
             ends.append((group.names, margins))
         else:
-            energy = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(
-                group.acting, displacement
-            )
+            energy = jax.vmap(lambda law, x, port=group.port: port.potential(law, x, at.t))(law, displacement)
         stored = stored + jnp.sum(energy)
     return stored

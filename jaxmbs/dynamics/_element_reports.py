@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ..assembly._state import HasStates, State
 from ..forces._readings import Reading
 from ..kinematics._configuration import at_state, with_velocities
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
 from ..quantities import Axis, Quantity
@@ -73,11 +73,11 @@ def _at(system, state, method):
     """Answers of all elements by name at a state; points and forces in the world."""
     in_space = method == "arrows"
     has, ask = operator.attrgetter(f"has_{method}"), operator.attrgetter(method)
-    here = system_at(system, state)
+    here = with_changes(system, state)
     needs_loads = any(has(group.law) for group in here.rows)
     at = with_velocities(here, at_state(here, state, inertias=needs_loads), state.velocities)
     found = {}
-    for answers in force_answers(with_signals(here, at), at, has, ask, in_space):
+    for answers in force_answers(here, with_signals(here, at), has, ask, in_space):
         found |= _by_name(answers.names, _in_world(at, answers) if in_space else answers.values)
     for answers in row_answers(here, at, has, ask) if needs_loads else ():
         points = lambda values: (at.origin[None, None] + values.points, values.forces)  # noqa: E731

@@ -29,6 +29,7 @@ from ..math._spatial import cross_motion, dot
 from ..math._spd import spd_solve
 from ..model._system import System
 from ..model._topology import Topology
+from ..signal_flow._signals import with_signals
 from ._bodies import body_momenta, inertial_loads
 from ._loads import Loads, on_columns
 from ._newton_euler import all_efforts
@@ -79,7 +80,8 @@ def momenta(system: System, at: VelocityKinematics):
 
 
 def canonical_rate(system: System, at: Configuration, p):
-    """Canonical rates (psi_dot, p_dot, powers, u) of the state (psi, p) of a tree or a constrained system.
+    """Canonical rates (psi_dot, p_dot, powers) of the state (psi, p) of a tree or a constrained system, and the
+    configuration with its velocities and signals.
 
     `p_dot = Q + sum J_dot^T h + A_dot^T sigma`.  The derivation uses only `V = J u` and the conservation of power, so
     it holds for quasi-velocities (balls) and for rows of velocity alone (rolling) as it stands: the Hamel terms of
@@ -89,8 +91,9 @@ def canonical_rate(system: System, at: Configuration, p):
     """
     at = closures.with_directions(system, at)
     u, sigma = velocities(system, at, p)
-    rate, powers = tree_momentum_rate(system, with_velocities(system, at, u), sigma)
-    return coordinate_rate(system.topology, at.psi, u), rate, powers, u
+    here = with_signals(system, with_velocities(system, at, u))
+    rate, powers = tree_momentum_rate(system, here, sigma)
+    return coordinate_rate(system.topology, at.psi, u), rate, powers, here
 
 
 def independent_velocities(system: System, at: Configuration, p):
@@ -106,12 +109,13 @@ def independent_velocities(system: System, at: Configuration, p):
 
 
 def independent_rate(system: System, at: Configuration, p):
-    """Rates (psi_dot, p_dot, powers, u) in independent coordinates; Source: S2 (42)-(44).
+    """Rates (psi_dot, p_dot, powers) in independent coordinates, and the configuration with its velocities and
+    signals.  Source: S2 (42)-(44).
 
     `p_dot = Gamma^T (Q + sum J_dot^T h) + Gamma_dot^T M u`: singular where the independent set is.
     """
     u = independent_velocities(system, at, p)
-    here = with_velocities(system, at, u)
+    here = with_signals(system, with_velocities(system, at, u))
     rate, powers = tree_momentum_rate(system, here)
     h, psi_dot = momenta(system, here), coordinate_rate(system.topology, at.psi, u)
 
@@ -119,4 +123,4 @@ def independent_rate(system: System, at: Configuration, p):
         return velocity_map(system, configuration(system, at.P, psi, t, inertias=False))[0].T @ h
 
     _, turning = jax.jvp(carried, (at.psi, at.t), (psi_dot, jnp.ones_like(at.t)))
-    return psi_dot, velocity_map(system, at)[0].T @ rate + turning, powers, u
+    return psi_dot, velocity_map(system, at)[0].T @ rate + turning, powers, here

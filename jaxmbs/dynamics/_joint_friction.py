@@ -81,7 +81,7 @@ def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     f, dtype, found = system.friction, at.u.dtype, slips_of(system, at)
     on, number = found.rows.surface_of_slip, len(f.joints)
     grip, own = resistances(f.models, found.square)
-    unit = -found.slip if f.bristles is None else with_tractions(f, found.slip, -found.slip)
+    unit = -found.slip if at.bends is None else with_tractions(f, at.bends, found.slip, -found.slip)
     wrench = segment_sum_static(unit[:, None] * found.directions, on, number)
     path = jnp.asarray(_paths(system.topology, f.children) - _paths(system.topology, f.parents), dtype)
     efforts = jnp.sum(wrench[:, None, :] * at.S[None], axis=2) * path

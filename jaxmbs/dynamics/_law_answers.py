@@ -13,6 +13,7 @@ from ..kinematics._configuration import VelocityKinematics
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
 from ..model._system import System
+from ..signal_flow._acting_laws import acting_laws
 from ._newton_euler import accelerations
 
 
@@ -31,13 +32,13 @@ class Answers(NamedTuple):
 def force_answers(
     system: System, at: VelocityKinematics, has: Callable, ask: Callable, in_space: bool = False
 ) -> Iterator[Answers]:
-    """Answers of force elements; the system is at its internal states.
+    """Answers of force elements.
 
     Args:
         has: true for laws that have an answer; ask: the answer of a law to the arguments of its effort.
         in_space: true for points and vectors, which need their axes.
     """
-    for group in system.forces:
+    for group, law in acting_laws(system, at):
         if not has(group.law):
             continue
         seen, x, flow = element_flows(system, group, at, at.V, at.u)
@@ -46,7 +47,7 @@ def force_answers(
             law, arguments = port.law_and_arguments(law, x, flow)
             return ask(law)(*arguments, at.t)
 
-        values = jax.vmap(of_one)(group.acting, x, flow)
+        values = jax.vmap(of_one)(law, x, flow)
         yield Answers(group.names, values, jax.vmap(group.port.reference)(*seen) if in_space else None)
 
 

@@ -17,13 +17,14 @@ from jaxtyping import Bool, Float
 from ..assembly._state import HasStates, State
 from ..forces._validity import Margin
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
 from ..named_arrays import NamedRows
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported, faults_in_short
 from ..runtime import jit
+from ..signal_flow._signals import block_states
 from ._bodies import bodies_of
 from ._law_answers import force_answers, row_answers
 
@@ -116,14 +117,14 @@ def validity(system: System, state: State | HasStates) -> Validity:
 @jit(compile="tape")
 def _validity(system, states):
     def of_one(state):
-        here = system_at(system, state)
+        here = with_changes(system, state)
         return validity_at(here, with_velocities(here, at_state(here, state), state.velocities))
 
     return map_states(of_one, states)
 
 
 def validity_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> Validity:
-    """Margins of a system at its internal states, by name.
+    """Margins by name at a configuration.
 
     Args: multipliers: (rows,) of the motion, where they are found already.
     """
@@ -149,19 +150,18 @@ def is_outside(system: System, at: VelocityKinematics, ends: list) -> Array:
 
 
 def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None = None) -> list:
-    """(names, margins by name, stacked (parts, ...)) of all parts; the system is at its internal states."""
+    """(names, margins by name, stacked (parts, ...)) of all parts."""
     found = [answers[:2] for answers in force_answers(system, at, _has_ends, _validity_of)]
     found += [bodies.validity(system, at) for bodies in bodies_of(system)]
     return found + _of_blocks(system, at) + _of_rows(system, at, multipliers)
 
 
 def _of_blocks(system, at):
-    def margins(group):
-        return jax.vmap(lambda block, s: block.validity(s, at.t), axis_size=len(group.names))(
-            group.block, group.s or {}
-        )
+    def margins(k, group):
+        margins_of = lambda block, s: block.validity(s, at.t)  # noqa: E731
+        return jax.vmap(margins_of, axis_size=len(group.names))(group.block, block_states(at, k))
 
-    return [(group.names, margins(group)) for group in system.blocks if group.block.has_ends]
+    return [(group.names, margins(k, group)) for k, group in enumerate(system.blocks) if group.block.has_ends]
 
 
 def _of_rows(system, at, multipliers=None):

@@ -13,7 +13,7 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_state, node_accelerations, with_velocities
 from ..linear._system import LinearSystem
 from ..math._linalg import skew
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..reaction._solve import reactions
@@ -107,7 +107,7 @@ def _joint_side(top, ends, frame):
 def _component_loads(system, states, components, wrenches, joints, method):
     def loads(row):
         state, wrenches = row
-        here = system_at(system, state)
+        here = with_changes(system, state)
         at, V, V_dot = _node_motion(here, state, method)
         found = {frame: _inertia_load(here, at, V, V_dot, frame, c) for frame, c in components.items()}
         for name, (frame, node) in joints:

@@ -16,7 +16,7 @@ from ..kinematics._configuration import at_state, node_accelerations, with_veloc
 from ..kinematics._elastic import elastic_state, flow_rate, interface_rates
 from ..math._rotation import rotation_vector_rate
 from ..math._spatial import to_public_order
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._elastic import ElasticGroup
 from ..model._entry_points import states_of
 from ..model._system import System
@@ -136,7 +136,7 @@ def along_states(system: System, function: Callable, motion: State | HasStates) 
 
 @jit
 def _over_states(system, states, function):
-    one = lambda state: function(system_at(system, state), state)  # noqa: E731
+    one = lambda state: function(with_changes(system, state), state)  # noqa: E731
     return (one if states.coordinates.ndim == 1 else jax.vmap(one))(states)
 
 

@@ -13,7 +13,7 @@ from ..assembly._state import HasStates, State
 from ..checks import is_concrete
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._elastic import interface_rates
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..runtime import jit, lapack
@@ -41,7 +41,7 @@ def stiffening(system: System, motion: State | HasStates) -> dict[str, Array]:
     states = states_of(system, motion)
 
     def at(state):
-        here = system_at(system, state)
+        here = with_changes(system, state)
         moving = with_velocities(here, at_state(here, state, inertias=False), state.velocities)
         return stiffening_errors(here, squared_spins(here, moving))
 

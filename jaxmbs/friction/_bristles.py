@@ -57,41 +57,40 @@ def bristle_rows(f: JointFriction) -> list[BristleRows]:
     return found
 
 
-def each_bristle(f: JointFriction, slip: Array, function: Callable) -> list[tuple[BristleRows, Array]]:
+def each_bristle(f: JointFriction, bends: Array, slip: Array, function: Callable) -> list[tuple[BristleRows, Array]]:
     """A function of model, bend (k,) and slip (k,) of every surface with bristles, by groups."""
-    assert f.bristles is not None
     found = []
     for rows in bristle_rows(f):
-        bend, along = rows.padded(at_surfaces(f.bristles, rows.bends)), rows.padded(at_surfaces(slip, rows.slips))
+        bend, along = rows.padded(at_surfaces(bends, rows.bends)), rows.padded(at_surfaces(slip, rows.slips))
         found.append((rows, jax.vmap(function)(rows.group.model, bend, along)))
     return found
 
 
-def bristle_rates(f: JointFriction, slip: Array) -> Array:
-    """Rates (ns,) of the bends of all bristles [m/s]; slip: components of all slips."""
-    found = each_bristle(f, slip, lambda model, bend, along: model.rate(bend, along))
+def bristle_rates(f: JointFriction, bends: Array, slip: Array) -> Array:
+    """Rates (ns,) of the bends (ns,) of all bristles [m/s]; slip: components of all slips."""
+    found = each_bristle(f, bends, slip, lambda model, bend, along: model.rate(bend, along))
     return joined([rows.flat(x) for rows, x in found], [rows.bends for rows, _ in found])
 
 
-def with_tractions(f: JointFriction, slip: Array, unit: Array) -> Array:
+def with_tractions(f: JointFriction, bends: Array, slip: Array, unit: Array) -> Array:
     """Components (slips,) of the unit of friction, with those of bristles: what bend and rate give over the load."""
 
     def against(model, bend, along):
         return -model.traction(bend, model.rate(bend, along), along)
 
-    for rows, x in each_bristle(f, slip, against):
+    for rows, x in each_bristle(f, bends, slip, against):
         whole = np.array_equal(rows.slips, np.arange(len(unit)))
         unit = rows.flat(x) if whole else unit.at[rows.slips].set(rows.flat(x))
     return unit
 
 
-def bristle_storage(f: JointFriction, slip: Array) -> Array:
+def bristle_storage(f: JointFriction, bends: Array, slip: Array) -> Array:
     """Power (n,) over the load that bends the bristles of each surface [m/s], zero for those without."""
 
     def power(model, bend, along):
         return jax.jvp(model.energy, (bend,), (model.rate(bend, along),))[1]
 
-    found = each_bristle(f, slip, power)
+    found = each_bristle(f, bends, slip, power)
     surfaces = np.concatenate([rows.group.surfaces for rows, _ in found]).astype(int)
     return segment_sum_static(jnp.concatenate([x for _, x in found]), surfaces, len(f.names))
 

@@ -22,7 +22,6 @@ class JointFriction(eqx.Module):
         radius: at which a rotation rubs [m]; length: between the two ends of the bearing [m].
         preload: load that is there without any other [N].
         pitch: advance of a screw [m/rad], zero for all others.
-        bristles: (ns,) their bends [m], None where none has bristles or their state is not given.
         is_shared: true where redundant constraints leave the load of a surface open: by least compliance it is
             shared.
     """
@@ -40,7 +39,6 @@ class JointFriction(eqx.Module):
     length: Float[Array, " n"]
     preload: Float[Array, " n"]
     pitch: Float[Array, " n"]
-    bristles: Float[Array, " ns"] | None = None
     is_shared: bool = eqx.field(static=True, default=False)
 
     @property

@@ -7,13 +7,15 @@ Twists are (omega, velocity of the point at the origin), wrenches (moment about 
 
 import dataclasses
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..math._spatial import cross_motion, scale
+from ..model._internal_states import GroupStates, InternalStates, group_states
+from ..model._signals import Signals
 from ..model._system import System
 from ._poses import (
     first_body_position,
@@ -51,6 +53,8 @@ class Configuration(eqx.Module):
         W: node poses (nodes, 12); S: joint twists (nodes, 6); J: node inertias (nodes, 10), None if not needed.
         R, x: rotations (frames, 3, 3) and positions (frames, 3) of the frames; origin: (3,) in the world.
         directions: of the rows, None until `closures.with_directions` has evaluated them.
+        s: internal states by groups, None without such, or where they are not given.
+        signals: of the blocks, None without such, or until `with_signals` has evaluated them.
     """
 
     t: Array
@@ -63,6 +67,18 @@ class Configuration(eqx.Module):
     origin: Array
     J: Array | None
     directions: ClosureDirections | None
+    s: GroupStates | None
+    signals: Signals | None
+
+    @property
+    def internal(self) -> InternalStates | None:
+        """Internal states as a `State` takes them."""
+        return None if self.s is None else self.s.whole
+
+    @property
+    def bends(self) -> Array | None:
+        """Bends (ns,) of the bristles in joints [m], None without such, or where they are not given."""
+        return None if self.s is None else self.s.bends
 
 
 class VelocityKinematics(Configuration):
@@ -72,24 +88,37 @@ class VelocityKinematics(Configuration):
     V: Array
 
 
-def configuration(system: System, P, psi, t, inertias=True, origin=None) -> Configuration:
-    """Position kinematics at coordinates psi (nq,); `origin` is by default the position of the first body."""
+At = TypeVar("At", bound=Configuration)
+
+
+def configuration(system: System, P, psi, t, inertias=True, origin=None, internal=None) -> Configuration:
+    """Position kinematics at coordinates psi (nq,) and internal states, an `InternalStates` or its values (ns,).
+
+    Args: origin: by default the position of the first body.
+    """
     W = node_poses(system.topology, P, psi)
     origin = first_body_position(system.topology, W) if origin is None else origin
     W = shift_origin(W, origin)
     R, x = frame_poses(system, W, origin)
     J = node_inertias(P, W) if inertias else None
-    return Configuration(t, psi, P, W, joint_twists(system.topology, P, W), R, x, origin, J, None)
+    S, s = joint_twists(system.topology, P, W), group_states(system, internal)
+    return Configuration(t, psi, P, W, S, R, x, origin, J, None, s, None)
 
 
 def at_state(system: System, state, inertias=True) -> Configuration:
     """The configuration of a state."""
-    return configuration(system, node_parameters(system), state.coordinates, state.t, inertias)
+    P = node_parameters(system)
+    return configuration(system, P, state.coordinates, state.t, inertias, internal=state.internal)
 
 
 def at_coordinates(system: System, at: Configuration, psi) -> Configuration:
-    """Position kinematics at other coordinates, with the same parameters and time."""
-    return configuration(system, at.P, psi, at.t, at.J is not None)
+    """Position kinematics at other coordinates, with the same parameters, time and internal states."""
+    return dataclasses.replace(configuration(system, at.P, psi, at.t, at.J is not None), s=at.s)
+
+
+def with_internal(system: System, at: At, internal) -> At:
+    """The configuration at other internal states, an `InternalStates` or its values (ns,)."""
+    return dataclasses.replace(at, s=group_states(system, internal), signals=None)
 
 
 def with_velocities(system: System, at: Configuration, u) -> VelocityKinematics:
@@ -103,7 +132,8 @@ def at_rest(system: System, at: Configuration) -> VelocityKinematics:
 
 
 def _velocity_kinematics(at, u, V):
-    return VelocityKinematics(*(getattr(at, field.name) for field in dataclasses.fields(Configuration)), u, V)
+    known = {field.name: getattr(at, field.name) for field in dataclasses.fields(Configuration)}
+    return VelocityKinematics(**known | {"signals": None, "u": u, "V": V})
 
 
 def column_twists(topology, V):

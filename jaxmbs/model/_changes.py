@@ -9,7 +9,6 @@ from jaxtyping import Array
 
 from ..checks import is_concrete
 from ..errors import ModelError
-from ._internal_states import with_internal
 
 
 class Changes(eqx.Module):
@@ -30,25 +29,27 @@ class Changes(eqx.Module):
         leaves = jax.tree.leaves(system)
         return cls(tuple(leaves[k] for k in places), places, len(leaves)) if places else None
 
+    def in_force(self, system: Any) -> Any:
+        """The system with these numbers.  Raises: ModelError for one of another structure."""
+        leaves, structure = jax.tree.flatten(system)
+        if len(leaves) != self.number:
+            raise ModelError(
+                [
+                    "the state is of a motion whose events change numbers of its system, and this system has another "
+                    "structure: pass the one that the motion was made with, or make the state anew without changes="
+                ]
+            )
+        for place, value in zip(self.places, self.values, strict=True):
+            leaves[place] = value
+        return jax.tree.unflatten(structure, leaves)
+
 
 def with_changes(system: Any, state: Any) -> Any:
     """The system with the numbers that events have changed by the time of a state; the same one without events.
 
     Raises: ModelError for a system of another structure than that of the motion.
     """
-    if state.changes is None:
-        return system
-    leaves, structure = jax.tree.flatten(system)
-    if len(leaves) != state.changes.number:
-        raise ModelError(
-            [
-                "the state is of a motion whose events change numbers of its system, and this system has another "
-                "structure: pass the one that the motion was made with, or make the state anew without changes="
-            ]
-        )
-    for place, value in zip(state.changes.places, state.changes.values, strict=True):
-        leaves[place] = value
-    return jax.tree.unflatten(structure, leaves)
+    return system if state.changes is None else state.changes.in_force(system)
 
 
 def check_in_force(system: Any, state: Any) -> None:
@@ -68,8 +69,3 @@ def check_in_force(system: Any, state: Any) -> None:
                 "State(state.t, state.coordinates, state.velocities, internal=state.internal)"
             ]
         )
-
-
-def system_at(system: Any, state: Any) -> Any:
-    """The system in force at a state, its laws at the internal states there."""
-    return with_internal(with_changes(system, state), state.internal)

@@ -13,8 +13,8 @@ from jaxtyping import PyTree
 from ..checks import place_of
 from ..errors import ModelError
 from ..runtime import as_array, jit, map_chunked
-from ._changes import system_at
-from ._internal_states import has_internal, replace_field
+from ._changes import with_changes
+from ._internal_states import replace_field
 
 Function = TypeVar("Function", bound=Callable)
 
@@ -27,7 +27,7 @@ def state_function(function: Function) -> Function:
 
     @functools.wraps(function)
     def at_one(system, state, *args, **kwargs):
-        here = system_at(system, state)  # with the numbers of the state: functions inside need not take them again
+        here = with_changes(system, state)  # with the numbers of the state: functions inside need not take them again
         state = state if state.changes is None else replace_field(state, "changes", None)
         return function(here, state, *args, **kwargs)
 
@@ -77,8 +77,7 @@ def check_precision(numbers) -> None:
 def check_state(system, state) -> None:
     """Check that a state, or states with leading axes, has the coordinates of the system.
 
-    States made for a system have the layout of its joints; of one made by hand only the sizes are known.  A system
-    whose laws are at their internal states (`with_internal`) needs none of the state.
+    States made for a system have the layout of its joints; of one made by hand only the sizes are known.
 
     Raises: ModelError for the state of another system; TypeError for what is no system or no state.
     """
@@ -105,7 +104,7 @@ def check_state(system, state) -> None:
 def _check_internal(system, state):
     """Raises: ModelError for a state without the internal states of the system, or with others."""
     records, own = system.topology.internal, getattr(state.internal, "records", ())
-    if own == records or (not own and has_internal(system)):
+    if own == records:
         return
     names = [", ".join(record.name for record in some) or "none" for some in (own, records)]
     hint = "; State.at(system, ...) makes a state with them, State(..., internal=state.internal) keeps them"

@@ -1,13 +1,9 @@
-"""Internal states of force elements and blocks: their layout in one vector, by name, and a system at them.
-
-For all functions of one instant the internal states are numbers of the laws: `with_internal` puts them there.
-"""
+"""Internal states of force elements and blocks: their layout in one vector, by name and by groups."""
 
 import dataclasses
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -105,40 +101,41 @@ def join_states(group, states: dict[str, Array]) -> Array:
     return (rows[0] if len(rows) == 1 else jnp.concatenate(rows, axis=1)).reshape(-1)
 
 
-def with_internal(system, internal: Any, group_at: Callable | None = None):
-    """The system whose laws have the internal states of a state, an `InternalStates` or its values (ns,).
+class GroupStates(NamedTuple):
+    """Internal states at an instant as laws and blocks take them, group by group.
 
-    One without internal states, or at given ones already where none are given, is returned as it is.
-
-    Args: group_at: (group, states by name) -> the group in its place; default the group at its states.
+    Attributes:
+        whole: all of them in one vector.
+        laws, blocks: of each group of force elements, and of blocks, (n, *shape) by name; empty for those without.
+        bends: (ns,) of the bristles in joints [m]; None without.
+        steps: of each group of force elements the lengths (n,) [s] of an implicit stage that starts at its states,
+            None for one that is at them; None where all are.
     """
+
+    whole: InternalStates
+    laws: tuple[dict[str, Array], ...]
+    bends: Array | None
+    blocks: tuple[dict[str, Array], ...]
+    steps: tuple[Array | None, ...] | None = None
+
+
+def group_states(system, internal: Any) -> GroupStates | None:
+    """The states of a state, an `InternalStates` or its values (ns,), by groups; None where there are none."""
     if internal is None or not system.topology.internal:
-        return system
-    values, first, groups = getattr(internal, "values", internal), 0, []
-    for group in system.forces:
-        if not group.internal:
-            groups.append(group)
-            continue
-        end = first + len(group.names) * group_size(group)
-        s = split_states(group, values[first:end])
-        groups.append(replace_field(group, "s", s) if group_at is None else group_at(group, s))
-        first = end
-    if groups:
-        system = eqx.tree_at(lambda s: s.forces, system, tuple(groups))
+        return None
+    whole = internal if isinstance(internal, InternalStates) else InternalStates(internal, system.topology.internal)
+    values, first = whole.values, 0
+
+    def parts(groups):
+        nonlocal first
+        for group in groups:
+            begin, first = first, first + len(group.names) * group_size(group)
+            yield split_states(group, values[begin:first]) if group.internal else {}
+
+    laws, bends = tuple(parts(system.forces)), None
     if system.friction is not None and (number := sum(system.friction.bristle_sizes)):
-        at_bends = replace_field(system.friction, "bristles", values[first : first + number])
-        system, first = replace_field(system, "friction", at_bends), first + number
-    return _with_block_states(system, values[first:]) if system.blocks else system
-
-
-def _with_block_states(system, values):
-    """The system whose blocks are at states in one vector."""
-    blocks, first = [], 0
-    for group in system.blocks:
-        end = first + len(group.names) * group_size(group)
-        blocks.append(replace_field(group, "s", split_states(group, values[first:end]) if group.internal else {}))
-        first = end
-    return replace_field(system, "blocks", tuple(blocks))
+        bends, first = values[first : first + number], first + number
+    return GroupStates(whole, laws, bends, tuple(parts(system.blocks)))
 
 
 def replace_field(module, name: str, value):
@@ -147,13 +144,6 @@ def replace_field(module, name: str, value):
     for field in dataclasses.fields(module):
         object.__setattr__(made, field.name, value if field.name == name else getattr(module, field.name))
     return made
-
-
-def has_internal(system) -> bool:
-    """True if the laws of the system are at their internal states, or have none."""
-    laws = all(group.s is not None for group in system.forces if group.internal)
-    rubs = system.friction is None or not any(system.friction.bristle_sizes) or system.friction.bristles is not None
-    return laws and rubs and all(group.s is not None for group in system.blocks if group.internal)
 
 
 def stacked(values) -> Array:

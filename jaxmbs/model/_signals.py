@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
+from jax import Array
 
 
 class MeasureGroup(eqx.Module):
@@ -28,8 +29,7 @@ class BlockGroup(eqx.Module):
         reads: (n, k) names of signals, or numbers of `functions` of time.
         drives: of each block the fields of force elements and blocks that it drives, "motor.voltage"; of several
             each gets one entry of its output.
-        internal: (name, shape, unit) of each state of the block; s: their values (n, *shape) by name, None where not
-            given.
+        internal: (name, shape, unit) of each state of the block.
         shape: of the output; size: of all inputs together, None for one number.
         mix: (n, size, entries) factors of all that is read in each input, None where the inputs are what is read.
         is_early: True for an output that is evaluated before its inputs are, on which it does not depend.
@@ -47,9 +47,29 @@ class BlockGroup(eqx.Module):
     size: int | None = eqx.field(static=True, default=None)
     mix: tuple[tuple[tuple[int, ...], ...], ...] | None = eqx.field(static=True, default=None)
     is_early: bool = eqx.field(static=True, default=False)
-    s: dict[str, Any] | None = None
     period: Any = None
     rhythms: tuple[int, ...] = eqx.field(static=True, default=())
+
+
+class BlocksAt(NamedTuple):
+    """A group of blocks whose driven fields have their values, their inputs u (n, ...) and states s by name."""
+
+    group: BlockGroup
+    block: Any
+    u: Array
+    s: dict[str, Array]
+
+    def one(self, element: "BlockElement") -> tuple[Any, Array, dict[str, Array]]:
+        """(block, inputs, states) of one of them."""
+        return jax.tree.map(lambda x: x[element.number], (self.block, self.u, self.s))
+
+
+class Signals(NamedTuple):
+    """Signals at an instant: of each group of force elements the values (n, ...) of the fields that blocks drive, by
+    name, and all groups of blocks."""
+
+    driven: tuple[dict[str, Array], ...]
+    blocks: tuple[BlocksAt, ...]
 
 
 class BlockElement(NamedTuple):

@@ -8,8 +8,6 @@ from jaxtyping import Array, Float
 
 from ..checks import place_of
 from ..errors import ModelError
-from ..forces._implicit_law import ImplicitLaw
-from ..forces._law_at import LawAt
 from ..runtime import as_array
 from ..typing import ArrayLike
 from ._describe import describe, describe_html, summary
@@ -26,9 +24,8 @@ class ForceGroup(eqx.Module):
     """Force elements of one law on one kind of port, their parameters stacked.
 
     `port` is one of `forces._ports`; `first` and `second` are frame indices, for a joint its velocity and coordinate;
-    `internal` are (name, shape, unit) of each internal state of the law, `s` their values (n, *shape) by name, None
-    where not given, or those at the start of an implicit stage of length `step` (n,) [s]; `frames` are all frames of
-    each element where it acts on several, of which `first` and `second` are then the ends.
+    `internal` are (name, shape, unit) of each internal state of the law; `frames` are all frames of each element
+    where it acts on several, of which `first` and `second` are then the ends.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -38,15 +35,6 @@ class ForceGroup(eqx.Module):
     law: Any
     internal: tuple[tuple[str, tuple[int, ...], str], ...] = eqx.field(static=True, default=())
     frames: tuple[tuple[int, ...], ...] = eqx.field(static=True, default=())
-    s: dict[str, Any] | None = None
-    step: Float[Array, " n"] | None = None
-
-    @property
-    def acting(self) -> Any:
-        """The law, at the internal states where it has some: a law of (x, v, t)."""
-        if self.s is None:
-            return self.law
-        return LawAt(self.law, self.s) if self.step is None else ImplicitLaw(self.law, self.s, self.step)
 
 
 class ClosureGroup(eqx.Module):

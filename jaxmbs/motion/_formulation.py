@@ -27,12 +27,13 @@ from ..kinematics._configuration import Configuration, VelocityKinematics, confi
 from ..kinematics._elastic import mass_matrix
 from ..kinematics._poses import normalise, step_coordinates
 from ..math._linalg import saddle_solve
-from ..model._internal_states import InternalStates, with_internal
+from ..model._internal_states import InternalStates
 from ..model._system import System
 from ..ode._problem import Projection
 from ..runtime import gather_static, remat
 from ..signal_flow._internal_states import internal_rates, internal_scale
 from ..signal_flow._sampling import sampled_values
+from ..signal_flow._signals import with_signals
 from ..typing import ScalarLike
 from ._implicit_stages import ImplicitStages
 from ._saved_step import SavedStep
@@ -62,6 +63,7 @@ class Rates(NamedTuple):
         powers: of the force elements, None where the rates do not need them.
         u: velocities (nv,).
         multipliers: of the accelerations, None where the rates do not need them.
+        at: the configuration with u and the signals of blocks, None where the rates do not need it.
     """
 
     psi: Array
@@ -69,13 +71,18 @@ class Rates(NamedTuple):
     powers: Array | None
     u: Array
     multipliers: Array | None = None
+    at: VelocityKinematics | None = None
+
+    def here(self, system: System, at: Configuration) -> VelocityKinematics:
+        """The configuration with u and the signals of blocks."""
+        return with_signals(system, with_velocities(system, at, self.u)) if self.at is None else self.at
 
 
 class Formulation(eqx.Module):
     """Equations of motion of the first order in (coordinates, second half divided by its scale, work).
 
     The internal states of force elements follow the second half, each divided by its declared scale; the methods that
-    a formulation defines see the second half alone, and a system whose laws are at their internal states.
+    a formulation defines see the second half alone, and a configuration with the internal states.
 
     Attributes:
         system, P: the system and its tree parameters.
@@ -98,7 +105,7 @@ class Formulation(eqx.Module):
         cls, system: System, at: Configuration, u: Array, internal: InternalStates | None = None
     ) -> tuple["Formulation", Array]:
         """The problem and the scaled second half of its state, the internal states with it."""
-        second, scale = cls.start(with_internal(system, internal), at, u)
+        second, scale = cls.start(system, at, u)
         scale = lax.stop_gradient(jnp.maximum(scale, _LEAST_SCALE * jnp.max(scale, initial=0.0)))
         if internal is not None:
             second = jnp.concatenate([second, internal.values])
@@ -126,16 +133,13 @@ class Formulation(eqx.Module):
         """The second half of velocities u (nv,) that keep the rows, where it is projected."""
         return self.start(self.system, at, u)[0]
 
-    def split(self, p: Array) -> tuple["Formulation", Array, InternalStates | None]:
-        """The formulation whose laws are at the internal states in p, the second half alone, not scaled, and the
-        internal states; the formulation itself and None for a system without."""
+    def split(self, p: Array) -> tuple[Array, InternalStates | None]:
+        """The second half alone, not scaled, and the internal states in p; None for a system without."""
         second, number = p * self.scale, self.system.topology.num_internal
         if not number:
-            return self, second, None
+            return second, None
         end = second.shape[-1] - number
-        internal = InternalStates(second[..., end:], self.system.topology.internal)
-        system = with_internal(self.system, internal)
-        return eqx.tree_at(lambda f: f.system, self, system), second[..., :end], internal
+        return second[..., :end], InternalStates(second[..., end:], self.system.topology.internal)
 
     def join(self, second: Array, internal: InternalStates | None) -> Array:
         """p of a second half and internal states, not scaled."""
@@ -158,36 +162,39 @@ class Formulation(eqx.Module):
 
     def velocities_at(self, at: Configuration, p: Array) -> Array:
         """`velocities` at a configuration."""
-        here, second, _ = self.split(p)
-        return here.velocities_of(at, second)
+        return self.velocities_of(at, self.split(p)[0])
+
+    def at(self, t: ScalarLike, psi: Array, p: Array) -> VelocityKinematics:
+        """The configuration of coordinates, scaled second half and internal states."""
+        second, internal = self.split(p)
+        at = configuration(self.system, self.P, psi, t, internal=internal)
+        return with_velocities(self.system, at, self.velocities_of(at, second))
 
     def rate(self, t: ScalarLike, y: tuple) -> tuple[Array, Array, Array]:
         """Rate of (psi, scaled second half, work): the vector field."""
         psi, p, _ = y
-        at = configuration(self.system, self.P, psi, t)
-        here, second, internal = self.split(p)
-        system = here.system
-        psi_dot, rate, powers, u, multipliers = here.rates_of(at, second)
-        powers = all_efforts(system, with_velocities(system, at, u))[2] if powers is None else powers
+        system, (second, internal) = self.system, self.split(p)
+        at = configuration(system, self.P, psi, t, internal=internal)
+        found = self.rates_of(at, second)
+        rate, powers, multipliers, here = found.second, found.powers, found.multipliers, found.here(system, at)
+        powers = all_efforts(system, here)[2] if powers is None else powers
         if is_rheonomic(system):
-            if multipliers is None:
-                multipliers = accelerations(system, with_velocities(system, at, u))[1]
+            multipliers = accelerations(system, here)[1] if multipliers is None else multipliers
             powers = jnp.concatenate([powers, _drive_power(system, at, multipliers)])
         if internal is not None:
-            rate = jnp.concatenate([rate, internal_rates(system, with_velocities(system, at, u))])
-        return psi_dot, rate / self.scale, powers
+            rate = jnp.concatenate([rate, internal_rates(system, here)])
+        return found.psi, rate / self.scale, powers
 
     def sample(self, t: ScalarLike, y: tuple, due: Array) -> tuple[Array, Array, Array]:
         """y after the samples of blocks whose periods are due (m,)."""
         psi, p, work = y
-        here, second, internal = self.split(p)
-        at = configuration(self.system, self.P, psi, t)
-        at = with_velocities(self.system, at, here.velocities_of(at, second))
-        values = sampled_values(here.system, at, internal.values, due)  # type: ignore[union-attr]
+        second, internal = self.split(p)
+        values = sampled_values(self.system, self.at(t, psi, p), internal.values, due)  # type: ignore[union-attr]
         return psi, self.join(second, InternalStates(values, internal.records)), work  # type: ignore[union-attr]
 
-    def powers(self, system: System, at: VelocityKinematics) -> Array:
-        """Powers of the work account (n,) of a system whose laws are at their internal states."""
+    def powers(self, at: VelocityKinematics) -> Array:
+        """Powers of the work account (n,) at a configuration with the internal states."""
+        system = self.system
         powers = all_efforts(system, at)[2]
         if not is_rheonomic(system):
             return powers
@@ -196,7 +203,7 @@ class Formulation(eqx.Module):
     def state_at(self, t: Array, y: tuple) -> State:
         """The state of (psi, scaled second half, work), which an event is a function of."""
         psi, p = y[0], y[1]
-        u, internal = self.velocities(t, psi, p), self.split(p)[2]
+        u, internal = self.velocities(t, psi, p), self.split(p)[1]
         return State(t, psi, u, structure=self.system.topology.structure, internal=internal)
 
     def project(self, t: Array, y: tuple) -> Projection:
@@ -221,7 +228,7 @@ class Formulation(eqx.Module):
         Beside a singular pose momenta gather impulses along rows that fade, as s log s of the distance s: steps that
         follow them shrink until they end at the pose, where rounding is largest.
         """
-        second, internal = self.split(error[1])[1:]
+        second, internal = self.split(error[1])
         size = lambda part: jnp.linalg.norm(part / self.scale[: len(part)])  # noqa: E731
         left, whole = size(self._without_rows(t, y[0], second)), size(second)
         counted = jnp.minimum(1.0, _ALONG_ROWS * left / jnp.where(whole > 0.0, whole, 1.0))
@@ -257,7 +264,7 @@ class Formulation(eqx.Module):
             at = configuration(system, self.P, psi, t)
             parts, at = closures.residual_and_directions(system, at)
             f, f_t = constraints.rows_together(system, at, parts), constraints.time_rate(system, at)
-            _, second, internal = self.split(p)
+            second, internal = self.split(p)
             momentum = jnp.where(last, self.momenta_of(at, second), 0.0)
             gap = jnp.where(last, f_t, gather_static(jnp.concatenate([f, jnp.zeros(1, f.dtype)]), row_of))
             solve = self._saddle_of_matrices if is_dense else self._saddle_without_matrix
@@ -270,7 +277,7 @@ class Formulation(eqx.Module):
         psi, (gaps, then, u) = lax.scan(remat(one_pass), psi, np.array([False, False, True]))
         saved = u[2]
         if system.topology.internal:
-            saved = jnp.concatenate([saved, self.split(then[2])[2].values])  # type: ignore[union-attr]
+            saved = jnp.concatenate([saved, self.split(then[2])[1].values])  # type: ignore[union-attr]
         return psi, then[2], saved, _has_converged(gaps)
 
     def _saddle_of_matrices(self, at, of_velocities, active, m, g):

@@ -23,6 +23,7 @@ from ..kinematics._tree import subtrees
 from ..math._linalg import diagonal, saddle_factor, saddle_solve
 from ..math._spatial import dot, momentum
 from ..runtime import gather_static
+from ..signal_flow._signals import with_signals
 from ._formulation import Formulation, Rates
 
 _OWN = 1e-6  # of the inertia that the loops lend: less is none
@@ -48,7 +49,7 @@ class Canonical(Formulation):
         return hamilton.velocities(self.system, at, second)[0]
 
     def rates_of(self, at, second):
-        return Rates(*hamilton.canonical_rate(self.system, at, second))
+        return _of_momenta(*hamilton.canonical_rate(self.system, at, second))
 
     def second_of(self, at, u):
         return hamilton.momenta(self.system, with_velocities(self.system, at, u))
@@ -68,7 +69,7 @@ class Independent(Formulation):
         return hamilton.independent_velocities(self.system, at, second)
 
     def rates_of(self, at, second):
-        return Rates(*hamilton.independent_rate(self.system, at, second))
+        return _of_momenta(*hamilton.independent_rate(self.system, at, second))
 
 
 class Velocity(Formulation):
@@ -116,16 +117,21 @@ FORMULATIONS = {
 }
 
 
+def _of_momenta(psi_dot, rate, powers, here):
+    return Rates(psi_dot, rate, powers, here.u, at=here)
+
+
 def _of_accelerations(system, at, u):
     """Rates with the accelerations for those of the second half."""
-    here = with_velocities(system, at, u)
+    here = with_signals(system, with_velocities(system, at, u))
     F, Q, powers = efforts(system, here)
     if system.friction is not None:
         found = motion_with_friction(system, here, loads=(F, Q))
         powers = jnp.concatenate([powers, found.powers])
-        return Rates(coordinate_rate(system.topology, at.psi, u), found.accelerations, powers, u, found.multipliers)
-    a, multipliers, _ = accelerations(system, here, loads=(F, Q))
-    return Rates(coordinate_rate(system.topology, at.psi, u), a, powers, u, multipliers)
+        a, multipliers = found.accelerations, found.multipliers
+    else:
+        a, multipliers, _ = accelerations(system, here, loads=(F, Q))
+    return Rates(coordinate_rate(system.topology, at.psi, u), a, powers, u, multipliers, here)
 
 
 def _seen_inertia(system, at, M):

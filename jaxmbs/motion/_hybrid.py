@@ -13,7 +13,7 @@ from jax import Array, lax
 
 from ..assembly._state import State
 from ..dynamics._energy import energies
-from ..kinematics._configuration import configuration, with_velocities
+from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
 from ..model._changes import Changes
 from ..model._internal_states import replace_field
@@ -41,11 +41,18 @@ class Account(NamedTuple):
     numbers: Array
 
 
+class Mode(NamedTuple):
+    """Numbers of the mechanism after an event, and its tree parameters with them."""
+
+    changes: Changes | None
+    P: Array
+
+
 class HybridEquations(eqx.Module):
-    """A formulation, the actions of the events, and the formulations of the mechanism after each."""
+    """A formulation, the actions of the events, and the numbers of the mechanism after each."""
 
     formulation: Formulation
-    modes: tuple[Formulation | None, ...]
+    modes: tuple[Mode | None, ...]
     actions: Actions
     max_events: int = eqx.field(static=True)
     places: tuple[int, ...] = eqx.field(static=True)
@@ -55,14 +62,13 @@ class HybridEquations(eqx.Module):
         cls, formulation: Formulation, actions: Actions, max_events: int, places: tuple[int, ...]
     ) -> "HybridEquations":
         """The equations whose modes have the numbers of the actions' systems, which change leaves at some places."""
-        modes: list[Formulation | None] = []
-        for numbers in actions.systems:
-            if numbers is None:
-                modes.append(None)
-                continue
+
+        def mode(numbers):
             system = eqx.combine(numbers, formulation.system)
-            modes.append(type(formulation)(system, node_parameters(system), formulation.scale))
-        return cls(formulation, tuple(modes), actions, max_events, places)
+            return Mode(Changes.of(system, places), node_parameters(system))
+
+        modes = tuple(None if numbers is None else mode(numbers) for numbers in actions.systems)
+        return cls(formulation, modes, actions, max_events, places)
 
     @property
     def system(self) -> System:
@@ -94,11 +100,18 @@ class HybridEquations(eqx.Module):
 
     def in_mode(self, quadratures: Array) -> Formulation:
         """The formulation with the numbers that the mechanism has by then."""
-        mode, found = jnp.round(lax.stop_gradient(self.account(quadratures).mode)), self.formulation
+        mode = jnp.round(lax.stop_gradient(self.account(quadratures).mode))
+        found = Mode(Changes.of(self.system, self.places), self.formulation.P)
         for number, other in enumerate(self.modes, 1):
             if other is not None:
-                found = _where(mode == number, other, found)
-        return found
+                found = jax.tree.map(lambda a, b, own=mode == number: jnp.where(own, a, b), other, found)
+        return self._with(found)
+
+    def _with(self, mode: Mode) -> Formulation:
+        """The formulation with the numbers of a mode."""
+        if mode.changes is None:
+            return self.formulation
+        return type(self.formulation)(mode.changes.in_force(self.system), mode.P, self.formulation.scale)
 
     def rate(self, t: Array, y: tuple) -> tuple[Array, Array, Array]:
         """Rate of (coordinates, second half, quadratures)."""
@@ -133,7 +146,7 @@ class HybridEquations(eqx.Module):
         action, mode = self.actions.actions[number], self.modes[number]
         start = self.state_at(t, y)
         state = start if action is None else _with_own_internal(action(start), start)
-        after = before if mode is None else mode
+        after = before if mode is None else self._with(mode)
         index = jnp.sum(account.numbers > 0.5, dtype=jnp.int32)
         psi, p = _of_state(after, t, state)
         energy = _energy(after, t, psi, p) - _energy(before, t, y[0], y[1])
@@ -150,13 +163,6 @@ class HybridEquations(eqx.Module):
         return y[0], y[1], self.account(y[2]).work
 
 
-def _where(condition, one, other):
-    """One tree of numbers where the condition () holds, else the other."""
-    numbers, rest = eqx.partition(other, eqx.is_inexact_array)
-    chosen = jax.tree.map(lambda a, b: jnp.where(condition, a, b), eqx.filter(one, eqx.is_inexact_array), numbers)
-    return eqx.combine(chosen, rest)
-
-
 def _with_own_internal(state, before):
     """The state of an action, with the internal states before it where it gives none."""
     return state if state.internal is not None else replace_field(state, "internal", before.internal)
@@ -165,7 +171,7 @@ def _with_own_internal(state, before):
 def _of_state(formulation, t, state):
     """(coordinates, scaled second half) of a state, on the constraints."""
     system, P = formulation.system, formulation.P
-    at = configuration(system, P, state.coordinates, t)
+    at = configuration(system, P, state.coordinates, t, internal=state.internal)
     p = formulation.join(formulation.second_of(at, state.velocities), state.internal)
     if not system.has_constraints:
         return state.coordinates, p
@@ -174,6 +180,4 @@ def _of_state(formulation, t, state):
 
 def _energy(formulation, t, psi, p):
     """Kinetic and potential energy () [J]."""
-    at = configuration(formulation.system, formulation.P, psi, t)
-    here, second, _ = formulation.split(p)
-    return sum(energies(here.system, with_velocities(here.system, at, here.velocities_of(at, second))))
+    return sum(energies(formulation.system, formulation.at(t, psi, p)))

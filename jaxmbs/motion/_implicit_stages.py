@@ -7,6 +7,7 @@ left to Newton's method (Hairer and Wanner, Solving Ordinary Differential Equati
 implicit function theorem: the adjoint has the transposed elimination.
 """
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import equinox as eqx
@@ -15,14 +16,15 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..kinematics._configuration import configuration, with_velocities
+from ..kinematics._configuration import configuration, with_internal, with_velocities
 from ..math import _square as square
 from ..math._newton import newton_root
-from ..model._internal_states import group_size, replace_field, with_internal
+from ..model._internal_states import group_size, group_states
 from ..model._signals import internal_reads
 from ..ode._stages_of_equations import StageStart
 from ..runtime import gather_static
 from ..signal_flow._internal_states import internal_rates
+from ..signal_flow._signals import with_signals
 
 if TYPE_CHECKING:
     from ._formulation import Formulation
@@ -88,39 +90,41 @@ class _ImplicitEquations:
 
     def residual(self, z):
         """`z - start - s f(z)`."""
-        equations, at, second = self._at(z)
+        equations, (at, second) = self.equations, self._at(z)
         rates, scale = equations.rates_of(at, second), equations.scale
         parts = [rates.psi, rates.second / scale[: self.end]]
         if self.kept.size:
-            rate = internal_rates(equations.system, with_velocities(equations.system, at, rates.u))
+            rate = internal_rates(equations.system, rates.here(equations.system, at))
             parts.append(gather_static(rate / scale[self.end :], self.kept))
         return z - self.start - self.step * jnp.concatenate(parts)
 
     def rates(self, z):
         """Rates of (coordinates, p, work) at the solution z."""
-        equations, at, second = self._at(z)
-        at = with_velocities(equations.system, at, equations.velocities_of(at, second))
+        equations, (at, second) = self.equations, self._at(z)
+        at = with_signals(
+            equations.system, with_velocities(equations.system, at, equations.velocities_of(at, second))
+        )
         r = (z - self.start) / self.step
         rate = r[self.nq : self.nq + self.end]
         if not self.internal.size:
-            return r[: self.nq], rate, equations.powers(equations.system, at)
+            return r[: self.nq], rate, equations.powers(at)
         own = internal_rates(equations.system, at)
         found = self._internal(z).at[self.eliminated].add(self.step * gather_static(own, self.eliminated))
-        powers = equations.powers(with_internal(self.equations.system, found), at)
+        powers = equations.powers(with_internal(equations.system, at, found))
         return r[: self.nq], jnp.concatenate([rate, own / equations.scale[self.end :]]), powers
 
     def _at(self, z):
-        """The equations at the internal states in z, a configuration, and the second half, not scaled."""
-        implicit = _implicit_laws(self.equations.system)
-
-        def group_at(group, states):
-            step = jnp.broadcast_to(self.step, len(group.names)) if group.names in implicit else None
-            return replace_field(replace_field(group, "s", states), "step", step)
-
-        system = with_internal(self.equations.system, self._internal(z), group_at)
-        equations = eqx.tree_at(lambda e: e.system, self.equations, system)
+        """The configuration at the internal states in z, and the second half, not scaled."""
+        equations, system = self.equations, self.equations.system
         at = configuration(system, equations.P, z[: self.nq], self.t)
-        return equations, at, z[self.nq : self.nq + self.end] * equations.scale[: self.end]
+        if (s := group_states(system, self._internal(z))) is not None:
+            implicit = _implicit_laws(system)
+            steps = (
+                jnp.broadcast_to(self.step, len(group.names)) if group.names in implicit else None
+                for group in system.forces
+            )
+            at = dataclasses.replace(at, s=s._replace(steps=tuple(steps)))
+        return at, z[self.nq : self.nq + self.end] * equations.scale[: self.end]
 
     def _internal(self, z):
         """Internal states: those in z, and of eliminated ones those at the start of the stage."""

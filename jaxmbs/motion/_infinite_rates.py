@@ -7,7 +7,7 @@ import numpy as np
 
 from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._poses import step_coordinates
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._system import System
 from ..runtime import jit
 from ..signal_flow._internal_states import internal_rates
@@ -58,5 +58,5 @@ def _rates_ahead(system, last, ahead):
 
 
 def _rates(system, state):
-    system = system_at(system, state)
+    system = with_changes(system, state)
     return internal_rates(system, with_velocities(system, at_state(system, state, inertias=False), state.velocities))

@@ -12,7 +12,7 @@ from ..dynamics._newton_euler import forward_dynamics
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._poses import coordinate_rate, node_parameters, normalise
 from ..model._changes import Changes, with_changes
-from ..model._internal_states import InternalStates, with_internal
+from ..model._internal_states import InternalStates
 from ..model._system import System
 from ..signal_flow._internal_states import internal_rates
 
@@ -59,8 +59,8 @@ def _internal_knot(system, state, psi_dot, a):
     P, values = node_parameters(system), state.internal.values
 
     def rates(psi, u, values, t):
-        here = with_internal(system, values)
-        return internal_rates(here, with_velocities(here, configuration(here, P, psi, t, inertias=False), u))
+        at = configuration(system, P, psi, t, inertias=False, internal=values)
+        return internal_rates(system, with_velocities(system, at, u))
 
     at = state.coordinates, state.velocities, values, state.t
     rate = rates(*at)

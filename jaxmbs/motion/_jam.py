@@ -9,7 +9,7 @@ from ..dynamics._newton_euler import motion_with_friction
 from ..friction._normal_loads import spectral_radius
 from ..kinematics._configuration import at_state, with_velocities
 from ..model._changes import with_changes
-from ..model._internal_states import replace_field, with_internal
+from ..model._internal_states import replace_field
 from ..model._system import System
 from ..runtime import jit
 from ..status import Status
@@ -37,6 +37,5 @@ def with_jam(system: System, motion: Motion) -> Motion:
 @jit
 def _contraction(system: System, end: State) -> Array:
     """Spectral radius () of the derivative of the loads by the loads at a state; NaN where there is none."""
-    system = with_internal(system, end.internal)
     at = with_velocities(system, at_state(system, end), end.velocities)
     return spectral_radius(motion_with_friction(system, at).loads.slope)

@@ -9,7 +9,6 @@ from jax import Array, lax
 
 from ..assembly._state import State
 from ..dynamics._validity import has_ends, is_outside
-from ..kinematics._configuration import configuration, with_velocities
 from ..math._nan import nan_where
 from ..model._changes import Changes
 from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, status_of
@@ -62,14 +61,11 @@ def motion_of(
         equations = args.equations.in_mode(*quadratures) if quadratures else args.equations
         if events is not None or not lands_on_times:
             psi, _ = equations.project_position(t, psi)
-        at = configuration(equations.system, equations.P, psi, t)
-        here, second, internal = equations.split(p)
-        u = here.velocities_of(at, second)
-        at = with_velocities(here.system, at, u)
-        ends: list | None = [] if has_ends(here.system) else None
-        observed = observe(here.system, at, ends)
-        outside = None if ends is None else is_outside(here.system, at, ends)
-        return (psi, u, internal, Changes.of(equations.system, places)), observed, outside
+        system, at = equations.system, equations.at(t, psi, p)
+        ends: list | None = [] if has_ends(system) else None
+        observed = observe(system, at, ends)
+        outside = None if ends is None else is_outside(system, at, ends)
+        return (psi, at.u, at.internal, Changes.of(system, places)), observed, outside
 
     # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
     # all parameters as NaN, and that of what is kept is not harmed

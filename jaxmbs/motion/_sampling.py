@@ -13,7 +13,7 @@ from ..assembly._state import State
 from ..checks import is_concrete
 from ..kinematics._configuration import at_state, with_velocities
 from ..math._nan import nan_where
-from ..model._changes import system_at, with_changes
+from ..model._changes import with_changes
 from ..model._system import System
 from ..ode._integrate import masked
 from ..ode._samples import SampleClock
@@ -76,7 +76,7 @@ def num_samples(sampling: Sampling, system: System, ts: Any) -> int:
 
 def after_sample(system: System, state: State, due: Array) -> State:
     """A state after the samples of the periods that are due (m,)."""
-    here = system_at(system, state)
+    here = with_changes(system, state)
     at = with_velocities(here, at_state(here, state, inertias=False), state.velocities)
     values = sampled_values(here, at, state.internal.values, due)  # type: ignore[union-attr]
     return eqx.tree_at(lambda s: s.internal.values, state, values)

@@ -12,9 +12,10 @@ from ..dynamics._efforts import element_efforts
 from ..kinematics._configuration import at_coordinates, at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import coordinate_rate
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._system import System
 from ..runtime import jit
+from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
 
 #: Rate times mean step [rad] above which stability bounds the step of explicit methods, not accuracy: their
@@ -65,16 +66,16 @@ def _element(system, state, shape, rate):
 @jit(compile="tape")
 def _shares(system, state, shape):
     """`z . K z` and `z . C z` of every force element along the velocities of an independent motion (N,)."""
-    system = system_at(system, state)
+    system = with_changes(system, state)
     at = at_state(system, state, inertias=False)
     z = velocity_map(system, at)[0] @ shape
 
     def power(psi, u):
-        here = with_velocities(system, at_coordinates(system, at, psi), u)
+        here = with_signals(system, with_velocities(system, at_coordinates(system, at, psi), u))
         found = []
-        for group in with_signals(system, here).forces:
+        for group, law in acting_laws(system, here):
             _, displacement, flow = element_flows(system, group, here, here.V, here.u)
-            found.append(jnp.sum(element_efforts(group, displacement, flow, here.t) * flow, axis=1))
+            found.append(jnp.sum(element_efforts(group, law, displacement, flow, here.t) * flow, axis=1))
         return jnp.concatenate(found)
 
     along = coordinate_rate(system.topology, at.psi, z)

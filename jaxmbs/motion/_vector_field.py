@@ -13,11 +13,10 @@ from ..assembly._state import State
 from ..checks import distinct_names, place_of
 from ..constraints._mobility import with_mobility_at
 from ..dynamics._efforts import element_names
-from ..kinematics._configuration import at_state, configuration, with_velocities
+from ..kinematics._configuration import at_state
 from ..kinematics._poses import node_parameters, normalise
 from ..model._changes import check_in_force
 from ..model._entry_points import check_single_state, check_system
-from ..model._internal_states import with_internal
 from ..model._system import System
 from ..runtime import as_array, jit
 from ..signal_flow._sampling import refuse_sampled
@@ -76,10 +75,8 @@ class VectorField(eqx.Module):
     def outputs(self, t: ScalarLike, y: PhaseState, args: Any = None) -> Array:
         """The signals (m,) that were named as outputs, one after another, at y and inputs (k,)."""
         equations, t = self._with_inputs(args), jnp.asarray(t)
-        at = configuration(equations.system, equations.P, y.coordinates, t)
-        here, second, _ = equations.split(y.momenta)
-        at = with_velocities(here.system, at, here.velocities_of(at, second))
-        values = signals_at(here.system, at)
+        at = equations.at(t, y.coordinates, y.momenta)
+        values = signals_at(equations.system, at)
         return jnp.concatenate([jnp.zeros(0, at.psi.dtype), *(values[name].reshape(-1) for name in self.signals)])
 
     def _with_inputs(self, values):
@@ -171,7 +168,7 @@ def _equations(system, formulation, state):
 @jit
 def _start(equations, state):
     at, system = at_state(equations.system, state), equations.system
-    second = equations.start(with_internal(system, state.internal), at, state.velocities)[0]
+    second = equations.start(system, at, state.velocities)[0]
     second = equations.join(second, state.internal)
     return PhaseState(state.coordinates, second, jnp.zeros(num_powers(system), second.dtype))
 
@@ -181,11 +178,9 @@ def _states(equations, t, y):
     if t.ndim:
         return jax.vmap(lambda t, y: _states(equations, t, y))(t, y)
     y, system = _project(equations, t, y), equations.system
-    at = configuration(system, equations.P, y.coordinates, t)
+    at = equations.at(t, y.coordinates, y.momenta)
     open_there = lax.stop_gradient(gap(system, at))
-    here, second, internal = equations.split(y.momenta)
-    u = here.velocities_of(at, second)
-    return State(t, y.coordinates, u, open_there, system.topology.structure, internal=internal)
+    return State(t, y.coordinates, at.u, open_there, system.topology.structure, internal=at.internal)
 
 
 def _project(equations, t, y):

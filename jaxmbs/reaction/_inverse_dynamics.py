@@ -22,7 +22,7 @@ from ..errors import ModelError
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._wrench_targets import node_targets
 from ..math._linalg import RowScale, relative, saddle_solve
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import map_states, rates_of, states_of
 from ..model._system import System
 from ..quantities import Quantity, along_freedoms
@@ -128,7 +128,7 @@ def actuated_columns(system: System, actuators: Sequence[str]) -> tuple[tuple[in
 @jit
 def _all_tree_efforts(system, states, acceleration):
     def one(state, acceleration):
-        here = system_at(system, state)
+        here = with_changes(system, state)
         at = with_velocities(here, at_state(here, state), state.velocities)
         loads = efforts(here, at)[:2]
         need = tree_efforts(here, at, acceleration, loads)
@@ -153,7 +153,7 @@ def tree_efforts(system: System, at: VelocityKinematics, acceleration, loads=Non
 def _actuator_efforts(system, states, acceleration, columns, batched):
     def one(row):
         state, a = row
-        here = system_at(system, state)
+        here = with_changes(system, state)
         at = with_velocities(here, at_state(here, state), state.velocities)
         a = accelerations(here, at)[0] if a is None else a
         released, loads = without_drives(here), efforts(here, at)[:2]

@@ -30,7 +30,7 @@ from ..errors import UnknownNameError
 from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
 from ..kinematics._poses import node_parameters
 from ..kinematics._wrench_targets import body_targets
-from ..model._changes import system_at
+from ..model._changes import with_changes
 from ..model._entry_points import rates_of, states_of
 from ..model._system import System
 from ..runtime import as_dtype, gather_static, jit, map_chunked, segment_sum_static
@@ -46,7 +46,8 @@ from ._without_drives import without_drives
 
 def _reactions(system: System, P, state: State, a, options: "_Options") -> Reactions:
     owners, acting = body_targets(system), []
-    at = with_velocities(system, configuration(system, P, state.coordinates, state.t), state.velocities)
+    at = configuration(system, P, state.coordinates, state.t, internal=state.internal)
+    at = with_velocities(system, at, state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
     solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
     (system, at, (a, multipliers, gaps, stresses), given, friction), driven = solved, system
@@ -188,7 +189,7 @@ def _along(system, states, accelerations, batched, options):
     P = node_parameters(system)
 
     def one(row):
-        here = system_at(system, row[0])
+        here = with_changes(system, row[0])
         return _reactions(here, P if row[0].changes is None else node_parameters(here), *row, options)
 
     return map_chunked(one, (states, accelerations)) if batched else one((states, accelerations))

@@ -46,7 +46,7 @@ class Instant:
 
     @functools.cached_property
     def internal(self) -> Mapping[str, Array]:
-        return InternalValues(self._system)
+        return InternalValues(self._system, self._at)
 
     def position(self, frame: str) -> Array:
         """World position (3,) of the origin of a frame or body [m].  Raises: UnknownNameError."""
@@ -108,16 +108,16 @@ class Instant:
 
 
 class InternalValues(Mapping):
-    """Internal states by name of a system whose laws and blocks are at them, sliced where they are read."""
+    """Internal states of laws and blocks by name, sliced where they are read."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, at: VelocityKinematics) -> None:
         groups: tuple[Any, ...] = (*system.forces, *system.blocks)
+        states = () if at.s is None else (*at.s.laws, *at.s.blocks)
         self._places = {
-            f"{element}.{name}": (group.s[name], k)
-            for group in groups
-            if group.s
+            f"{element}.{name}": (value, k)
+            for group, s in zip(groups, states, strict=False)
+            for name, value in s.items()
             for k, element in enumerate(group.names)
-            for name, *_ in group.internal
         }
 
     def __getitem__(self, name: str) -> Array:

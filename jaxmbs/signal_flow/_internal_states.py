@@ -11,7 +11,7 @@ from jax import Array
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..friction._bristles import bend_scales, bristle_rates
-from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
+from ..kinematics._configuration import VelocityKinematics, at_state, with_internal, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..kinematics._slips import slips_of
 from ..model._entry_points import map_states
@@ -22,38 +22,37 @@ from ..model._internal_states import (
     group_size,
     join_states,
     stacked,
-    with_internal,
 )
 from ..model._system import System
 from ..runtime import jit
+from ._acting_laws import acting_laws
 from ._sampling import with_held_outputs
-from ._signals import block_starts, signals_and_rates, with_driven
+from ._signals import block_rates, block_starts, with_signals
 
 
-def group_rates(group, displacement, flow, t) -> dict[str, Array]:
-    """Rates (n, *shape) of the internal states of a group by name; its laws are at their states."""
+def group_rates(group, law, displacement, flow, t) -> dict[str, Array]:
+    """Rates (n, *shape) of the internal states of a group by name; law: at its states."""
 
     def of_one(law, displacement, flow):
         x, v = group.port.arguments(displacement, flow)
         rates = law.rate(*x, *v, t)
         return {name: rates[name] for name, *_ in group.internal}
 
-    return jax.vmap(of_one)(group.acting, displacement, flow)
+    return jax.vmap(of_one)(law, displacement, flow)
 
 
 def internal_rates(system: System, at: VelocityKinematics) -> Array:
-    """Rates (ns,) of all internal states of a system that is at them (`with_internal`)."""
-    rates = []
-    if system.blocks:
-        values, rates = signals_and_rates(system, at)
-        system = with_driven(system, values)
+    """Rates (ns,) of all internal states at a configuration with them."""
+    at = with_signals(system, at)
+    rates = [] if at.signals is None else block_rates(at.signals.blocks, at)
 
-    def of_group(group):
+    def of_group(group, law):
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
-        return join_states(group, group_rates(group, displacement, flow, at.t))
+        return join_states(group, group_rates(group, law, displacement, flow, at.t))
 
-    bends = [bristle_rates(system.friction, slips_of(system, at).slip)] if _has_bristles(system) else []
-    return stacked([*(of_group(group) for group in system.forces if group.internal), *bends, *rates])
+    laws = [of_group(group, law) for group, law in acting_laws(system, at) if group.internal]
+    bends = [] if at.bends is None else [bristle_rates(system.friction, at.bends, slips_of(system, at).slip)]
+    return stacked([*laws, *bends, *rates])
 
 
 def _has_bristles(system):
@@ -74,15 +73,15 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
                 for name, shape, _ in group.internal
             }
 
-        return join_states(group, jax.vmap(of_one)(group.acting, displacement, flow))
+        return join_states(group, jax.vmap(of_one)(group.law, displacement, flow))
 
     values = [of_group(group) for group in system.forces if group.internal]
     if _has_bristles(system):
         values.append(jnp.zeros(sum(system.friction.bristle_sizes), at.psi.dtype))
     if system.blocks:
         number = sum(len(group.names) * group_size(group) for group in system.blocks)
-        at_laws = with_internal(system, jnp.concatenate([*values, jnp.zeros(number, at.psi.dtype)]))
-        values += block_starts(at_laws, at)
+        at_laws = with_internal(system, at, jnp.concatenate([*values, jnp.zeros(number, at.psi.dtype)]))
+        values += block_starts(system, at_laws)
     return InternalStates(stacked(values), system.topology.internal)
 
 
@@ -121,7 +120,7 @@ def _start_of_one(system, state, given):
             values = values.at[record.first : record.first + record.size].set(part)
     values = with_held_outputs(system, at, values, given)
     internal = InternalStates(values, internal.records)
-    return internal, internal_rates(with_internal(system, internal), at)
+    return internal, internal_rates(system, with_internal(system, at, internal))
 
 
 def _check_finite(internal, rates):

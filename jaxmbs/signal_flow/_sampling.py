@@ -12,12 +12,12 @@ import numpy as np
 from jax import Array
 
 from ..errors import ModelError
-from ..kinematics._configuration import VelocityKinematics
-from ..model._internal_states import join_states, with_internal
+from ..kinematics._configuration import VelocityKinematics, with_internal
+from ..model._internal_states import join_states
 from ..model._signals import BlockGroup, drivers_of
 from ..model._system import System
 from ..runtime import gather_static
-from ._signals import block_inputs, block_outputs, measured_at, no_inputs, of_each, with_driven_fields
+from ._signals import block_inputs, block_outputs, block_states, driven_block, measured_at, no_inputs, of_each
 
 
 def sample_periods(system: System) -> Array | None:
@@ -52,33 +52,32 @@ def with_held_outputs(system: System, at: VelocityKinematics, values: Array, giv
     found = np.zeros(len(values), bool)
     for record in system.topology.internal:
         found[record.first : record.first + record.size] = record.name in names
-    sampled = sampled_values(with_internal(system, values), at, values, jnp.ones(periods.shape, bool))
+    sampled = sampled_values(system, with_internal(system, at, values), values, jnp.ones(periods.shape, bool))
     return jnp.where(found, sampled, values)
 
 
 def sampled_values(system: System, at: VelocityKinematics, values: Array, due: Array) -> Array:
     """Values (ns,) of the internal states after the samples of the periods that are due (m,).
 
-    Args: system: at the internal states of these values.
+    Args: at: at the internal states of these values.
     """
     signals, drivers, states = measured_at(system, at), drivers_of(system.blocks), []
-    for group in system.blocks:
-        if group.is_early or group.period is None:
-            states.append(group.s or {})
-        else:
-            states.append(_next_states(group, drivers, signals, at, due))
-        block = with_driven_fields(group, drivers, signals)
+    for k, group in enumerate(system.blocks):
+        states.append(block_states(at, k))
+        if not group.is_early and group.period is not None:
+            states[k] = _next_states(group, states[k], drivers, signals, at, due)
+        block = driven_block(group, drivers, signals)
         u = no_inputs(group, at) if group.is_early else block_inputs(group, signals, at.t)
         signals.add(group.names, block_outputs(group, block, u, states[-1], at))
     for k, group in enumerate(system.blocks):
         if group.is_early and group.period is not None:
-            states[k] = _next_states(group, drivers, signals, at, due)
+            states[k] = _next_states(group, states[k], drivers, signals, at, due)
     found = [join_states(group, s) for group, s in zip(system.blocks, states, strict=True) if group.internal]
     first = len(values) - sum(part.size for part in found)
     return jnp.concatenate([values[:first], *found])
 
 
-def _next_states(group: BlockGroup, drivers, signals, at, due) -> dict[str, Any]:
+def _next_states(group: BlockGroup, s, drivers, signals, at, due) -> dict[str, Any]:
     """The states of sampled blocks, after their sample where it is due."""
 
     def of_one(block, u, s, period, due):
@@ -91,5 +90,5 @@ def _next_states(group: BlockGroup, drivers, signals, at, due) -> dict[str, Any]
 
         return {name: chosen(name) for name in s}
 
-    block, u = with_driven_fields(group, drivers, signals), block_inputs(group, signals, at.t)
-    return of_each(group, of_one, block, u, group.s or {}, group.period, gather_static(due, group.rhythms))
+    block, u = driven_block(group, drivers, signals), block_inputs(group, signals, at.t)
+    return of_each(group, of_one, block, u, s, group.period, gather_static(due, group.rhythms))

@@ -1,11 +1,12 @@
 """Signals at a configuration: measures, outputs of blocks in the order of the build, and what they drive.
 
-Every function that asks the laws of a system for efforts or rates begins with `with_signals`; a system without blocks
-is returned as it is.
+Every function that asks the laws of a system for efforts or rates begins with `with_signals`; without blocks, or
+where they are known, the configuration is returned as it is.
 """
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -13,30 +14,17 @@ import numpy as np
 from jax import Array
 
 from ..forces._signals import DrivenValue, Input
-from ..kinematics._configuration import Configuration, VelocityKinematics, at_rest
+from ..kinematics._configuration import At, Configuration, VelocityKinematics, at_rest
 from ..model._internal_states import group_size, join_states, replace_field
-from ..model._signals import BlockElement, BlockGroup, drivers_of
+from ..model._signals import BlockGroup, BlocksAt, Signals, drivers_of
 from ..model._system import System
 from ..runtime import constant_product
 from ._instant import Instant
 from ._signal_values import SignalValues
 
 
-class BlocksAt(NamedTuple):
-    """A group of blocks whose driven fields have their values, their inputs u (n, ...) and states s by name."""
-
-    group: BlockGroup
-    block: Any
-    u: Array
-    s: dict[str, Array]
-
-    def one(self, element: BlockElement) -> tuple[Any, Array, dict[str, Array]]:
-        """(block, inputs, states) of one of them."""
-        return jax.tree.map(lambda x: x[element.number], (self.block, self.u, self.s))
-
-
 def signals_at(system: System, at: VelocityKinematics) -> SignalValues:
-    """Values by name: measures, outputs of blocks, internal states; the system is at its internal states."""
+    """Values by name: measures, outputs of blocks, internal states."""
     return signals_and_blocks(system, at)[0]
 
 
@@ -57,10 +45,10 @@ def signals_and_blocks(
     Args: starts: at the states that the blocks start with.
     """
     values, drivers, found = measured_at(system, at), drivers_of(system.blocks), []
-    for group in system.blocks:
-        block = with_driven_fields(group, drivers, values)
+    for k, group in enumerate(system.blocks):
+        block = driven_block(group, drivers, values)
         u = block_inputs(group, values, at.t) if not group.is_early else no_inputs(group, at)
-        s = _start(group, block, u, at) if starts else group.s or {}
+        s = _start(group, block, u, at) if starts else block_states(at, k)
         if starts:
             for name, value in s.items():
                 values.add([f"{block_name}.{name}" for block_name in group.names], value)
@@ -68,9 +56,14 @@ def signals_and_blocks(
         found.append(BlocksAt(group, block, u, s))
     for k, (group, *_) in enumerate(found):
         if group.is_early:
-            block = with_driven_fields(group, drivers, values)
+            block = driven_block(group, drivers, values)
             found[k] = found[k]._replace(block=block, u=block_inputs(group, values, at.t))
     return values, found
+
+
+def block_states(at: Configuration, k: int) -> dict[str, Array]:
+    """States (n, *shape) by name of the k-th group of blocks, none where they are not given."""
+    return {} if at.s is None else at.s.blocks[k]
 
 
 def block_outputs(group: BlockGroup, block, u, s, at) -> Array:
@@ -85,27 +78,32 @@ def of_each(group: BlockGroup, call, *args):
     return jax.vmap(call, axis_size=len(group.names))(*args)
 
 
-def with_driven_fields(group: BlockGroup, drivers, values: SignalValues):
+def with_driven_fields(law: Any, driven: Mapping[str, Array]) -> Any:
+    """The laws or blocks of a group with values (n, ...) of fields by name."""
+    for field, values in driven.items():
+        law = replace_field(law, field, DrivenValue(values))
+    return law
+
+
+def driven_block(group: BlockGroup, drivers, values: SignalValues) -> Any:
     """The blocks of a group with the values of those of their fields that other blocks drive; zero where they are not
     known yet, as the outputs do not depend on them."""
-    block = group.block
-    for field in block.inputs:
-        sources = _sources(group.names, field, drivers)
-        if sources:
+    return with_driven_fields(group.block, _driven_fields(group.names, group.block, drivers, values))
+
+
+def _driven_fields(names, law, drivers, values):
+    """Values (n, ...) by name of the fields of laws or blocks that other blocks drive."""
+    found = {}
+    for field in law.inputs:
+        sources = [drivers.get(f"{name}.{field}") for name in names]
+        if all(source is not None for source in sources):
             known = all(source[0] in values for source in sources)
-            given = _driven(values, sources) if known else jnp.zeros(len(sources))
-            block = replace_field(block, field, DrivenValue(given))
-    return block
+            found[field] = _values_of(values, sources) if known else jnp.zeros(len(sources))
+    return found
 
 
-def _sources(names, field, drivers):
-    """(block, entry of its output) that drives a field of each element of a group; [] where none does."""
-    sources = [drivers.get(f"{name}.{field}") for name in names]
-    return sources if all(source is not None for source in sources) else []
-
-
-def _driven(values, sources):
-    """Values (n, ...) of what drives a field of the elements of a group."""
+def _values_of(values, sources):
+    """Values (n, ...) of (block, entry of its output) for each element of a group."""
     shape = values.shape(sources[0][0]) if sources[0][1] is None else ()
     return values.take(np.concatenate([values.entries(*source) for source in sources])).reshape(-1, *shape)
 
@@ -164,52 +162,29 @@ def _start(group, block, u, at):
     return of_each(group, of_one, block, u, group.period)
 
 
-def with_signals(system: System, at: Configuration) -> System:
-    """The system whose driven fields have their values at a configuration, at rest where it has no velocities.
-
-    The blocks are gone from it: what they drive has been found.
-    """
-    if not system.blocks:
-        return system
-    at = at if isinstance(at, VelocityKinematics) else at_rest(system, at)
-    return with_driven(system, signals_at(system, at))
-
-
-def with_driven(system: System, values: SignalValues) -> System:
-    """The system whose laws have the values of their driven fields, without its blocks."""
+def with_signals(system: System, at: At) -> At:
+    """The configuration with the signals of its blocks, at rest where it has no velocities."""
+    if not system.blocks or at.signals is not None:
+        return at
+    values, blocks = signals_and_blocks(system, at if isinstance(at, VelocityKinematics) else at_rest(system, at))
     drivers = drivers_of(system.blocks)
-    groups = tuple(_with_driven_law(group, drivers, values) for group in system.forces)
-    return replace_field(replace_field(system, "forces", groups), "blocks", ())
+    driven = (_driven_fields(group.names, group.law, drivers, values) for group in system.forces)
+    return dataclasses.replace(at, signals=Signals(tuple(driven), tuple(blocks)))
 
 
 def with_idle_blocks(system: System) -> System:
-    """The system with zeros where blocks drive its laws."""
-    values = SignalValues({}, jnp.result_type(float))
+    """The system with zeros where blocks drive its laws, for its picture as a graph."""
+    values, drivers = SignalValues({}, jnp.result_type(float)), drivers_of(system.blocks)
     for group in system.blocks:
         values.add(group.names, jnp.zeros((len(group.names), *group.shape)))
-    return with_driven(system, values) if system.blocks else system
+    driven = (_driven_fields(group.names, group.law, drivers, values) for group in system.forces)
+    laws = (with_driven_fields(group.law, fields) for group, fields in zip(system.forces, driven, strict=True))
+    groups = (replace_field(group, "law", law) for group, law in zip(system.forces, laws, strict=True))
+    return replace_field(replace_field(system, "forces", tuple(groups)), "blocks", ())
 
 
-def _with_driven_law(group, drivers, values):
-    law = group.law
-    for field in law.inputs:
-        if sources := _sources(group.names, field, drivers):
-            law = replace_field(law, field, DrivenValue(_driven(values, sources)))
-    return group if law is group.law else replace_field(group, "law", law)
-
-
-def block_rates(system: System, at: VelocityKinematics) -> list[Array]:
+def block_rates(blocks: Iterable[BlocksAt], at: VelocityKinematics) -> list[Array]:
     """Rates of the states of each group of blocks that has some, in one vector each, in the order of the records."""
-    return _rates(signals_and_blocks(system, at)[1], at)
-
-
-def signals_and_rates(system: System, at: VelocityKinematics) -> tuple[SignalValues, list[Array]]:
-    """Values of all signals, and the rates of the states of each group of blocks."""
-    values, blocks = signals_and_blocks(system, at)
-    return values, _rates(blocks, at)
-
-
-def _rates(blocks, at):
     found = []
     for group, block, u, s in blocks:
         if group.period is not None:
@@ -228,7 +203,7 @@ def _rates_of_group(group, block, u, s, at):
 
 
 def block_starts(system: System, at: VelocityKinematics) -> list[Array]:
-    """Initial values of the states of each group of blocks; the laws of the system are at theirs."""
+    """Initial values of the states of each group of blocks, at a configuration with those of laws."""
     blocks = signals_and_blocks(system, at, starts=True)[1]
     return [join_states(found.group, found.s) for found in blocks if found.group.internal]
 

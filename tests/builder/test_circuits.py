@@ -10,7 +10,6 @@ import jaxmbs as mbs
 from jaxmbs import forces as F
 from jaxmbs import hydraulics as H
 from jaxmbs.kinematics._configuration import at_state, with_velocities
-from jaxmbs.model._internal_states import with_internal
 from jaxmbs.signal_flow._internal_states import internal_rates
 
 AREAS, LEAKAGE, SEALS, WEIGHT = (4e-3, 3e-3), 1e-12, 200.0, 500.0 * 9.81
@@ -37,7 +36,7 @@ def lift(valve, spool, like=None):
 
 def rates_of(system, state):
     at = with_velocities(system, at_state(system, state), state.velocities)
-    found = internal_rates(with_internal(system, state.internal), at)
+    found = internal_rates(system, at)
     return {name: float(x) for name, x in zip(state.internal.entries, found, strict=True)}
 
 

@@ -9,7 +9,6 @@ from jaxmbs.blocks import PI, AbstractBlock, FirstOrder, Function, StateSpace
 from jaxmbs.errors import ModelError
 from jaxmbs.forces import InternalState
 from jaxmbs.kinematics._configuration import at_state, with_velocities
-from jaxmbs.model._internal_states import with_internal
 from jaxmbs.signal_flow._sampling import sample_periods, sampled_values
 
 
@@ -73,8 +72,7 @@ def test_an_instant_of_sampled_blocks():
     @jax.jit
     def after(due):
         at = with_velocities(system, at_state(system, state), state.velocities)
-        here = with_internal(system, state.internal)
-        values = sampled_values(here, at, state.internal.values, due)
+        values = sampled_values(system, at, state.internal.values, due)
         return type(state.internal)(values, state.internal.records)
 
     fast, slow = after(np.array([False, True])), after(np.array([True, False]))

@@ -82,9 +82,14 @@ def motion(system, state):
         "frames": {name: mbs.position(system, state, name) for name in system.topology.frame_names},
         "pull": mbs.constraints.constraint_jacobian(system, state).T @ multipliers,
         "powers": efforts(system, with_velocities(system, at, u))[2],
-        "canonical": hamilton.canonical_rate(system, at, values["momenta"]),
+        "canonical": _rates(hamilton.canonical_rate(system, at, values["momenta"])),
         "loads": mbs.reactions(system, state),
     }
+
+
+def _rates(found):
+    """Rates and velocities."""
+    return (*found[:3], found[3].u)
 
 
 def _is_refused(system):
@@ -106,7 +111,7 @@ def fields(system, state):
         "GR": dynamics.gyristor_field(system, state),
         "direct": None if _is_refused(system) else dynamics.gyristor_field_direct(system, state),
         "state_equations": dynamics.state_equations(system, state),
-        "independent": hamilton.independent_rate(system, at, p),
+        "independent": _rates(hamilton.independent_rate(system, at, p)),
         "canonical": _canonical(system, at, state.velocities),
         "e_S": dynamics.source_effort(system, state),
         "e_C": dynamics.compliance_effort(system, state),
@@ -120,7 +125,7 @@ def fields(system, state):
 def _canonical(system, at, u):
     """The rate of the paper's momenta Gamma^T P, and the velocities."""
     momenta = hamilton.momenta(system, with_velocities(system, at, u))
-    psi_dot, rate, _, found = hamilton.canonical_rate(system, at, momenta)
+    psi_dot, rate, _, found = _rates(hamilton.canonical_rate(system, at, momenta))
 
     def seen(psi):
         return velocity_map(system, at_coordinates(system, at, psi))[0].T @ momenta
@@ -179,5 +184,5 @@ def _state_equations(system, state, at):
     if not system.rows:
         return dynamics.state_equations(system, state)
     p = velocity_map(system, at)[0].T @ hamilton.momenta(system, with_velocities(system, at, state.velocities))
-    _, p_dot, _, u = hamilton.independent_rate(system, at, p)
+    _, p_dot, _, u = _rates(hamilton.independent_rate(system, at, p))
     return p_dot, u[first.independent_columns(system)], u[first.dependent_columns(system)]

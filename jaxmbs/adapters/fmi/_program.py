@@ -24,7 +24,7 @@ from ...dynamics._validity import has_ends, validity_at
 from ...errors import ModelError
 from ...kinematics._configuration import configuration, with_velocities
 from ...kinematics._poses import node_parameters, normalise
-from ...model._internal_states import InternalStates, replace_field, with_internal
+from ...model._internal_states import InternalStates, replace_field
 from ...model._system import System
 from ...motion._accounts import CLOSED, gap
 from ...motion._formulations import Velocity
@@ -130,11 +130,11 @@ class FlatMechanism:
         system = replace_field(system, "topology", top)
         system = with_inputs(system, dict(zip(self.inputs, u, strict=True)), replace=True)
         internal = InternalStates(s, top.internal) if top.num_internal else None
-        system, P = with_internal(system, internal), node_parameters(system)
+        P = node_parameters(system)
         psi = jnp.zeros(top.num_coordinates, z.dtype)
         psi = psi.at[self.coordinates].set(phi).at[self.hidden].set(jax.lax.stop_gradient(hidden))
         psi = self._closed(system, P, normalise(top, psi), t)
-        at = closures.with_directions(system, configuration(system, P, psi, t))
+        at = closures.with_directions(system, configuration(system, P, psi, t, internal=internal))
         velocities = motion_map(system, at)(w, -constraints.time_rate(system, at))
         return system, P, at, velocities, internal
 
@@ -180,7 +180,7 @@ class FlatMechanism:
         """Rates of all coordinates, and those of the independent velocities and of the internal states."""
         system, P, at, velocities, internal = parts
         second = velocities if internal is None else jnp.concatenate([velocities, internal.values])
-        equations = Velocity(replace_field(system, "forces", system.forces), P, jnp.ones_like(second))
+        equations = Velocity(system, P, jnp.ones_like(second))
         psi_rate, rate, _ = equations.rate(at.t, (at.psi, second, jnp.zeros(0)))
         a, s_rate = jnp.split(rate, [len(velocities)])
         return psi_rate, jnp.concatenate([a[self.columns], s_rate])
