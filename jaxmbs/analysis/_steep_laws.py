@@ -7,6 +7,8 @@ predicts, to first order, not with those of its end; where the search ends both 
 Source: Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Eng. 313 (2017) 986-1005, mixed integration points.
 """
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 
@@ -18,7 +20,7 @@ from ..model._system import System
 
 def steep_groups(system: System) -> tuple[int, ...]:
     """Places of the groups whose law is far stiffer along some directions than along others."""
-    return tuple(k for k, group in enumerate(system.forces) if getattr(group.law, "is_steep", False))
+    return tuple(k for k, group in enumerate(system.forces) if group.law.is_steep)
 
 
 def is_steep(system: System) -> bool:
@@ -28,7 +30,8 @@ def is_steep(system: System) -> bool:
 
 def own_stresses(system: System) -> tuple:
     """NaN in the shape of the stresses, which says that laws take their own."""
-    return tuple(jnp.full_like(system.forces[k].law.screw, jnp.nan) for k in steep_groups(system))
+    laws: list[Any] = [system.forces[k].law for k in steep_groups(system)]
+    return tuple(jnp.full_like(law.screw, jnp.nan) for law in laws)
 
 
 def given_or_own(given: tuple, own: tuple) -> tuple:
@@ -40,7 +43,8 @@ def under_stresses(system: System, given: tuple) -> System:
     """The system whose steep laws are under given stresses."""
     for k, stress in zip(steep_groups(system), given, strict=True):
         group = system.forces[k]
-        changed = replace_field(group, "law", group.law.under(stress))
+        law: Any = group.law
+        changed = replace_field(group, "law", law.under(stress))
         system = replace_field(system, "forces", (*system.forces[:k], changed, *system.forces[k + 1 :]))
     return system
 

@@ -17,8 +17,7 @@ from ..errors import AssemblyError, ModelError
 from ..model._changes import Changes
 from ..model._entry_points import check_state, check_system
 from ..model._internal_states import InternalStates
-from ..model._state import AbstractState
-from ..model._system import System
+from ..model._system import AbstractState, System
 from ..model._topology import Topology
 from ..quantities import Quantity
 from ..reports import Report, Reported, failures

@@ -1,5 +1,6 @@
 """Functions of measures that are given by a joint or by frames."""
 
+import abc
 from typing import Any, TypeAlias
 
 import equinox as eqx
@@ -29,7 +30,15 @@ REFUSED = {
 }
 
 
-class FunctionReading(eqx.Module):
+class AbstractReading(eqx.Module):
+    """A way to read signals from a mechanism."""
+
+    @abc.abstractmethod
+    def values(self, instant: Any, places: Places) -> Array:
+        """Values (n, ...) at a `signal_flow.Instant`, of joints or frames of these names."""
+
+
+class FunctionReading(AbstractReading):
     """`function(instant)` of the user."""
 
     function: Any
@@ -39,7 +48,7 @@ class FunctionReading(eqx.Module):
         return jnp.asarray(self.function(instant))[None]
 
 
-class JointReading(eqx.Module):
+class JointReading(AbstractReading):
     """Coordinate or velocity of a joint, () of one freedom, else (n,)."""
 
     of: str = eqx.field(static=True)
@@ -49,7 +58,7 @@ class JointReading(eqx.Module):
         return instant.of_joints([joint for (joint,) in places], self.of)
 
 
-class FrameReading(eqx.Module):
+class FrameReading(AbstractReading):
     """Quantity of a frame in world axes (3,), or its entry () along an axis."""
 
     of: str = eqx.field(static=True)
@@ -64,7 +73,7 @@ class FrameReading(eqx.Module):
         return _along(read(frames), self.axis)
 
 
-class RelativeReading(eqx.Module):
+class RelativeReading(AbstractReading):
     """Quantity of the second of two frames, seen in the axes of the first (3,), or its entry () along an axis."""
 
     of: str = eqx.field(static=True)

@@ -4,8 +4,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics._configuration import at_state
 from ..model._entry_points import state_function
-from ..model._state import AbstractState
-from ..model._system import System
+from ..model._system import AbstractState, System
 from ._constraints import jacobian, residual
 
 

@@ -12,8 +12,7 @@ from jaxtyping import Array, Float
 
 from ..kinematics._configuration import Configuration, at_state
 from ..math._linalg import full_rank_lstsq
-from ..model._state import AbstractState
-from ..model._system import System
+from ..model._system import AbstractState, System
 from ..quantities import XYZ, Axis, Quantity
 from ..reports import Report, Reported
 from . import _closures as closures

@@ -15,8 +15,7 @@ from ..kinematics._points import jacobian
 from ..kinematics._poses import step_coordinates
 from ..math._linalg import full_rank_lstsq
 from ..math._tensor import left_product, plane_mix, right_product
-from ..model._state import AbstractState
-from ..model._system import System
+from ..model._system import AbstractState, System
 from ..quantities import entries
 from ..reports import Report, Reported
 from ..typing import AnyArray, FrameLike

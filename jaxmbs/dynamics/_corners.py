@@ -1,5 +1,7 @@
 """Corners of efforts, which keep their values there and change their slopes: cables at wheels that they leave."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 from jax import Array
@@ -12,13 +14,14 @@ from ..model._system import System
 
 def has_corners(system: System) -> bool:
     """True if some cable can leave a wheel (static)."""
-    laws = [group.law for group in system.forces] + [group.law for group in system.rows]
-    return any(law.has_corners for law in laws)
+    return any(group.law.has_corners for group in system.forces) or any(
+        group.law.has_corners for group in system.rows
+    )
 
 
 def sides_of_corners(system: System, at: Configuration) -> Array:
     """Numbers (n,) that are constant beside the corners, and change on the way over them."""
-    still, found = at_rest(system, at), []
+    still, found = at_rest(system, at), list[tuple[Any, Any]]()
     for group in system.forces:
         if group.law.has_corners:
             found.append((group.law, element_flows(system, group, at, still.V, still.u)[1]))

@@ -82,7 +82,7 @@ class FrictionLoads(Reported, eqx.Module):
 @state_function
 def _joint_friction(system: System, state: State) -> FrictionLoads:
     at = closures.with_directions(system, with_velocities(system, at_state(system, state), state.velocities))
-    found, f = motion_with_friction(system, at), system.friction
+    found, f = motion_with_friction(system, at), system.joint_friction
     ratio = lax.stop_gradient(contraction(found.loads))
     jammed = ~found.loads.unique & _growing(lax.stop_gradient(found.loads.slope))
     shared, touched = _shared_loads(system, at, found), _touched_by_couplers(system, at)
@@ -134,8 +134,8 @@ def _growing(C):
 
 def _efforts_along(system, at, found: FrictionSolution):
     """Efforts (k,) of each surface's friction along the freedoms of its joint."""
-    f, wrenches = system.friction, []
-    first, second = joint_axes(system.friction, at, found.wrench)
+    f, wrenches = system.joint_friction, []
+    first, second = joint_axes(system.joint_friction, at, found.wrench)
     local = jnp.concatenate([first, second], axis=1)
     for k, kind in enumerate(f.kinds):
         effort = local[k, np.array(SURFACES[kind].freedoms)]
@@ -145,7 +145,7 @@ def _efforts_along(system, at, found: FrictionSolution):
 
 def _touched_by_couplers(system: System, at: VelocityKinematics):
     """True (n,) for the surfaces of joints that couplers or rows of the user touch."""
-    mine = np.array(system.friction.joints)
+    mine = np.array(system.joint_friction.joints)
     touched = np.zeros(len(mine), bool)
     for row in couplers_and_user_rows(system):
         touched = touched | coupled_joints(system, row, at)[mine]
@@ -154,7 +154,7 @@ def _touched_by_couplers(system: System, at: VelocityKinematics):
 
 def _shared_loads(system: System, at: VelocityKinematics, found: FrictionSolution):
     """True (n,) for the surfaces whose load self-stresses change, so that statics leaves it open."""
-    f, top = system.friction, system.topology
+    f, top = system.joint_friction, system.topology
     if not system.closures:
         return jnp.zeros(len(f.joints), bool)
     rows, dtype = constraint_operator(system, at), at.u.dtype

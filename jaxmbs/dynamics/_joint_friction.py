@@ -78,7 +78,7 @@ class FrictionSolution(NamedTuple):
 
 def rubbing(system: System, at: VelocityKinematics) -> Rubbing:
     """The surfaces of all joints at a configuration with velocities."""
-    f, dtype, found = system.friction, at.u.dtype, slips_of(system, at)
+    f, dtype, found = system.joint_friction, at.u.dtype, slips_of(system, at)
     on, number = found.rows.surface_of_slip, len(f.joints)
     grip, own = resistances(f.models, found.square)
     unit = -found.slip if at.bends is None else with_tractions(f, at.bends, found.slip, -found.slip)
@@ -117,7 +117,7 @@ class _Carriers(NamedTuple):
 
 def carriers(system: System) -> _Carriers:
     """The maps of a system."""
-    f, top = system.friction, system.topology
+    f, top = system.joint_friction, system.topology
     size, body_joint = top.nodes.size, np.asarray(top.body_joint)
     is_cut = np.array([top.joints[j].is_cut for j in f.joints], bool)
     lack = np.zeros((len(f.joints), size))
@@ -151,7 +151,7 @@ def solve_friction(
             per unit resistance; a (1, nv) where the accelerations are given.
         compliance: by which redundant constraints share the loads that statics leaves open, see `reactions`.
     """
-    f, to, dtype = system.friction, carriers(system), a.dtype
+    f, to, dtype = system.joint_friction, carriers(system), a.dtype
     targets, rows, parts = node_targets(system), surface_rows(f.kinds, dtype), [lack]
     if constraint_rows.has_frames(system):
         parts[0] = parts[0] - jax.vmap(lambda y: constraint_rows.wrenches_on(targets, system, at, y))(multipliers)
@@ -211,7 +211,7 @@ def friction_of_motion(
 
 def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:
     """Friction as loads beside those of force elements: of cut joints on `owners`, of the tree's on columns."""
-    f, is_cut = system.friction, carriers(system).is_cut
+    f, is_cut = system.joint_friction, carriers(system).is_cut
     cut = jnp.where(is_cut[:, None], solution.wrench, 0.0)
     wrench = owners.collect((*f.children, *f.parents), jnp.concatenate([cut, -cut]))
     return Loads(wrench, jnp.sum(jnp.where(is_cut[:, None], 0.0, solution.efforts), axis=0))
@@ -219,7 +219,7 @@ def friction_loads(system: System, solution: FrictionSolution, owners) -> Loads:
 
 def cut_friction(system: System, solution: FrictionSolution, names):
     """Wrenches (len(names), 6) of the friction of cut joints on their children, zero for all other joints."""
-    f, is_cut = system.friction, carriers(system).is_cut
+    f, is_cut = system.joint_friction, carriers(system).is_cut
     place = np.zeros((len(names), len(f.joints)))
     for k in np.flatnonzero(is_cut):
         place[names.index(system.topology.joints[f.joints[k]].name), k] = 1.0

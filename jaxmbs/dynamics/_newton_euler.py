@@ -161,7 +161,7 @@ def forward_dynamics(system: System, state: State) -> tuple[Float[Array, "... nv
 
 def jam_of(system: System) -> str:
     """A sentence about joints that jam."""
-    names = ", ".join(repr(system.topology.joints[j].name) for j in dict.fromkeys(system.friction.joints))
+    names = ", ".join(repr(system.topology.joints[j].name) for j in dict.fromkeys(system.joint_friction.joints))
     return (
         f"the friction of the joints {names} has no unique loads here: the mechanism jams; "
         "dynamics.joint_friction says at which of them, reduce mu, or give the bearing more length"

@@ -10,8 +10,7 @@ from ..checks import no_such
 from ..errors import UnknownNameError
 from ..math._spatial import to_public_order
 from ..model._entry_points import state_function
-from ..model._state import AbstractState
-from ..model._system import System
+from ..model._system import AbstractState, System
 from ..runtime import as_array
 from ..typing import FrameLike, Matrix3, Vector3
 from ._configuration import configuration

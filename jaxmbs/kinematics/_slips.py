@@ -38,7 +38,7 @@ class Slips(NamedTuple):
 
 def slips_of(system: System, at: VelocityKinematics) -> Slips:
     """The slips of all surfaces."""
-    f, dtype = system.friction, at.u.dtype
+    f, dtype = system.joint_friction, at.u.dtype
     rows = surface_rows(f.kinds, dtype)
     of, on = rows.surface_of_load, rows.surface_of_slip
     bears, slips, tangent = _local_rows(f, rows)

@@ -1,14 +1,16 @@
 """Numbers of a mechanism that events have changed: a state carries them, and every question takes them from it."""
 
-from typing import Any
+from typing import Protocol, TypeVar, runtime_checkable
 
 import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, PyTree
 
 from ..checks import is_concrete
 from ..errors import ModelError
+
+Mechanism = TypeVar("Mechanism")  # a system, or a pytree of its structure
 
 
 class Changes(eqx.Module):
@@ -24,12 +26,12 @@ class Changes(eqx.Module):
     number: int = eqx.field(static=True)
 
     @classmethod
-    def of(cls, system: Any, places: tuple[int, ...]) -> "Changes | None":
+    def of(cls, system: PyTree, places: tuple[int, ...]) -> "Changes | None":
         """Those of a system in force, at these places; None without places."""
         leaves = jax.tree.leaves(system)
         return cls(tuple(leaves[k] for k in places), places, len(leaves)) if places else None
 
-    def in_force(self, system: Any) -> Any:
+    def in_force(self, system: Mechanism) -> Mechanism:
         """The system with these numbers.  Raises: ModelError for one of another structure."""
         leaves, structure = jax.tree.flatten(system)
         if len(leaves) != self.number:
@@ -44,7 +46,15 @@ class Changes(eqx.Module):
         return jax.tree.unflatten(structure, leaves)
 
 
-def with_changes(system: Any, state: Any) -> Any:
+@runtime_checkable
+class HasChanges(Protocol):
+    """A state, as far as it says what has changed."""
+
+    @property
+    def changes(self) -> Changes | None: ...
+
+
+def with_changes(system: Mechanism, state: HasChanges) -> Mechanism:
     """The system with the numbers that events have changed by the time of a state; the same one without events.
 
     Raises: ModelError for a system of another structure than that of the motion.
@@ -52,7 +62,7 @@ def with_changes(system: Any, state: Any) -> Any:
     return system if state.changes is None else state.changes.in_force(system)
 
 
-def check_in_force(system: Any, state: Any) -> None:
+def check_in_force(system: PyTree, state: HasChanges) -> None:
     """Check that a motion may start from a state with a system: it has the numbers in force at the state, if they are
     known; inside of a trace those of the state are taken.
 

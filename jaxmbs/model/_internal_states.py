@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -119,7 +119,7 @@ class GroupStates(NamedTuple):
     steps: tuple[Array | None, ...] | None = None
 
 
-def group_states(system, internal: Any) -> GroupStates | None:
+def group_states(system, internal: InternalStates | Array | None) -> GroupStates | None:
     """The states of a state, an `InternalStates` or its values (ns,), by groups; None where there are none."""
     if internal is None or not system.topology.internal:
         return None

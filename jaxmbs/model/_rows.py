@@ -4,11 +4,13 @@ Rows between two frames, of cut joints and constraints, are `ClosureGroup`s.
 """
 
 from collections.abc import Container
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import numpy as np
+
+from ..joints._rows import AbstractRows
 
 
 class RowGroup(eqx.Module):
@@ -21,7 +23,7 @@ class RowGroup(eqx.Module):
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    law: Any
+    law: AbstractRows
     places: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     frames: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     columns: tuple[tuple[int, ...], ...] = eqx.field(static=True)
@@ -55,7 +57,7 @@ class RowElement(NamedTuple):
         return self.group.names[self.number]
 
     @property
-    def law(self) -> Any:
+    def law(self) -> AbstractRows:
         """With the element's own numbers."""
         return jax.tree.map(lambda x: x[self.number], self.group.law)
 

@@ -1,10 +1,15 @@
 """Measures and blocks of a system: the layout of its signals."""
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
-from jax import Array
+from jaxtyping import Array, Float
+
+from ..blocks._base import AbstractBlock
+from ..blocks._readings import AbstractReading
+from ..typing import ScalarLike
 
 
 class MeasureGroup(eqx.Module):
@@ -17,7 +22,7 @@ class MeasureGroup(eqx.Module):
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    reading: Any
+    reading: AbstractReading
     places: tuple[tuple[str, ...], ...] = eqx.field(static=True)
     internal: tuple[str, ...] = eqx.field(static=True, default=())
 
@@ -38,16 +43,16 @@ class BlockGroup(eqx.Module):
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    block: Any
+    block: AbstractBlock
     reads: tuple[tuple[str | int, ...], ...] = eqx.field(static=True)
-    functions: tuple[Any, ...]
+    functions: tuple[Callable[[ScalarLike], Array], ...]
     drives: tuple[tuple[str, ...], ...] = eqx.field(static=True)
     internal: tuple[tuple[str, tuple[int, ...], str], ...] = eqx.field(static=True)
     shape: tuple[int, ...] = eqx.field(static=True, default=())
     size: int | None = eqx.field(static=True, default=None)
     mix: tuple[tuple[tuple[int, ...], ...], ...] | None = eqx.field(static=True, default=None)
     is_early: bool = eqx.field(static=True, default=False)
-    period: Any = None
+    period: Float[Array, " n"] | None = None
     rhythms: tuple[int, ...] = eqx.field(static=True, default=())
 
 
@@ -55,11 +60,11 @@ class BlocksAt(NamedTuple):
     """A group of blocks whose driven fields have their values, their inputs u (n, ...) and states s by name."""
 
     group: BlockGroup
-    block: Any
+    block: AbstractBlock
     u: Array
     s: dict[str, Array]
 
-    def one(self, element: "BlockElement") -> tuple[Any, Array, dict[str, Array]]:
+    def one(self, element: "BlockElement") -> tuple[AbstractBlock, Array, dict[str, Array]]:
         """(block, inputs, states) of one of them."""
         return jax.tree.map(lambda x: x[element.number], (self.block, self.u, self.s))
 
@@ -84,7 +89,7 @@ class BlockElement(NamedTuple):
         return self.group.names[self.number]
 
     @property
-    def block(self) -> Any:
+    def block(self) -> AbstractBlock:
         """With the element's own numbers."""
         return jax.tree.map(lambda x: x[self.number], self.group.block)
 

@@ -1,6 +1,6 @@
 """The system: a pytree whose topology is static and whose every physical number is a leaf."""
 
-from typing import Any
+import abc
 
 import equinox as eqx
 import numpy as np
@@ -8,11 +8,17 @@ from jaxtyping import Array, Float
 
 from ..checks import place_of
 from ..errors import ModelError
+from ..forces._base import AbstractLaw
+from ..forces._port import AbstractPort
+from ..friction._joint_friction import JointFriction
+from ..joints._base import AbstractJoint
 from ..runtime import as_array
 from ..typing import ArrayLike
+from ._changes import Changes
 from ._describe import describe, describe_html, summary
 from ._elastic import ElasticGroup
 from ._entry_points import check_state
+from ._internal_states import InternalStates
 from ._open_friction import open_friction_lines
 from ._pose import Pose
 from ._rows import RowGroup
@@ -29,10 +35,10 @@ class ForceGroup(eqx.Module):
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
-    port: Any = eqx.field(static=True)
+    port: AbstractPort = eqx.field(static=True)
     first: tuple[int, ...] = eqx.field(static=True)
     second: tuple[int, ...] = eqx.field(static=True)
-    law: Any
+    law: AbstractLaw
     internal: tuple[tuple[str, tuple[int, ...], str], ...] = eqx.field(static=True, default=())
     frames: tuple[tuple[int, ...], ...] = eqx.field(static=True, default=())
 
@@ -43,8 +49,29 @@ class ClosureGroup(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     first: tuple[int, ...] = eqx.field(static=True)
     second: tuple[int, ...] = eqx.field(static=True)
-    kind: Any
+    kind: AbstractJoint
     basis: Float[Array, "n 3 3"]
+
+
+class AbstractState(eqx.Module):
+    """A state of a mechanism as rooms below its assembly read it: `State`, which `assembly` finds.
+
+    Attributes:
+        t: (...) [s]; coordinates, velocities: (..., nq), (..., nv) of the tree's joints.
+        structure: the layout of the system that it was made for; None by hand.
+        internal: internal states of force elements; changes: numbers that events have changed.
+    """
+
+    t: eqx.AbstractVar[Float[Array, "..."]]
+    coordinates: eqx.AbstractVar[Float[Array, "... nq"]]
+    velocities: eqx.AbstractVar[Float[Array, "... nv"]]
+    structure: eqx.AbstractVar[tuple | None]
+    internal: eqx.AbstractVar[InternalStates | None]
+    changes: eqx.AbstractVar[Changes | None]
+
+    @abc.abstractmethod
+    def topology_at(self, system: "System") -> Topology:
+        """The topology of a system with the mobility counted at this state."""
 
 
 class System(eqx.Module):
@@ -72,12 +99,18 @@ class System(eqx.Module):
     measures: tuple[MeasureGroup, ...] = ()
     blocks: tuple[BlockGroup, ...] = ()
     length: Float[Array, ""] = eqx.field(default_factory=lambda: as_array(1.0))
-    friction: Any = None
+    friction: JointFriction | None = None
 
     @property
     def has_constraints(self) -> bool:
         """True if constraint rows (loops, drives, couplers, ...) restrict the tree."""
         return self.topology.num_rows > 0
+
+    @property
+    def joint_friction(self) -> JointFriction:
+        """`friction` of a system in which some joint rubs."""
+        assert self.friction is not None
+        return self.friction
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -89,12 +122,12 @@ class System(eqx.Module):
         """True if no row restricts the tree and no body deforms: it is solved body by body, without a matrix."""
         return not self.has_constraints and not self.elastic
 
-    def coordinates(self, state: Any) -> dict:
+    def coordinates(self, state: AbstractState) -> dict:
         """Joint coordinates of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_state(self, state)
         return coordinates_by_joint(self.topology, state.coordinates)
 
-    def velocities(self, state: Any) -> dict:
+    def velocities(self, state: AbstractState) -> dict:
         """Joint velocities of a state by joint name: (..., ) for one freedom, else (..., n); tree joints only."""
         check_state(self, state)
         return velocities_by_joint(self.topology, state.velocities)
@@ -123,7 +156,7 @@ class System(eqx.Module):
             found.append(np.arange(joint.velocities.start, joint.velocities.stop))
         return np.concatenate(found)
 
-    def describe(self, state: Any = None) -> str:
+    def describe(self, state: AbstractState | None = None) -> str:
         """Bodies, joints, loops, freedoms and redundant constraints, as text.
 
         Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).

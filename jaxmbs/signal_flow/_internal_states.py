@@ -51,7 +51,7 @@ def internal_rates(system: System, at: VelocityKinematics) -> Array:
         return join_states(group, group_rates(group, law, displacement, flow, at.t))
 
     laws = [of_group(group, law) for group, law in acting_laws(system, at) if group.internal]
-    bends = [] if at.bends is None else [bristle_rates(system.friction, at.bends, slips_of(system, at).slip)]
+    bends = [] if at.bends is None else [bristle_rates(system.joint_friction, at.bends, slips_of(system, at).slip)]
     return stacked([*laws, *bends, *rates])
 
 
@@ -77,7 +77,7 @@ def initial_states(system: System, at: VelocityKinematics) -> InternalStates:
 
     values = [of_group(group) for group in system.forces if group.internal]
     if _has_bristles(system):
-        values.append(jnp.zeros(sum(system.friction.bristle_sizes), at.psi.dtype))
+        values.append(jnp.zeros(sum(system.joint_friction.bristle_sizes), at.psi.dtype))
     if system.blocks:
         number = sum(len(group.names) * group_size(group) for group in system.blocks)
         at_laws = with_internal(system, at, jnp.concatenate([*values, jnp.zeros(number, at.psi.dtype)]))
@@ -89,7 +89,7 @@ def internal_scale(system: System) -> Array:
     """Scales (ns,) of all internal states."""
     laws = [join_states(group, declared_scales(group)) for group in system.forces if group.internal]
     if _has_bristles(system):
-        laws.append(bend_scales(system.friction))
+        laws.append(bend_scales(system.joint_friction))
     return stacked([*laws, *(join_states(group, block_scales(group)) for group in system.blocks if group.internal)])
 
 

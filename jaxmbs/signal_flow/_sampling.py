@@ -24,6 +24,8 @@ def sample_periods(system: System) -> Array | None:
     """Different periods (m,) [s] of the sampled blocks; None without such."""
     first = {}
     for group in reversed(system.blocks):
+        if group.period is None:
+            continue
         first |= {rhythm: group.period[k] for k, rhythm in reversed(list(enumerate(group.rhythms)))}
     return jnp.stack([first[k] for k in sorted(first)]) if first else None
 

@@ -11,8 +11,7 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_state, with_velocities
 from ..model._entry_points import state_function
 from ..model._signals import block_named, drivers_of
-from ..model._state import AbstractState
-from ..model._system import System
+from ..model._system import AbstractState, System
 from ._signals import signals_at
 
 
