@@ -279,6 +279,12 @@ def test_public_names_have_docstrings():
     assert not bare
 
 
+def test_the_model_says_what_it_is_made_of():
+    """No field, argument or result of the room `model` is of type Any."""
+    trees = {path: tree for path, tree in TREES.items() if _room(_module_name(path)) == "model"}
+    assert not [str(p) for p, tree in trees.items() for n in ast.walk(tree) if getattr(n, "id", "") == "Any"]
+
+
 def test_every_class_has_a_name_of_its_own():
     places = {}
     for path, tree in TREES.items():

@@ -14,9 +14,8 @@ from ..model._system import System
 
 def has_corners(system: System) -> bool:
     """True if some cable can leave a wheel (static)."""
-    return any(group.law.has_corners for group in system.forces) or any(
-        group.law.has_corners for group in system.rows
-    )
+    laws, rows = ([group.law.has_corners for group in groups] for groups in (system.forces, system.rows))
+    return any(laws) or any(rows)
 
 
 def sides_of_corners(system: System, at: Configuration) -> Array:
