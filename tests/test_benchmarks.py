@@ -97,6 +97,11 @@ def test_every_benchmark_is_run_by_run():
     assert all(f'"{name}"' in text for name in PACKAGES)
 
 
+def test_every_file_has_a_line_in_the_index():
+    found = re.findall(r"^\| `(\w+\.py)` \|", (FOLDER / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(found) == sorted(path.name for path in FOLDER.glob("*.py"))
+
+
 _FIGURES = r"^\|[^|]+\| ([\d.e-]+) [^|]+\|(?:[^|]*: ([\d.e-]+) [^|]+| )\| `python benchmarks/(\w+)\.py` \|$"
 
 
