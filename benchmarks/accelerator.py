@@ -150,7 +150,7 @@ def device_rows(work, size):
 def batch_rows(work, total, others):
     """Rows of a batch from the host and back, beside that of another process; its error, except in that process."""
     samples = work.samples(total)
-    run = lambda: mbs.batch(work.function, samples, progress=False).values  # noqa: E731
+    run = lambda: mbs.batch(work.function, samples, progress=False).values
     start = time.perf_counter()
     found = run()
     first, name = time.perf_counter() - start, f"{work.name}, B={total}"

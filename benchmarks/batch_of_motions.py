@@ -163,7 +163,7 @@ def _study_rows(table, study, best, peer, target):
         _, peaks = call()
         theirs = time.process_time() - clocks[0], time.perf_counter() - clocks[1]
         label = f"MuJoCo RK4, step {peer[0]:g}"
-    each = lambda seconds: None if seconds is None else 1e3 * seconds / motions  # noqa: E731
+    each = lambda seconds: None if seconds is None else 1e3 * seconds / motions
     rows = [
         common.row(name, f"CPU per motion, {solver} {rtol:g}", each(cpu), "ms", label, each(theirs[0]), "<= 1"),
         common.row(name, "wall per motion", each(wall), "ms", label, each(theirs[1])),

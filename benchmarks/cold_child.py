@@ -144,7 +144,7 @@ def sizes(system, state, motion):
     """Equations and bytes of the main questions and of the whole gradient."""
     from program_size import equations, stablehlo_bytes
 
-    is_number = lambda x: jnp.issubdtype(jnp.result_type(x), jnp.inexact)  # noqa: E731
+    is_number = lambda x: jnp.issubdtype(jnp.result_type(x), jnp.inexact)
     leaves, tree = jax.tree.flatten(system)
     numbers = [x for x in leaves if is_number(x)]
 

@@ -108,9 +108,9 @@ def least(library: Path, case: str, repeats: int):
 
 
 def rows_of(case, ours, theirs, before):
-    unit = lambda name: next((u for end, u in UNITS.items() if name.endswith(end)), "")  # noqa: E731
+    unit = lambda name: next((u for end, u in UNITS.items() if name.endswith(end)), "")
     peer = (lambda name: (before, theirs.get(name))) if theirs else (lambda name: (None, None))
-    goal = lambda name: GOALS.get((case, name), "")  # noqa: E731
+    goal = lambda name: GOALS.get((case, name), "")
     return [common.row(case, name, figure, unit(name), *peer(name), goal(name)) for name, figure in ours.items()]
 
 

@@ -221,7 +221,7 @@ def flyball_governor(stiffness=8e5, damping=4e4):
             gravity=[0, 0, -GRAVITY],
         )
 
-    box = lambda mass, x, y, z: mass / 12.0 * np.array([y * y + z * z, x * x + z * z, x * x + y * y])  # noqa: E731
+    box = lambda mass, x, y, z: mass / 12.0 * np.array([y * y + z * z, x * x + z * z, x * x + y * y])
     shaft = body(0.3, box(0.3, 0.01, 0.01, 1.0), [0.0, 0.0, 0.5], np.eye(3))
     slider = body(3.0, box(3.0, 0.1, 0.1, 0.1), [0.0, 0.0, 0.5], np.eye(3))
     ground = system.CreateGround()

@@ -69,7 +69,7 @@ def by_mujoco(ts, sensors, finer=1):
     def run():
         params = sysid.ParameterDict()
         for name in theirs.JOINT_NAMES:
-            change = lambda s, p, n=name: setattr(s.joint(n), "armature", p.value[0])  # noqa: E731
+            change = lambda s, p, n=name: setattr(s.joint(n), "armature", p.value[0])
             params.add(
                 sysid.Parameter(f"{name}_armature", nominal=0.1, min_value=0.001, max_value=1.0, modifier=change)
             )

@@ -119,7 +119,7 @@ def bricard():
 
 def flyball_governor(stiffness=8e5, damping=4e4):
     """A05 as a kinematic tree: shaft, slider, rods; their springs between links."""
-    box = lambda mass, x, y, z: mass / 12.0 * np.diag([y * y + z * z, x * x + z * z, x * x + y * y])  # noqa: E731
+    box = lambda mass, x, y, z: mass / 12.0 * np.diag([y * y + z * z, x * x + z * z, x * x + y * y])
     at_origin, rods = (np.eye(3), [0.0] * 3), []
     for sign in (1.0, -1.0):
         com = np.array([sign * (0.3 * 0.5 + 5.0) / 5.3, 0.0, 0.0])

@@ -42,7 +42,7 @@ class Case:
         rng = np.random.default_rng(seed)
         welds, hinges = SHAPES[shape](p)
         self.shape, self.p, self.hinges = shape, p, len(hinges)
-        name = lambda k: "ground" if k < 0 else f"b{k}"  # noqa: E731
+        name = lambda k: "ground" if k < 0 else f"b{k}"
         bonds = {f"e{k}": (name(a), name(b)) for k, (a, b) in enumerate(welds + hinges)}
         carries = np.ones((len(bonds), 6), bool)
         carries[len(welds) :] = CARRIES_HINGE

@@ -149,7 +149,7 @@ def shock_rows(quick):
 
     value, _ = common.compiled(maximax, given)
     both, seconds = common.compiled(jax.value_and_grad(total, has_aux=True), given)
-    theirs = lambda: srs.srs(signal, rate, f, 10.0, ic="zero", parallel="no", rolloff="none", time="total")  # noqa: E731
+    theirs = lambda: srs.srs(signal, rate, f, 10.0, ic="zero", parallel="no", rolloff="none", time="total")
     run = {"value": lambda: value(given), "both": lambda: both(given), "theirs": theirs}
     times = common.cpu_seconds(run, 1 if quick else 3, 0.0)
     name = f"{samples} samples, {count} oscillators"
@@ -177,7 +177,7 @@ def rainflow_rows(quick):
 
     value, _ = common.compiled(power, given)
     both, seconds = common.compiled(jax.value_and_grad(power), given)
-    theirs = lambda: sum(n * r**3 for r, _, n, _, _ in peer.extract_cycles(signal))  # noqa: E731
+    theirs = lambda: sum(n * r**3 for r, _, n, _, _ in peer.extract_cycles(signal))
     run = {"value": lambda: value(given), "both": lambda: both(given), "theirs": theirs}
     times = common.cpu_seconds(run, 1 if quick else 3, 0.0)
     name = f"{samples} samples"

@@ -151,7 +151,7 @@ def single_rows(shape, p, rounds):
     error, residual = check(case, matrix, K, right)
     milli = {peer: 1e3 * t for peer, t in times.items()}
     memory = value.memory_analysis().temp_size_in_bytes / 2**20
-    row = lambda metric, *rest, **more: common.row(name, metric, *rest, **more)  # noqa: E731
+    row = lambda metric, *rest, **more: common.row(name, metric, *rest, **more)
     found = [
         row("reactions", milli["ours"], "ms CPU", peer, milli[peer], goal=goal(shape, p, peer))
         for peer in milli
@@ -205,7 +205,7 @@ def batch_rows(shape, p, batch, rounds):
     chunk = max(1, min(batch, BATCH_ENTRIES // p))
     noise = 0.01 * np.random.default_rng(2).normal(size=(batch, *case.bonds.position.shape))
     args = (case.bonds.position[None] + noise, jnp.tile(case.loads, (batch, 1, 1)))
-    over = lambda function: lambda *xs: jax.lax.map(lambda x: function(*x), xs, batch_size=chunk)  # noqa: E731
+    over = lambda function: lambda *xs: jax.lax.map(lambda x: function(*x), xs, batch_size=chunk)
     value, seconds = common.compiled(over(case.value), *args)
     gradient, _ = common.compiled(over(case.value_and_gradient), *args)
     matrix, _ = case.nodal()

@@ -51,7 +51,7 @@ def our_calls(case, solvers, tolerances):
         return lambda: mbs.simulate(system, start, ts=[case.end], throw=False, **options)
 
     pairs = [(s, t) for s in solvers for t in tolerances]
-    read = lambda motion: np.asarray(case.read(system, jax.tree.map(lambda x: x[-1], motion.states)))  # noqa: E731
+    read = lambda motion: np.asarray(case.read(system, jax.tree.map(lambda x: x[-1], motion.states)))
     reference = case.reference
     if reference is None:
         reference = read(mbs.simulate(system, start, ts=[case.end], rtol=1e-12, atol=1e-12))

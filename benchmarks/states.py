@@ -126,7 +126,7 @@ def sample_rows(rounds):
     for name, every, count in (("samples", 1e-3, 2), ("saved times", None, 1001)):
         system = arm(every)
         start, ts = mbs.State.at(system), np.linspace(0.0, 1.0, count)
-        run = lambda start, system=system, ts=ts: mbs.simulate(system, start, ts=ts).states.coordinates  # noqa: E731
+        run = lambda start, system=system, ts=ts: mbs.simulate(system, start, ts=ts).states.coordinates
         program, _ = common.compiled(run, start)
         runs[name] = lambda program=program, start=start: program(start)
     seconds = common.cpu_seconds(runs, rounds, least=0.1)

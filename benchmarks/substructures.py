@@ -39,9 +39,7 @@ def to_scipy(matrix):
     rows, columns = np.concatenate([np.arange(n), i, j]), np.concatenate([np.arange(n), j, i])
     values = np.concatenate([matrix.diagonal, matrix.upper, np.swapaxes(matrix.upper, 1, 2)])
     local = np.arange(b)
-    place = lambda p, axis: np.broadcast_to(  # noqa: E731
-        b * p[:, None, None] + np.expand_dims(local, axis), values.shape
-    ).ravel()
+    place = lambda p, axis: np.broadcast_to(b * p[:, None, None] + np.expand_dims(local, axis), values.shape).ravel()
     return sparse.coo_matrix((values.ravel(), (place(rows, 1), place(columns, 0))), shape=(n * b, n * b)).tocsc()
 
 

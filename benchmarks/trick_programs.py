@@ -83,7 +83,7 @@ def tree_batch(quick):
     system, number = tree(4 if quick else 30), 4 if quick else 256
     rng, rest = np.random.default_rng(1), mbs.State.at(system)
     q, u = (jnp.asarray(rng.normal(size=(number, len(x)))) for x in (rest.coordinates, rest.velocities))
-    one = lambda q, u: mbs.forward_dynamics(system, _at(rest, q, u))[0]  # noqa: E731
+    one = lambda q, u: mbs.forward_dynamics(system, _at(rest, q, u))[0]
     return jax.vmap(one), (q, u), "full"
 
 

@@ -50,7 +50,7 @@ def lift(offsets, like=None):
     """`offsets`: by pin, how far its hole in the bar is off its place, along the bar and across it [m]."""
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
     rod = dict(mass=4.0, com=(LENGTH / 2, 0, 0), inertia=mbs.inertia.rod(4.0, LENGTH))
-    at = lambda pin, x: jnp.append(jnp.array([x, 0.0]) + offsets[pin], 0.0)  # noqa: E731
+    at = lambda pin, x: jnp.append(jnp.array([x, 0.0]) + offsets[pin], 0.0)
     b.body("slide", mass=2.0, inertia=0.01)
     b.joint("pull", mbs.Prismatic(axis="x"), "ground", "slide", drive=mbs.Ramp(START, -0.25))
     for k in range(STAGES):
@@ -144,7 +144,7 @@ PIECES = 20 if FAST else 500
 rails = [("ground" if i == 0 else f"{rail}{i - 1}", f"{rail}{i}") for rail in "ul" for i in range(PIECES)]
 rungs = [(f"u{i}", f"l{i}") for i in range(1, PIECES)]
 bodies = [f"{rail}{i}" for rail in "ul" for i in range(PIECES)]
-height = lambda i: 1.0 - 0.8 * np.asarray(i) / PIECES  # noqa: E731
+height = lambda i: 1.0 - 0.8 * np.asarray(i) / PIECES
 places = [(i * 0.1, side * height(i) / 2, 0.0) for side in (1, -1) for i in range(PIECES)]
 places += [(i * 0.1 + 0.05, 0.0, 0.0) for i in range(1, PIECES)]
 carries = np.ones((len(places), 6), bool)

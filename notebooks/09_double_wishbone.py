@@ -97,7 +97,7 @@ def pose(H, travel, rack=0.0):
     """(state, curves): camber and toe [deg], scrub radius [mm], and the contact point from the upright's origin."""
     system = suspension(H, travel, rack, like=first)
     state = mbs.State.at(system)
-    at = lambda point: mbs.position(system, state, ("upright", H[point]))  # noqa: E731
+    at = lambda point: mbs.position(system, state, ("upright", H[point]))
     axle = at("AO") - at("AI")
     axle = axle / jnp.linalg.norm(axle)
     down = axle * axle[2] - UP

@@ -142,7 +142,7 @@ def test_equations_of_design(verb, monkeypatch):
 def _programs(ask):
     """Number of programs that are compiled for a question."""
     found = []
-    listener = lambda event, *_, **__: found.append(event)  # noqa: E731
+    listener = lambda event, *_, **__: found.append(event)
     jax.monitoring.register_event_duration_secs_listener(listener)
     try:
         ask()
@@ -154,12 +154,12 @@ def _programs(ask):
 def test_programs_of_design():
     """One program has value and gradient; a search that backtracks has one more, of the values alone."""
     design, options = {"x": 0.7, "y": 0.6}, {"progress": False, "compile": "quick"}
-    line = lambda d: d["x"] + 0.3 * d["y"]  # noqa: E731
+    line = lambda d: d["x"] + 0.3 * d["y"]
     steep = mbs.Limit("steep", lambda d: jnp.exp(5.0 * (d["x"] ** 2 + d["y"] ** 2)), upper=2.0)
     flat = mbs.Limit("flat", lambda d: d["x"] + d["y"], lower=0.1)
     bounds = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
-    search = lambda limits: mbs.minimise(line, design, bounds, limits=limits, **options)  # noqa: E731
-    tolerances = lambda: mbs.design.tolerances(line, design, design)  # noqa: E731
+    search = lambda limits: mbs.minimise(line, design, bounds, limits=limits, **options)
+    tolerances = lambda: mbs.design.tolerances(line, design, design)
     with without_tricks("tape"):
         tolerances(), search(flat)  # programs of single operations, which are compiled once in a process
         assert [_programs(ask) for ask in (tolerances, lambda: search(flat), lambda: search(steep))] == [1, 1, 2]

@@ -62,7 +62,7 @@ def friction():
 
 
 def optimum():
-    f = lambda d: (d["x"] - 1.0) ** 2 + 0.1 * d["y"] ** 2  # noqa: E731
+    f = lambda d: (d["x"] - 1.0) ** 2 + 0.1 * d["y"] ** 2
     return mbs.minimise(f, {"x": 2.0, "y": 0.5}, {"x": (-2.0, 4.0), "y": (-1.0, 1.0)}, progress=False)
 
 

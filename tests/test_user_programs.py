@@ -31,7 +31,7 @@ def test_no_flag_of_the_tests_is_set():
 
 def scaled(system, scale):
     """The system with its masses and their places scaled by two numbers (2,)."""
-    places = lambda s: (s.mass, s.com)  # noqa: E731
+    places = lambda s: (s.mass, s.com)
     return eqx.tree_at(places, system, (system.mass * scale[0], system.com * scale[1]))
 
 

@@ -123,7 +123,7 @@ def a_rotor_without_steady_motion():
 
 def stopped_at_a_kink():
     """The design is the best one that was found; the reason says why it is no optimum."""
-    f = lambda d: jnp.maximum(d["x"] + 0.3 * d["y"], -2.0 * d["x"] + 0.1 * d["y"]) + d["y"] ** 2  # noqa: E731
+    f = lambda d: jnp.maximum(d["x"] + 0.3 * d["y"], -2.0 * d["x"] + 0.1 * d["y"]) + d["y"] ** 2
     found = mbs.minimise(f, {"x": 0.7, "y": 0.6}, {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}, progress=False)
     assert not found.ok
     return found, [], "a kink"

@@ -109,9 +109,9 @@ def sections():
     from jaxmbs.forces import AbstractLaw, AbstractSignal, InextensibleCable
     from jaxmbs.joints import AbstractClosure, AbstractJoint
 
-    is_joint = lambda t: issubclass(t, AbstractJoint) and not issubclass(t, AbstractClosure)  # noqa: E731
-    is_law = lambda t: issubclass(t, AbstractLaw)  # noqa: E731
-    is_pair = lambda t: issubclass(t, AbstractPair)  # noqa: E731
+    is_joint = lambda t: issubclass(t, AbstractJoint) and not issubclass(t, AbstractClosure)
+    is_law = lambda t: issubclass(t, AbstractLaw)
+    is_pair = lambda t: issubclass(t, AbstractPair)
     return {
         "Joints": chosen("joints", is_joint),
         "Constraint rows": chosen("joints", lambda t: not is_joint(t))
@@ -173,7 +173,7 @@ def _named(found):
 
 def facts(kind):
     """Lines that the class itself says: coordinates, rows, forces, stresses."""
-    listed = lambda names: ", ".join(names) if names else "none"  # noqa: E731
+    listed = lambda names: ", ".join(names) if names else "none"
     found = []
     if hasattr(kind, "nodes") and hasattr(kind, "labels"):
         freedoms = sum(3 if node.kind == "ball" else 1 for node in kind.nodes)

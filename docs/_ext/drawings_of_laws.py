@@ -177,7 +177,7 @@ def pd(p):
 
 def bump_stop(p):
     lower, upper = -0.5, 0.4
-    effort = lambda x: max(lower - x, 0) ** 2 * 4 - max(x - upper, 0) ** 2 * 4  # noqa: E731
+    effort = lambda x: max(lower - x, 0) ** 2 * 4 - max(x - upper, 0) ** 2 * 4
     p.graph(effort, -1.0, 0.9, "x", "effort")
     for x, name in ((lower, "lower"), (upper, "upper")):
         place = -1.6 + 3.1 * (x + 1.0) / 1.9
@@ -228,7 +228,7 @@ def generalised_effort(p):
 
 
 def table(p):
-    shape = lambda x: -0.5 * x - 0.5 * x**3  # noqa: E731
+    shape = lambda x: -0.5 * x - 0.5 * x**3
     p.graph(shape, -1, 1, "x", "effort", points=(-1, -0.6, -0.2, 0.2, 0.6, 1))
 
 

@@ -89,7 +89,7 @@ class Pen:
         self.path(seen, fill=fill, width=0.9, closed=True)
 
     def box(self, centre, size, fill=BLUE):
-        corner = lambda i, j, k: self.at(plus(centre, (i * size[0] / 2, j * size[1] / 2, k * size[2] / 2)))  # noqa: E731
+        corner = lambda i, j, k: self.at(plus(centre, (i * size[0] / 2, j * size[1] / 2, k * size[2] / 2)))
         for face in (
             ((-1, -1, -1), (1, -1, -1), (1, -1, 1), (-1, -1, 1)),
             ((-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)),
@@ -122,7 +122,7 @@ class Pen:
     def damper(self, a, b, width=0.13):
         e = plus(b, a, -1.0)
         side = unit((-e[2], 0, e[0]))
-        at = lambda s, w=0.0: plus(plus(a, e, s), side, w)  # noqa: E731
+        at = lambda s, w=0.0: plus(plus(a, e, s), side, w)
         self.line(a, at(0.4))
         self.line(at(0.65, width), at(0.4, width), at(0.4, -width), at(0.65, -width))
         self.line(at(0.55, width * 0.8), at(0.55, -width * 0.8))
@@ -142,7 +142,7 @@ class Pen:
         origin = -1.6 if low >= 0 else 0.0
         self.arrow((origin, 0, -1.15), (origin, 0, 1.25), color=INK)
         self.text((origin, 0, 1.25), up_name, shift=(6, 2), anchor="start")
-        place = lambda t: -1.6 + 3.1 * (t - low) / (high - low)  # noqa: E731
+        place = lambda t: -1.6 + 3.1 * (t - low) / (high - low)
         ts = [low + (high - low) * i / 80 for i in range(81)]
         self.line(*[(place(t), 0, function(t)) for t in ts], color=color, width=2.0)
         for t in points:

@@ -129,7 +129,7 @@ def _first_step(way):
     place, along = way.place, jnp.append(way.motion, way.duration)
     before = jnp.dot(place.along, place.along)
     slope = jnp.dot(place.along, along) / jnp.where(before > 0.0, before, 1.0) * place.slope
-    number = lambda x: jnp.full((), x, along.dtype)  # noqa: E731
+    number = lambda x: jnp.full((), x, along.dtype)
     mark = jnp.zeros(_mark_shape(way), along.dtype)
     still, closed = jnp.zeros_like(way.motion), jnp.zeros_like(way.unit)
     return _PathStep(

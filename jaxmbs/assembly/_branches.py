@@ -96,7 +96,7 @@ def _signs_by_blocks(system, rows, blocks):
         at = np.array([place[r][:, c].toarray() - 1 for r, c in zip(own, columns, strict=True)])
         part = values[at] * unit[own][:, :, None] * size[columns][:, None]
         square = jnp.asarray(np.array([blocks[k].combine for k in alike]), values.dtype) @ part
-        one = lambda A: determinant_signs(A, np.zeros(len(A), int), least)[0]  # noqa: E731
+        one = lambda A: determinant_signs(A, np.zeros(len(A), int), least)[0]
         signs = signs.at[alike].set(jax.vmap(one)(square))
     return signs
 

@@ -102,7 +102,7 @@ def minimise_in_trace(linearise: Callable, damped_step: Callable, step: Callable
         k, _, damping, better, (*_, value) = carry
         return (k <= MAX_PASSES) & (better | (value > CLOSED_SQUARE)) & (damping < STOP_DAMPING)
 
-    number = lambda x: jnp.full((), x, psi.dtype)  # noqa: E731
+    number = lambda x: jnp.full((), x, psi.dtype)
     blank = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(linearise, psi))
     nothing = (psi, *blank, number(jnp.inf))
     # the start itself is the first trial

@@ -199,7 +199,7 @@ def _traced_batch(
     if feasible is not None:
         good = jnp.asarray(batch(feasible, designs, progress=False).values, bool)
         factor = jnp.where(good, 1.0, jnp.nan)
-        mark = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)  # noqa: E731
+        mark = lambda x: x * factor.reshape(-1, *[1] * (x.ndim - 1)).astype(x.dtype)
         values = jax.tree.map(lambda x: mark(x) if jnp.issubdtype(x.dtype, jnp.inexact) else x, values)
         status = jnp.where(good, status, Status.INFEASIBLE)
     return Batch(values, status, cost)

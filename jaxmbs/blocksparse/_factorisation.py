@@ -91,7 +91,7 @@ def solve(factor: Factor, right: Array | np.ndarray, refine: int = 0) -> Array:
         return lax.complex(solve(factor, right.real, refine), solve(factor, right.imag, refine))
     X = X.astype(dtype)
     kept, transposed = (lax.stop_gradient(f.pivots) for f in (factor, factor.T))
-    by = lambda pivots: lambda apply, b: _solve_refined(factor.plan, pivots, apply, b, refine)  # noqa: E731
+    by = lambda pivots: lambda apply, b: _solve_refined(factor.plan, pivots, apply, b, refine)
     symmetric = factor.kind != "lu"
     found = lax.custom_linear_solve(factor.matrix.__matmul__, X, by(kept), by(transposed), symmetric=symmetric)
     return found[..., 0] if right.ndim == 2 else found

@@ -106,7 +106,7 @@ def element_powers(system: System, motion: State | Motion) -> ElementPowers:
 
 @jit
 def _all_powers(system, states, batched):
-    one = lambda state: _powers(system, state)  # noqa: E731
+    one = lambda state: _powers(system, state)
     return jax.vmap(one)(states) if batched else one(states)
 
 

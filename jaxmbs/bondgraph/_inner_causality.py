@@ -63,7 +63,7 @@ def _demands(name, own, acts):
 
 def _after_one(name, free, givers, giver_is_here):
     """The bonds of a junction where one gives what is common to all: the others once it is known, or the last one."""
-    end = lambda bond, is_here: name if is_here else _other(bond, name)  # noqa: E731
+    end = lambda bond, is_here: name if is_here else _other(bond, name)
     if givers:
         return [(bond, end(bond, not giver_is_here)) for bond in free]
     return [(free[0], end(free[0], giver_is_here))] if len(free) == 1 else []

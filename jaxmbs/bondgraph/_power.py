@@ -169,13 +169,13 @@ def _values(system, P, state):
 @jit
 def _all_values(system, states, batched):
     P = None if states.changes is not None else node_parameters(system)
-    one = lambda s: _values(system, P, s)  # noqa: E731
+    one = lambda s: _values(system, P, s)
     return jax.vmap(one)(states) if batched else one(states)
 
 
 @jit
 def _propagate_all(system, graph, values, batched):
-    one = lambda f, m, e, inner: propagate(graph, f, m, leaf_efforts(system, graph, e), inner)  # noqa: E731
+    one = lambda f, m, e, inner: propagate(graph, f, m, leaf_efforts(system, graph, e), inner)
     return jax.vmap(one)(*values) if batched else one(*values)
 
 

@@ -48,7 +48,7 @@ def _row_rates(kind, basis, a, b, t, twist):
 
 
 def _element_directions(kind, basis, a, b, t):
-    along = lambda twist: _row_rates(kind, basis, a, b, t, twist)  # noqa: E731
+    along = lambda twist: _row_rates(kind, basis, a, b, t, twist)
     return jax.vmap(along, out_axes=(None, 1))(np.eye(6, dtype=basis.dtype))
 
 

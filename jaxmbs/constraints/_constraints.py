@@ -101,7 +101,7 @@ def acceleration_bias(system: System, at: VelocityKinematics, V_dot):
             rate = rate + rows.rates(system, rows.slopes(system, at), twist_dot, jnp.zeros_like(at.u))
         if rows.depend_on_time(system):
             moving = (R_dot, x_dot, psi_dot, jnp.ones_like(at.t))
-            of_time = lambda *pose: rows.time_rates(system, *pose)  # noqa: E731
+            of_time = lambda *pose: rows.time_rates(system, *pose)
             rate = rate + jax.jvp(of_time, (at.R, at.x, at.psi, at.t), moving)[1]
         parts.append(rate)
     return -jnp.concatenate([jnp.zeros(0, at.psi.dtype), *parts])

@@ -68,7 +68,7 @@ def eliminate(plan: FrontalPlan, local: LocalKinematics):
     stiffness = local.stiffness[:, :, None]
     a, b = local.directions_a, local.directions_b
     none = jnp.zeros((1, 6, 6), S.dtype)
-    transposed = lambda x: jnp.swapaxes(x, 1, 2)  # noqa: E731
+    transposed = lambda x: jnp.swapaxes(x, 1, 2)
     pairs = transposed(a) @ (stiffness * a), transposed(b) @ (stiffness * b), -transposed(a) @ (stiffness * b)
     on_a, on_b, between = (jnp.concatenate([x, none]) for x in pairs)
     J, far, cross_terms = local.J[plan.order], [], []

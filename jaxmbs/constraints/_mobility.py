@@ -91,7 +91,7 @@ def nan_unless_determined(system: System, state, answer):
     if not system.has_constraints or runs_on_host(system, state) or state.coordinates.ndim != 1:
         return answer
     fits = is_determined(system, state.coordinates, state.t)
-    numbers = lambda x: eqx.is_inexact_array(x) and x.size > 0  # noqa: E731
+    numbers = lambda x: eqx.is_inexact_array(x) and x.size > 0
     return jax.tree.map(lambda x: jnp.where(fits, x, jnp.nan).astype(x.dtype) if numbers(x) else x, answer)
 
 

@@ -209,7 +209,7 @@ def _slopes(system, group, R, x, psi, t):
             return jnp.zeros((len(found), 0, 6), psi.dtype), found
 
         return RowSlopes(*_of_each(group, by_velocities, *_no_frames(psi), psi))
-    both = lambda law, R, x, q: law.value_and_slopes(R, x, q, t)  # noqa: E731
+    both = lambda law, R, x, q: law.value_and_slopes(R, x, q, t)
     values, (frames, columns) = _of_each(group, both, R, x, psi)
     if group.law.reads_all and not system.topology.is_simple:
         still = jnp.zeros(system.topology.num_velocities, psi.dtype)

@@ -52,7 +52,7 @@ def energy_table(motion, deviation) -> str:
 
 def load_measures(loads) -> dict[str, float]:
     """The figures a designer looks at, over one turn."""
-    peak = lambda force: float(np.max(np.linalg.norm(np.asarray(force), axis=1)))  # noqa: E731
+    peak = lambda force: float(np.max(np.linalg.norm(np.asarray(force), axis=1)))
     return {
         "shaking force, RMS [N]": float(rms(loads.shaking)),
         "shaking force, peak [N]": peak(loads.shaking),

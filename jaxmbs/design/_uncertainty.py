@@ -120,7 +120,7 @@ def propagate_uncertainty(
     _check_gradient(gradient)
     if not 0.0 < percent < 100.0:
         raise ValueError(f"percent must lie between 0 and 100, got {percent}")
-    flat = lambda x: _as_real_array(function(unravel(x)))  # noqa: E731
+    flat = lambda x: _as_real_array(function(unravel(x)))
     if samples is None:
         derive = jax.jacfwd if gradient == "forward" else jax.jacrev
         with_value = derive(lambda x: (flat(x),) * 2, has_aux=True)  # one trace for both

@@ -28,7 +28,7 @@ def element_efforts(group, law, displacement, flow, t):
 
 def efforts_and_storage_powers(group, law, displacement, flow, t):
     """Efforts (n, size) of a group's elements, and the powers (n,) that go into their stored energy."""
-    both = lambda law, x, f: group.port.effort_and_storage_power(law, x, f, t)  # noqa: E731
+    both = lambda law, x, f: group.port.effort_and_storage_power(law, x, f, t)
     return jax.vmap(both)(law, displacement, flow)
 
 
@@ -101,7 +101,7 @@ def _stored_energy_and_ends(system, at, ends):
     for group, law in acting_laws(system, at):
         _, displacement, flow = element_flows(system, group, at, at.V, at.u)
         if group.law.has_ends:
-            both = lambda law, x, f, port=group.port: port.potential_and_validity(law, x, f, at.t)  # noqa: E731
+            both = lambda law, x, f, port=group.port: port.potential_and_validity(law, x, f, at.t)
             energy, margins = jax.vmap(both)(law, displacement, flow)
             ends.append((group.names, margins))
         else:

@@ -99,7 +99,7 @@ class ElasticBodies(AbstractBodies):
         """Source: S2 (59), (69) with the strains in place of springs."""
         s = elastic_state(system, self.group, at_rest(system, at))
         held = jax.vmap(lambda body, s: body.strain_loads(s.q, s.flow))(self.group.body, s)
-        carry = lambda body, s, load: load  # noqa: E731
+        carry = lambda body, s, load: load
         return lambda moved: self._loads(carry, system, at_rest(system, moved), None, held)
 
     def strain_energy(self, system, at):

@@ -80,7 +80,7 @@ def _at(system, state, method):
     for answers in force_answers(here, with_signals(here, at), has, ask, in_space):
         found |= _by_name(answers.names, _in_world(at, answers) if in_space else answers.values)
     for answers in row_answers(here, at, has, ask) if needs_loads else ():
-        points = lambda values: (at.origin[None, None] + values.points, values.forces)  # noqa: E731
+        points = lambda values: (at.origin[None, None] + values.points, values.forces)
         found |= _by_name(answers.names, points(answers.values) if in_space else answers.values)
     return found
 
@@ -92,6 +92,6 @@ def _by_name(names, values):
 def _in_world(at, answers):
     """Points and forces (n, k, 3) in world axes."""
     R, place = answers.reference
-    turned = lambda vectors: vectors @ R.swapaxes(1, 2)  # noqa: E731
+    turned = lambda vectors: vectors @ R.swapaxes(1, 2)
     points, forces = answers.values
     return (at.origin[None] + place)[:, None] + turned(points), turned(forces)

@@ -94,7 +94,7 @@ def _joint_friction(system: System, state: State) -> FrictionLoads:
     def by_joint(values, of=lambda x: x):
         return {name: of(values[np.array(k)]) for name, k in places.items()}
 
-    one = lambda x: x[0] if len(x) == 1 else x  # noqa: E731
+    one = lambda x: x[0] if len(x) == 1 else x
     return FrictionLoads(
         loads=by_joint(found.total, one),
         efforts={name: jnp.concatenate([efforts[k] for k in mine]) for name, mine in places.items()},

@@ -50,7 +50,7 @@ def sparse_saddle(system: System, at: Configuration, rows: ConstraintOperator, b
         return jnp.concatenate([a, (rows.rates(a) - right[n:]) / C])
 
     def improved(left):
-        step = lambda _, z: z + eliminated(left - apply(z, C))  # noqa: E731
+        step = lambda _, z: z + eliminated(left - apply(z, C))
         return lax.fori_loop(0, 1 + REFINEMENTS, step, jnp.zeros_like(left))  # one copy of the solver is compiled
 
     def whole(z):

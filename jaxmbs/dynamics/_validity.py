@@ -158,7 +158,7 @@ def margins_at(system: System, at: VelocityKinematics, multipliers: Array | None
 
 def _of_blocks(system, at):
     def margins(k, group):
-        margins_of = lambda block, s: block.validity(s, at.t)  # noqa: E731
+        margins_of = lambda block, s: block.validity(s, at.t)
         return jax.vmap(margins_of, axis_size=len(group.names))(group.block, block_states(at, k))
 
     return [(group.names, margins(k, group)) for k, group in enumerate(system.blocks) if group.block.has_ends]

@@ -141,7 +141,7 @@ def _dirlik(psd, sn):
     low = d2 - D1 + D1**2
     high = a2 * d1 - D1**2
     R, D2 = high / low, low**2 / (low - high)
-    keep = lambda x, limit: jnp.where(narrow, limit, x)  # noqa: E731
+    keep = lambda x, limit: jnp.where(narrow, limit, x)
     rate = psd.peaks
     return [
         _Part(keep(rate * D1, 0.0), 1.25 * D1, jnp.asarray(1.0)),  # Dirlik's Q is 1.25 D1 exactly

@@ -38,7 +38,7 @@ def pressure_load(
         raise ValueError(f"{group}: elements of kind {type(chosen.element).__name__} take no pressure")
     values = _per_element(structure, chosen, pressure, ())
     extra = () if face is None else (face,)
-    apply = lambda element, nodes, p: element.pressure_load(nodes, p, *extra)  # noqa: E731
+    apply = lambda element, nodes, p: element.pressure_load(nodes, p, *extra)
     return _scatter_to_nodes(structure, chosen, chosen.map(apply, structure.positions, values))
 
 

@@ -71,7 +71,7 @@ def _recover(structure, x, what, line_loads, acceleration):
     shape = _instant_shape(structure, x)
     axes = x.shape[: x.ndim - len(shape)]
     if axes:
-        one = lambda x: _recover_instant(structure, x, what, line_loads, acceleration)  # noqa: E731
+        one = lambda x: _recover_instant(structure, x, what, line_loads, acceleration)
         found = jax.vmap(one)(x.reshape(-1, *shape))
         return jax.tree.map(lambda f: f.reshape(*axes, *f.shape[1:]), found)
     return _recover_instant(structure, x, what, line_loads, acceleration)

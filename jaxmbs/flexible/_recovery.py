@@ -136,7 +136,7 @@ def along_states(system: System, function: Callable, motion: State | HasStates) 
 
 @jit
 def _over_states(system, states, function):
-    one = lambda state: function(with_changes(system, state), state)  # noqa: E731
+    one = lambda state: function(with_changes(system, state), state)
     return (one if states.coordinates.ndim == 1 else jax.vmap(one))(states)
 
 

@@ -1,5 +1,7 @@
 """Element of a geometrically exact beam between two cross sections, by the screw from one to the other."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -35,7 +37,7 @@ class BeamElement(AbstractPoseLaw):
         damping: time by which it multiplies the rate of the screw in the stiffness [s], or None.
     """
 
-    is_steep = True
+    is_steep: ClassVar[bool] = True
 
     stiffness: Convertible[Float[Array, "6 6"]] = eqx.field(converter=number)
     screw: Convertible[Float[Array, " 6"]] = eqx.field(converter=number)

@@ -33,6 +33,8 @@ class BumpStop(AbstractScalarLaw):
         transition: rate up to which damping sets in [m/s or rad/s], 0 for the corner.
     """
 
+    unbounded: ClassVar[tuple[str, ...]] = ("lower", "upper")
+
     stiffness: Convertible[Scalar] = eqx.field(converter=number)
     lower: Convertible[Scalar] = eqx.field(converter=number, default=-jnp.inf)
     upper: Convertible[Scalar] = eqx.field(converter=number, default=jnp.inf)
@@ -56,8 +58,6 @@ class BumpStop(AbstractScalarLaw):
     @property
     def dissipates(self) -> bool:
         return may_be_nonzero(self.damping)
-
-    unbounded: ClassVar[tuple[str, ...]] = ("lower", "upper")
 
     def faults(self) -> list[str]:
         """A passive stop with a gap between its edges."""

@@ -86,7 +86,7 @@ class PathLayout(NamedTuple):
         source[places] = np.arange(len(places))
         if twice:
             source[self.free_wheels] = np.arange(len(places))
-        more = lambda x: jnp.concatenate([x, jnp.full((1, *x.shape[1:]), default, x.dtype)])  # noqa: E731
+        more = lambda x: jnp.concatenate([x, jnp.full((1, *x.shape[1:]), default, x.dtype)])
         return jax.tree.map(lambda x: gather_static(more(x), source), values)
 
     def ends(self, values):
@@ -250,7 +250,7 @@ def _axes_on_spheres(layout, circles):
 
 
 def _where(condition, a, b):
-    wide = lambda x: condition.reshape(condition.shape + (1,) * (x.ndim - condition.ndim))  # noqa: E731
+    wide = lambda x: condition.reshape(condition.shape + (1,) * (x.ndim - condition.ndim))
     return jax.tree.map(lambda x, y: jnp.where(wide(x), x, y), a, b)
 
 

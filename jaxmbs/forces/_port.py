@@ -78,7 +78,7 @@ class AbstractPort(abc.ABC):
 
     def storage_power(self, law, displacement, flow, t) -> Array:
         """Power [W] that goes into the stored energy at constant time."""
-        potential = lambda *x: self.potential(law, x, t)  # noqa: E731
+        potential = lambda *x: self.potential(law, x, t)
         return jax.jvp(potential, displacement, self.rate(displacement, flow))[1]
 
     def effort_and_storage_power(self, law, displacement, flow, t) -> tuple[Array, Array]:
@@ -105,8 +105,8 @@ class AbstractPort(abc.ABC):
 
     def slope(self, law, displacement, flow, t) -> Array:
         """Minus the derivative (num_flows, num_flows) of the stored effort along the flows of the element."""
-        effort = lambda *x: self.stored_effort(law, x, flow, t)  # noqa: E731
-        along = lambda column: jax.jvp(effort, displacement, self.rate(displacement, column))[1]  # noqa: E731
+        effort = lambda *x: self.stored_effort(law, x, flow, t)
+        along = lambda column: jax.jvp(effort, displacement, self.rate(displacement, column))[1]
         return -jax.vmap(along, 1, 1)(jnp.eye(flow.size, dtype=flow.dtype))
 
     def stiffness(self, law, displacement, flow, t) -> Array:

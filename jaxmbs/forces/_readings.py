@@ -67,7 +67,7 @@ class PointLoads(NamedTuple):
     def readings(self) -> dict[str, Reading]:
         """Depth, forces and speed at each point."""
         places = tuple(f"point {k}" for k in range(self.depth.shape[0]))
-        size = lambda x: jnp.sqrt(jnp.sum(x**2, axis=-1))  # noqa: E731
+        size = lambda x: jnp.sqrt(jnp.sum(x**2, axis=-1))
         return {
             "depth": Reading(self.depth, "m", places),
             "normal force": Reading(self.normal_force, "N", places),

@@ -56,7 +56,7 @@ def _relieve_inertia(F, K, M, f, R):
     E, B = E.astype(f.dtype), weight * carried
     found = solve(F, jnp.concatenate([f, E * springs[None, None], B], axis=2), 1)
     by_load, by_spring, by_inertia = jnp.split(found, [cases, cases + d], axis=2)
-    dot = lambda X, Y: X.reshape(-1, d).T @ Y.reshape(-1, Y.shape[2])  # noqa: E731
+    dot = lambda X, Y: X.reshape(-1, d).T @ Y.reshape(-1, Y.shape[2])
     matrix = jnp.block(
         [
             [jnp.eye(d, dtype=f.dtype) - dot(E, by_spring), dot(E, by_inertia)],

@@ -12,10 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from jaxmbs.typing import Axis, Matrix3, Quaternion, Scalar, Vector3
-
 from ..checks import is_concrete
 from ..runtime import as_array
+from ..typing import Axis, Matrix3, Quaternion, Scalar, Vector3
 
 _NAMED_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

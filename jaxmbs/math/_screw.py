@@ -8,8 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxmbs.typing import Matrix3, Vector3
-
+from ..typing import Matrix3, Vector3
 from ._rotation import rotation_matrix, rotation_vector, rotation_vector_coefficient, rotation_vector_rate
 
 Screw = Float[Array, "6"]

@@ -39,7 +39,7 @@ class RowGroup(eqx.Module):
         kept = np.array([k for k, name in enumerate(self.names) if name not in gone], int)
         if not len(kept):
             return None
-        some = lambda each: tuple(each[k] for k in kept)  # noqa: E731
+        some = lambda each: tuple(each[k] for k in kept)
         places = tuple(tuple(int(number[k]) for k in own) for own in some(self.places))
         law = self.law if len(kept) == len(self.names) else jax.tree.map(lambda x: x[kept], self.law)
         return RowGroup(some(self.names), law, places, some(self.frames), some(self.columns), some(self.coordinates))

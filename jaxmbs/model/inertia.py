@@ -10,12 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from jaxmbs.math._rotation import axis_vector
-from jaxmbs.runtime import as_array
-from jaxmbs.typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
-
 from ..arguments import explain_arguments
 from ..checks import any_concrete, are_axes, is_concrete, negative, require_reals
+from ..math._rotation import axis_vector
+from ..runtime import as_array
+from ..typing import AnyArray, ArrayLike, Axis, Matrix3, ScalarLike
 
 
 def point() -> Matrix3:

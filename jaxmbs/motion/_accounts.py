@@ -115,6 +115,6 @@ def mask_failed(ended, lost, kept, states, diagnostics, end):
 
     accounts = (diagnostics.kinetic, diagnostics.potential, diagnostics.work, diagnostics.energy_residual)
     changed = jax.tree.map(with_nan, accounts)
-    places = lambda d: (d.kinetic, d.potential, d.work, d.energy_residual)  # noqa: E731
+    places = lambda d: (d.kinetic, d.potential, d.work, d.energy_residual)
     end = at(end, lambda x: nan_slope_where(~kept, x))
     return at(states, with_nan), eqx.tree_at(places, diagnostics, changed), end

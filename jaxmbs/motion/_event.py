@@ -157,7 +157,7 @@ def _check_condition_of_diffrax(name, condition, state):
 
 def _check_structure(name, other, system):
     """Raises: ValueError unless the two mechanisms differ in numbers alone."""
-    kinds = lambda s: [(x.shape, x.dtype) for x in jax.tree.leaves(eqx.filter(s, eqx.is_array))]  # noqa: E731
+    kinds = lambda s: [(x.shape, x.dtype) for x in jax.tree.leaves(eqx.filter(s, eqx.is_array))]
     if jax.tree.structure(other) != jax.tree.structure(system) or kinds(other) != kinds(system):
         raise ValueError(
             f"{name}: its system has another structure: an event may change numbers alone, build(like=system); "

@@ -42,7 +42,7 @@ def rows_of_sides(equations: Any, final: LoopState, account: Any, end: tuple) ->
     """
     jumps: Any = final.jumps
     used = jnp.arange(len(jumps.times), dtype=jnp.int32) < num_actions(account.numbers)
-    both = lambda a, b: jnp.stack([a, b], axis=1).reshape(2 * len(a), *a.shape[1:])  # noqa: E731
+    both = lambda a, b: jnp.stack([a, b], axis=1).reshape(2 * len(a), *a.shape[1:])
     t, y = both(jumps.times, jumps.times), jax.tree.map(both, jumps.before, jumps.after)
     times, came = both(account.times, account.times), both(used, used)
     reached, *there = end

@@ -229,7 +229,7 @@ class Formulation(eqx.Module):
         follow them shrink until they end at the pose, where rounding is largest.
         """
         second, internal = self.split(error[1])
-        size = lambda part: jnp.linalg.norm(part / self.scale[: len(part)])  # noqa: E731
+        size = lambda part: jnp.linalg.norm(part / self.scale[: len(part)])
         left, whole = size(self._without_rows(t, y[0], second)), size(second)
         counted = jnp.minimum(1.0, _ALONG_ROWS * left / jnp.where(whole > 0.0, whole, 1.0))
         return error[0], self.join(counted * second, internal), *error[2:]

@@ -83,7 +83,7 @@ def motion_of(
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
     structure = equations.system.topology.structure
     if hybrid:
-        split = lambda a, b: jax.tree.map(lambda x: x[a:b], (found, observed))  # noqa: E731
+        split = lambda a, b: jax.tree.map(lambda x: x[a:b], (found, observed))
         (found_sides, observed_sides), (found, observed) = split(len(times) + 2, None), split(None, len(times) + 2)
     lost = jnp.concatenate([gone, ~arrived[None]])
     found = jax.tree.map(lambda x: jnp.concatenate([x[:1], nan_where(lost, x[1:])]), found)

@@ -43,7 +43,7 @@ class Sampling(eqx.Module):
     @classmethod
     def of(cls, start: Array, options: Any, formulation: Any, integrate: Callable) -> "Sampling":
         """That of a motion from a start on."""
-        is_array = lambda x: isinstance(x, jax.Array | np.ndarray | np.generic)  # noqa: E731
+        is_array = lambda x: isinstance(x, jax.Array | np.ndarray | np.generic)
         numbers, rest = eqx.partition(options._replace(progress=False), is_array)
         numbers = jax.tree.map(lambda x: as_array(x, None), numbers)
         return cls(as_array(start), numbers, rest, formulation, integrate)
@@ -105,7 +105,7 @@ def rows_with_samples(
             part.states,
             then,
         )
-        taken = lambda state: clock.is_sample(state.t) & (state.t < end)  # noqa: E731
+        taken = lambda state: clock.is_sample(state.t) & (state.t < end)
         after = jax.vmap(lambda state: after_sample(system, state, taken(state)))(inside)
         missed = instants[-1] < end
         after = eqx.tree_at(lambda s: s.coordinates, after, nan_where(missed, after.coordinates))
@@ -127,6 +127,6 @@ def _of_times(accounts):
 def _continued(account, part):
     """Accounts of a row and of the part of the motion from there on (n,), each of them twice."""
     whole = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), account, part)
-    since = lambda d: (d.work, d.energy_residual)  # noqa: E731
+    since = lambda d: (d.work, d.energy_residual)
     sums = jax.tree.map(lambda a, b: jnp.concatenate([a[None], a + b]), since(account), since(part))
     return jax.tree.map(lambda x: jnp.repeat(x, 2, axis=0), eqx.tree_at(since, whole, sums))

@@ -118,7 +118,7 @@ def _forward(perturbed, start, problem, t0, dt0):
         after, keep, dense = attempt_step(problem, state, args)
         return after, log.with_step(packing.pack(_log_entry(problem, state, after, dense)), keep)
 
-    running = lambda carry: any_in_batch(carry[0].is_running(problem))  # noqa: E731
+    running = lambda carry: any_in_batch(carry[0].is_running(problem))
     steps = functools.partial(lax.while_loop, running, body)
     state, log = small_call(steps)((first, CheckpointBuffer.empty(packing, problem.checkpoints)))
     state = finish(problem, state)

@@ -56,7 +56,7 @@ def _loop_state(problem, solution, y0, t0):
     y, end = jax.tree.map(lambda x: x[0], y), stop_gradients(end)
     saved = jnp.searchsorted(problem.times, end, side="right")
     is_start = problem.times <= t0
-    with_start = lambda x, x0: jnp.where(is_start.reshape(-1, *[1] * x0.ndim), x0[None], x)  # noqa: E731
+    with_start = lambda x, x0: jnp.where(is_start.reshape(-1, *[1] * x0.ndim), x0[None], x)
     stats = solution.stats
     return LoopState(
         t=end,

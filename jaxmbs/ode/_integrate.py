@@ -247,7 +247,7 @@ def _attach_time_derivative_jvp(primals, tangents):
     if t_dot is None:
         return y, y_dot
     rate = jax.vmap(equations.rate)(fixed_t, y) if fixed_t.ndim else equations.rate(fixed_t, y)
-    along = lambda r: r * t_dot.reshape(t_dot.shape + (1,) * (r.ndim - t_dot.ndim))  # noqa: E731
+    along = lambda r: r * t_dot.reshape(t_dot.shape + (1,) * (r.ndim - t_dot.ndim))
     return y, tuple(along(r) if d is None else d + along(r) for r, d in zip(rate, y_dot, strict=True))
 
 

@@ -26,7 +26,7 @@ class Jumps(eqx.Module):
     @classmethod
     def empty(cls, y: PyTree, t: Array, size: int) -> "Jumps":
         """Rows for so many jumps."""
-        rows = lambda: jax.tree.map(lambda x: jnp.zeros((size + 1, *x.shape), x.dtype), y)  # noqa: E731
+        rows = lambda: jax.tree.map(lambda x: jnp.zeros((size + 1, *x.shape), x.dtype), y)
         return cls(jnp.zeros(size + 1, t.dtype), rows(), rows())
 
     def with_jump(self, number: Array, happens: Array, t: Array, before: PyTree, after: PyTree) -> "Jumps":
@@ -42,5 +42,5 @@ class Jumps(eqx.Module):
 
 def jump_cotangents(jumps_bar: Jumps, number: Array, happens: Array) -> tuple[Any, Any]:
     """Cotangents of (y before, y after) the jump of this number; zero where none happens."""
-    row = lambda rows: jnp.where(happens, rows[jnp.minimum(number, len(rows) - 1)], 0.0)  # noqa: E731
+    row = lambda rows: jnp.where(happens, rows[jnp.minimum(number, len(rows) - 1)], 0.0)
     return jax.tree.map(row, jumps_bar.before), jax.tree.map(row, jumps_bar.after)

@@ -44,7 +44,7 @@ def stop_gradients(tree: Tree) -> Tree:
 def integrate(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) -> LoopState:
     """Integrate from y0 at t0 to the end; dt0 is the first step."""
     # under vmap, iterate until every batch element is done: a batched condition would copy all saved rows each step
-    running = lambda state: any_in_batch(state.is_running(problem))  # noqa: E731
+    running = lambda state: any_in_batch(state.is_running(problem))
     steps = functools.partial(lax.while_loop, running, lambda state: attempt_step(problem, state, args)[0])
     return finish(problem, small_call(steps)(begin(problem, y0, t0, dt0, args)))
 
@@ -224,8 +224,8 @@ def _perform_action(problem, state, acting, y1, args, bracket):
     y = after_action(problem, state.t_next, y1, args, acting, bracket.fired)
 
     def values_and_rates():
-        values, t = lambda t, y: problem.event(t, y, args), state.t_next  # type: ignore[misc]  # noqa: E731
-        along = lambda y: jax.jvp(values, (t, y), (jnp.ones_like(t), problem.rate(t, y, args)))  # noqa: E731
+        values, t = lambda t, y: problem.event(t, y, args), state.t_next  # type: ignore[misc]
+        along = lambda y: jax.jvp(values, (t, y), (jnp.ones_like(t), problem.rate(t, y, args)))
         return stop_gradients((along(y1)[1], *along(y)))
 
     found = lax.cond(any_in_batch(acting), values_and_rates, lambda: (bracket.value,) * 3)
@@ -234,7 +234,7 @@ def _perform_action(problem, state, acting, y1, args, bracket):
 
 def after_action(problem: OdeProblem, t: Array, y: PyTree, args: PyTree, acting: Array, fired: Array) -> PyTree:
     """y at the time t after the action of the event `fired` where it is `acting`."""
-    jump = lambda: problem.jump(t, y, args, jnp.maximum(fired, 0))  # type: ignore[misc]  # noqa: E731
+    jump = lambda: problem.jump(t, y, args, jnp.maximum(fired, 0))  # type: ignore[misc]
     return _select(acting, lax.cond(any_in_batch(acting), jump, lambda: y), y)
 
 
@@ -245,7 +245,7 @@ def _take_samples(problem, state, acting, due, y1, args, bracket):
     y, happens = after_samples(problem, state.t_next, y1, args, due, state.sampled), jnp.any(due)
     if bracket is None:
         return y, None
-    values = lambda: stop_gradients(problem.event(state.t_next, y, args))  # noqa: E731
+    values = lambda: stop_gradients(problem.event(state.t_next, y, args))
     values = lax.cond(any_in_batch(happens), values, lambda: bracket.value)
     return y, _select(happens & ~acting, start_bracket(values, bracket.actions, bracket.fired), bracket)
 

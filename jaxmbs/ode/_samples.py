@@ -118,7 +118,7 @@ def after_samples(problem: "OdeProblem", t: Array, y: PyTree, args: PyTree, due:
     if problem.clock is None:
         return y
     happens = jnp.any(due)
-    take = lambda: problem.sample(t, y, args, due, numbers)  # type: ignore[misc]  # noqa: E731
+    take = lambda: problem.sample(t, y, args, due, numbers)  # type: ignore[misc]
     sampled = lax.cond(any_in_batch(happens), take, lambda: y)
     return jax.tree.map(lambda new, old: jnp.where(happens, new, old), sampled, y)
 

@@ -147,7 +147,7 @@ def _stages_vjp(problem, t0, t1, y0, K, args_of, moving, moving_bar, y_bar, K_ba
         _, back = jax.vjp(lambda moving, y: problem.rate(t, y, args_of(moving)), moving, y)
         change, stage_bar = back(jax.tree.map(lambda k: h * k[i], K_bar))
         K_bar = jax.tree.map(lambda k, y: k + A[i].reshape(-1, *[1] * y.ndim) * y[None], K_bar, stage_bar)
-        add = lambda old, new: jax.tree.map(jnp.add, old, new)  # noqa: E731
+        add = lambda old, new: jax.tree.map(jnp.add, old, new)
         return (add(moving_bar, change), add(y_bar, stage_bar), K_bar), None
 
     stages = small_call(lambda bars: lax.scan(stage, bars, jnp.arange(used), reverse=True)[0])

@@ -227,7 +227,7 @@ def load_envelope(cases: Iterable[LoadCase]) -> Envelope:
     high = jnp.stack([case.factor * case.highest for case in cases])
     low = jnp.stack([case.factor * case.lowest for case in cases])
     first, second = jnp.argmax(high, axis=0), jnp.argmin(low, axis=0)
-    pick = lambda values, which: jnp.take_along_axis(values, which[None], axis=0)[0]  # noqa: E731
+    pick = lambda values, which: jnp.take_along_axis(values, which[None], axis=0)[0]
     return Envelope(
         pick(high, first),
         pick(low, second),

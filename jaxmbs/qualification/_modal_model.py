@@ -45,7 +45,7 @@ def modal_model(
     inner, outer = partition(system.num_rows, excitation.base)
     names = [system.coordinates[k] for k in inner]
     place = {int(k): i for i, k in enumerate(inner)}
-    cut = lambda A: None if A is None else A[np.ix_(inner, inner)]  # noqa: E731
+    cut = lambda A: None if A is None else A[np.ix_(inner, inner)]
     own = LinearSystem(
         mass=cut(system.mass),
         stiffness=cut(system.stiffness),
@@ -59,8 +59,8 @@ def modal_model(
     check_mass(M)
     C = whole.system.damping if ratios is None else modal_damping(K=K, M=M, ratios=ratios)
     matrices, X, coupled = _modal_matrices(K, M, C, num, ratios is not None)
-    expand = lambda x: _embed(whole.expand(x.T), inner, system.num_rows)  # noqa: E731
-    whole_load = lambda P: whole.load(P.T).T  # noqa: E731
+    expand = lambda x: _embed(whole.expand(x.T), inner, system.num_rows)
+    whole_load = lambda P: whole.load(P.T).T
     light = _embed(whole.expand(jnp.zeros((first.shape[1], len(K)), K.dtype), first.T), inner, system.num_rows)
     lag = None if ratios is None else expand(modal_lag(K=K, M=M, ratios=ratios, velocity=X.T).T)
     is_lossy = may_be_nonzero(loss)  # of the number as given: an array made while tracing is not known

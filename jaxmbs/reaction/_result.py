@@ -109,7 +109,7 @@ def _summary(loads):
 
 def _largest_magnitudes(load):
     """The largest force, moment and effort, as text."""
-    size = lambda x: format_number(np.max(np.linalg.norm(np.asarray(x), axis=-1)))  # noqa: E731
+    size = lambda x: format_number(np.max(np.linalg.norm(np.asarray(x), axis=-1)))
     effort = np.abs(np.asarray(load.effort))
     return size(load.force), size(load.moment), format_number(effort.max()) if effort.size else "-"
 

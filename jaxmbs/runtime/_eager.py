@@ -91,7 +91,7 @@ def _key(primitive, args, params):
 def _tape(primitive, args, params):
     if primitive.name in _MORE:
         return None
-    function: Callable = lambda *xs: primitive.bind(*xs, **params)  # noqa: E731
+    function: Callable = lambda *xs: primitive.bind(*xs, **params)
     traced = jax.make_jaxpr(function)(*(jax.ShapeDtypeStruct(x.shape, x.dtype, weak_type=x.weak_type) for x in args))
     if any(aval.weak_type for aval in traced.out_avals) or traced.effects:
         return None

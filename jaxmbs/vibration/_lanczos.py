@@ -66,8 +66,8 @@ def _spectral_shift(K, M):
     k, m = (jnp.diagonal(A.diagonal, axis1=1, axis2=2).reshape(-1) for A in (K, M))
     typical = jnp.nanmedian(jnp.where(m > 0, jnp.abs(k) / jnp.where(m > 0, m, 1.0), jnp.nan))
     least = jnp.finfo(k.dtype).eps ** LEAST_ELASTIC
-    level = lambda power: least * 4.0**power * typical  # noqa: E731
-    below = lambda power: matrix_inertia(factor(K + (-level(power)) * M, "ldl"))[1]  # noqa: E731
+    level = lambda power: least * 4.0**power * typical
+    below = lambda power: matrix_inertia(factor(K + (-level(power)) * M, "ldl"))[1]
 
     most = int(np.ceil(-np.log(least) / np.log(4.0)))
 
@@ -113,7 +113,7 @@ def _block_lanczos(num, sweeps, K, M):
         X, spaces = state
         X, MX = _orthonormalise(M, X, *spaces[:2])
         blocks = X, MX, solve(K, MX)
-        at = lambda space, block: lax.dynamic_update_slice(space, block, (0, 0, keep + d * width))  # noqa: E731
+        at = lambda space, block: lax.dynamic_update_slice(space, block, (0, 0, keep + d * width))
         return blocks[2], tuple(at(*pair) for pair in zip(spaces, blocks, strict=True))
 
     def sweep(state):
@@ -187,9 +187,9 @@ def _solve_in_complement(K, M, values, X, right):
     """
     K, M, values, X = lax.stop_gradient((K, M, values, X))
     MX = M @ X
-    outside = lambda Y: Y - X @ _inner_products(MX, Y)  # noqa: E731
-    balanced = lambda B: B - MX @ _inner_products(X, B)  # noqa: E731
-    inner = lambda A, B: jnp.sum(A * B, (0, 1), keepdims=True)  # noqa: E731
+    outside = lambda Y: Y - X @ _inner_products(MX, Y)
+    balanced = lambda B: B - MX @ _inner_products(X, B)
+    inner = lambda A, B: jnp.sum(A * B, (0, 1), keepdims=True)
 
     def apply(Y):
         Y = outside(Y)
@@ -210,7 +210,7 @@ def _solve_in_complement(K, M, values, X, right):
             new = inner(R, Z)
             return Y, R, Z + new / jnp.where(product > 0, product, 1.0) * D, new, count + 1
 
-        go_on = lambda s: jnp.any(s[3] > least) & (s[4] < 300)  # noqa: E731
+        go_on = lambda s: jnp.any(s[3] > least) & (s[4] < 300)
         return outside(lax.while_loop(go_on, step, (jnp.zeros_like(B), B, Z, inner(B, Z), 0))[0])
 
     return lax.custom_linear_solve(apply, right, iterate, symmetric=True)

@@ -237,7 +237,7 @@ def transmissibility(
     loads = [(M @ T)[inner]] + ([] if C is None else [(C @ T)[inner]])
     place = {int(c): k for k, c in enumerate(inner)}
     rows = [place[int(c)] for c in out]
-    cut = lambda A: A[inner][:, inner]  # noqa: E731
+    cut = lambda A: A[inner][:, inner]
     inside: dict[str, Any] = {"K": cut(K), "M": cut(M), "C": None if C is None else cut(C)}
     into = jnp.concatenate(loads, axis=1)
     H = receptance(**inside, omega=omega, out=rows, into=into, loss=loss, chunk=chunk)

@@ -150,5 +150,5 @@ def _block_receptances(K, C, M, rows, omega, into, out, loss, options):
     complex_type = np.result_type(dtype_of(K), np.complex64)
     K = K.astype(complex_type) * lax.complex(jnp.ones_like(loss), loss)
     load, out = to_blocks(into.T, K.pattern, rows), out.astype(complex_type)
-    select = lambda x: out @ from_blocks(x, rows)  # noqa: E731
+    select = lambda x: out @ from_blocks(x, rows)
     return direct_response(K=K, M=M, C=C, load=load, omega=omega, select=select, **options)

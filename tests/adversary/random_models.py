@@ -115,9 +115,9 @@ def _turned(random, joint):
 
 def _motion(kind, q, pitch):
     """Pose of the child's frame in the parent's, canonical axes, at the coordinates q."""
-    about = lambda axis, angle: Rotation.from_euler(axis, angle).as_matrix()  # noqa: E731
+    about = lambda axis, angle: Rotation.from_euler(axis, angle).as_matrix()
     x, y, z = np.eye(3)
-    turned = lambda q: Rotation.from_quat(q[[1, 2, 3, 0]]).as_matrix()  # noqa: E731
+    turned = lambda q: Rotation.from_quat(q[[1, 2, 3, 0]]).as_matrix()
     return {
         "revolute": lambda: (about("z", q[0]), np.zeros(3)),
         "prismatic": lambda: (np.eye(3), q[0] * z),

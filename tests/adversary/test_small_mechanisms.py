@@ -97,7 +97,7 @@ def test_marks_follow_the_axes_of_the_design():
 
     tilted = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     plain, turned = loop(np.eye(3)).build(), loop(tilted).build()
-    unique = lambda s, frame: list(mbs.reactions(s, mbs.State.at(s, A=0.7), frame)["B"].unique_force)  # noqa: E731
+    unique = lambda s, frame: list(mbs.reactions(s, mbs.State.at(s, A=0.7), frame)["B"].unique_force)
     for system, marks in ((plain, [True, True, False]), (turned, [False, True, True])):
         assert unique(system, "joint") == marks and unique(system, "world") == [True, True, False]
     assert unique(loop(tilted).build(like=plain), "joint") == unique(turned, "joint")

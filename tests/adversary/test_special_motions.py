@@ -186,7 +186,7 @@ def test_equilibria():
 @given(seed=SEEDS)
 def test_equilibria_drawn(seed):
     random = np.random.default_rng(seed)
-    draw = lambda: REST * np.r_[random.uniform(0.5, 2.0, 5), 1.0]  # noqa: E731
+    draw = lambda: REST * np.r_[random.uniform(0.5, 2.0, 5), 1.0]
     rest_slopes().check({k: draw() for k in range(len(RESTS))}, tolerance=1e-5)
 
 

@@ -197,7 +197,7 @@ def test_second_derivatives_of_a_tree():
     smooth = np.delete(np.arange(len(TREE)), [13, 14, 15])
     product = jax.jit(jax.vmap(lambda x: jax.jvp(jax.grad(tree), (x,), (jnp.asarray(d),))[1]))
     found, best = np.asarray(product(jnp.asarray(places))), np.inf
-    gradient = lambda x: np.asarray(tree_slopes().reverse(jnp.asarray(np.vstack([x, TREE]))))[:3]  # noqa: E731
+    gradient = lambda x: np.asarray(tree_slopes().reverse(jnp.asarray(np.vstack([x, TREE]))))[:3]
     for h in (1e-2, 1e-3, 1e-4):
         near, far = (gradient(places + s * h * d) - gradient(places - s * h * d) for s in (1, 2))
         best = np.minimum(best, np.max(np.abs((8 * near - far) / (12 * h) - found)[:, smooth], axis=1))

@@ -154,7 +154,7 @@ def test_all_crossings_of_smooth_curves_against_brentq():
     speeds, rng = np.linspace(0.5, 10.0, 4001), np.random.default_rng(0)
     for order in (1.0, 2.0, 7.0):
         curve = np.polynomial.Polynomial.fit([0, 3, 5, 7, 10.5], order * rng.uniform(0, 10.0, 5), 4)
-        over = lambda s: curve(s) - order * s  # noqa: E731, B023
+        over = lambda s: curve(s) - order * s  # noqa: B023
         ends = [(a, b) for a, b in zip(speeds[:-1], speeds[1:], strict=True) if over(a) * over(b) < 0]
         wanted = [brentq(over, a, b) for a, b in ends]
         found = np.asarray(diagram(speeds, curve(speeds)[:, None]).crossings(order)[:, 0])

@@ -161,7 +161,7 @@ def test_second_derivatives_and_batches():
         return mbs.equilibrium(system, mbs.State.at(system, swing=0.2), throw=False).state.coordinates[0]
 
     k = jnp.array([15.0, 20.0])
-    slope = lambda k: jax.jvp(angle, (k,), (jnp.ones_like(k),))[1]  # noqa: E731
+    slope = lambda k: jax.jvp(angle, (k,), (jnp.ones_like(k),))[1]
     derive = mbs.jit(jax.vmap(lambda k: jax.jvp(slope, (k,), (jnp.ones_like(k),))), compile="quick")
     first, second = derive(k)
     x, weight = np.array([balance(each) for each in k]), 2.0 * G * 0.8

@@ -148,7 +148,7 @@ def test_internal_states_that_are_held():
     found = mbs.equilibrium(system, state, held=["oil.p"])
     np.testing.assert_allclose(found.state.coordinates, [0.2], rtol=1e-8)
     np.testing.assert_allclose(found.state.internal["oil.p"], 2e6)
-    place = lambda p: mbs.equilibrium(  # noqa: E731
+    place = lambda p: mbs.equilibrium(
         system, mbs.State.at(system, internal={"oil.p": p}), held=["oil.p"]
     ).state.coordinates[0]
     np.testing.assert_allclose(jax.grad(place)(2e6), 0.01 / 1e5, rtol=1e-7)
@@ -164,7 +164,7 @@ def test_linearised_four_bar_against_differences():
     b.force("b", F.Maxwell(70.0, 5.0), between=("ground", ("coupler", (0.2, 0.1, 0.0))))
     b.force("hold", mbs.SpringDamper(400.0, 5.0), joint="A")
     system = b.build(independent=["A"])
-    at = lambda x, w, z: mbs.State.at(  # noqa: E731
+    at = lambda x, w, z: mbs.State.at(
         system, A=x, velocities={"A": w}, guess={"B": -0.2, "D": 1.2}, internal={"a.stretch": z[0], "b.stretch": z[1]}
     )
     linear = mbs.linearise(system, at(0.7, 1.5, (0.02, -0.03)))

@@ -68,7 +68,7 @@ def test_an_integral_holds_the_weight_at_rest_with_derivatives():
         found = mbs.equilibrium(system, mbs.State.at(system, pin=0.4, internal={"loop.integral": -3.0}))
         return jnp.stack([found.state.coordinates[0], found.state.internal["loop.integral"]])
 
-    weight = lambda angle: -2.0 * 9.81 * 0.4 * np.cos(angle) / 2.0  # of the current, at 1 ohm and 2 N m/A  # noqa: E731
+    weight = lambda angle: -2.0 * 9.81 * 0.4 * np.cos(angle) / 2.0  # of the current, at 1 ohm and 2 N m/A
     np.testing.assert_allclose(rest(0.5), [0.5, weight(0.5)], rtol=1e-8)
     np.testing.assert_allclose(jax.jacfwd(rest)(0.5), [1.0, (weight(0.5001) - weight(0.4999)) / 2e-4], rtol=1e-6)
 

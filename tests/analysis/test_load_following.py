@@ -109,8 +109,8 @@ def thin_cantilever(ratio, load, elements=8, like=None):
 def elastica(load):
     """Tip (x, -z) of the inextensible cantilever, `theta'' = -P cos(theta)`, by SciPy."""
     s = np.linspace(0.0, 1.0, 101)
-    ends = lambda a, b: np.array([a[0], b[1]])  # noqa: E731
-    slope = lambda s, y: np.stack([y[1], -load * np.cos(y[0])])  # noqa: E731
+    ends = lambda a, b: np.array([a[0], b[1]])
+    slope = lambda s, y: np.stack([y[1], -load * np.cos(y[0])])
     theta = solve_bvp(slope, ends, s, np.stack([np.sin(1.5 * s), 1.5 - s]), tol=1e-8, max_nodes=100_000).sol
     x, weight = np.polynomial.legendre.leggauss(60)
     angle = theta(0.5 * (x + 1.0))[0]

@@ -170,7 +170,7 @@ def test_every_share_by_hand():
     np.testing.assert_allclose(K.elastic, elastic, rtol=1e-8)
     np.testing.assert_allclose(K.antagonistic, hessian - elastic, atol=1e-5)
     np.testing.assert_allclose(K.gravity, -slopes(lambda phi: HAND.weight(phi[1]), AT), atol=1e-8)
-    lift = lambda phi: slopes(lambda phi: 6.0 * HAND.place(phi, (0.0, -0.5, 0.0))[1], phi, 1e-3)  # noqa: E731
+    lift = lambda phi: slopes(lambda phi: 6.0 * HAND.place(phi, (0.0, -0.5, 0.0))[1], phi, 1e-3)
     np.testing.assert_allclose(K.sources, -slopes(lift, AT, 1e-3), atol=1e-6)
     np.testing.assert_allclose(K.total, K.elastic + K.antagonistic + K.gravity + K.sources, rtol=1e-14)
     assert min(np.max(np.abs(share)) for share in (K.antagonistic, K.gravity, K.sources)) > 0.5

@@ -16,8 +16,8 @@ def response(block, omega=OMEGA):
     """Transfer function of a block at frequencies, from the derivatives of its methods."""
     s = {name: jnp.zeros(one.shape) for name, one in block.internal_states.items()}
     x, unravel = ravel_pytree(s)
-    rate = lambda x, u: ravel_pytree(block.rate(u, unravel(x), 0.0))[0]  # noqa: E731
-    output = lambda x, u: block.output(u, unravel(x), 0.0)  # noqa: E731
+    rate = lambda x, u: ravel_pytree(block.rate(u, unravel(x), 0.0))[0]
+    output = lambda x, u: block.output(u, unravel(x), 0.0)
     u = jnp.zeros(())
     (A, B), (C, D) = (jax.jacfwd(f, (0, 1))(x, u) for f in (rate, output))
     A, B, C, D = map(np.asarray, (A, B, C, D))

@@ -60,7 +60,7 @@ def test_a_delay_gives_back_what_was_held_a_time_ago(duration, count):
 @pytest.mark.parametrize("period", [0.01, 0.2, 1.0])
 def test_a_limited_rate_is_the_solution_under_a_held_input(gap, period):
     block = RateLimit(0.7, 0.4, time_constant=0.2)
-    rate = lambda t, y: np.clip((gap - y) / 0.2, -0.4, 0.7)  # noqa: E731
+    rate = lambda t, y: np.clip((gap - y) / 0.2, -0.4, 0.7)
     wanted = solve_ivp(rate, (0.0, period), [0.0], rtol=1e-10, atol=1e-12, max_step=period / 50).y[0, -1]
     found = block.sample(jnp.asarray(gap), {"value": jnp.zeros(())}, 0.0, jnp.asarray(period))[1]["value"]
     np.testing.assert_allclose(found, wanted, rtol=1e-7, atol=1e-10)

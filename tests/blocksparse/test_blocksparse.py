@@ -196,7 +196,7 @@ def test_derivatives_of_a_solution(kind, small):
     for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(theirs), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
     direction = matrix(pattern, kind, seed=5)
-    along = lambda loss: jax.jit(jax.hessian(lambda s: loss(A + s * direction, (1.0 + s) * right)))  # noqa: E731
+    along = lambda loss: jax.jit(jax.hessian(lambda s: loss(A + s * direction, (1.0 + s) * right)))
     np.testing.assert_allclose(along(loss)(0.1), along(dense_loss)(0.1), rtol=1e-9)
     if kind == "cholesky":
         at = jax.jit(lambda s: loss(A + s * direction, right))
@@ -249,7 +249,7 @@ def test_batches_over_values_right_hand_sides_and_both(small):
     pattern, right = small
     A = jax.tree.map(lambda *x: jnp.stack(x), *(matrix(pattern, seed=s) for s in range(3)))
     many = jnp.stack([right, 2.0 * right + 1.0, right**2])
-    take = lambda k: jax.tree.map(lambda x: x[k], A)  # noqa: E731
+    take = lambda k: jax.tree.map(lambda x: x[k], A)
     by_values = jax.jit(jax.vmap(bs.solve_once, (0, None)))(A, right)
     by_right = jax.jit(jax.vmap(bs.solve_once, (None, 0)))(take(0), many)
     by_both = jax.jit(jax.vmap(jax.value_and_grad(lambda A, r: jnp.sum(bs.solve_once(A, r) ** 2))))(A, many)
@@ -267,7 +267,7 @@ def test_batches_over_values_right_hand_sides_and_both(small):
 def test_as_a_lineax_solver(kind, small):
     pattern, right = small
     A = matrix(pattern, kind)
-    solution = lambda A: lx.linear_solve(bs.BlockOperator(A), right, bs.BlockSolver(kind)).value  # noqa: E731
+    solution = lambda A: lx.linear_solve(bs.BlockOperator(A), right, bs.BlockSolver(kind)).value
     np.testing.assert_allclose(jax.jit(solution)(A), dense_solution(A, right), atol=1e-13)
     ours = jax.jit(jax.grad(lambda A: jnp.sum(solution(A) ** 2)))(A)
     theirs = jax.jit(jax.grad(lambda A: jnp.sum(dense_solution(A, right) ** 2)))(A)
@@ -286,7 +286,7 @@ def test_refinement_mends_an_ill_conditioned_chain():
     right = jnp.ones((n, 1))
     exact = np.cumsum((n - np.arange(n)) / np.asarray(k))
     once, refined = (jax.jit(lambda K, r=r: bs.solve(bs.factor(K), right, refine=r))(K) for r in (0, 2))
-    worst = lambda x: float(jnp.max(jnp.abs(K @ x - right)))  # noqa: E731
+    worst = lambda x: float(jnp.max(jnp.abs(K @ x - right)))
     assert worst(refined) <= worst(once)
     np.testing.assert_allclose(refined[:, 0], exact, rtol=1e-6)
 

@@ -164,7 +164,7 @@ def test_the_axes_of_a_rotated_joint_frame_mark_its_own_components():
     lengths = {"crank": 0.3, "coupler": 0.9, "rocker": 0.7}
     for name, length in lengths.items():
         b.body(name, mass=1.0, com=(length / 2, 0.0, 0.0), inertia=(0.01, 0.1, 0.1))
-    at = lambda x: mbs.Pose((x, 0.0, 0.0), np.abs(turn).astype(float) * np.sign(turn))  # noqa: E731
+    at = lambda x: mbs.Pose((x, 0.0, 0.0), np.abs(turn).astype(float) * np.sign(turn))
     pin = mbs.Revolute(axis="x")
     b.joint("A", pin, "ground", "crank", parent_frame=at(0.0), child_frame=at(0.0))
     b.joint("B", pin, "crank", "coupler", parent_frame=at(0.3), child_frame=at(0.0))

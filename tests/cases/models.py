@@ -51,7 +51,7 @@ def n_four_bar_acceleration(n, angle):
 
 def n_four_bar_angle(n, start, end, rate=-1.0):
     """The cranks' angle at a time, or at increasing times, by this equation and SciPy's DOP853."""
-    slope = lambda t, y: [y[1], n_four_bar_acceleration(n, y[0])]  # noqa: E731
+    slope = lambda t, y: [y[1], n_four_bar_acceleration(n, y[0])]
     times = np.atleast_1d(end)
     angles = solve_ivp(slope, (0.0, times[-1]), [start, rate], "DOP853", times, rtol=1e-13, atol=1e-13).y[0]
     return angles if np.ndim(end) else angles[0]

@@ -17,7 +17,7 @@ CASE = read_case("RV1_nafems_13_plate")
 def quarter(n):
     """A quarter of the plate with its axes of symmetry at x = 0 and y = 0, and the load of a unit pressure."""
     x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 5, n + 1), np.linspace(0, 5, n + 1)))
-    number = lambda i, j: j * (n + 1) + i  # noqa: E731
+    number = lambda i, j: j * (n + 1) + i
     squares = [
         (number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)) for j in range(n) for i in range(n)
     ]

@@ -76,7 +76,7 @@ def plane_rates(t, y, clearance):
 def by_hand(ts, clearance, **options):
     """Angle, slide and their speeds (4, times) by DOP853."""
     start = [0.0, CRANK + ROD, -SPEED * CRANK / ROD, 0.0]
-    rates = lambda t, y: plane_rates(t, y, clearance)[0]  # noqa: E731
+    rates = lambda t, y: plane_rates(t, y, clearance)[0]
     return solve_ivp(
         rates, (0.0, ts[-1]), start, **{"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, **options}, t_eval=ts
     ).y

@@ -76,7 +76,7 @@ def contact(H, system, state):
 
 def curves(H, system, state):
     """Camber, toe, caster, kingpin inclination [deg]; wheel centre and contact point [m]."""
-    at = lambda point: mbs.position(system, state, ("upright", point))  # noqa: E731
+    at = lambda point: mbs.position(system, state, ("upright", point))
     axle, pin = at(H["AO"]) - at(H["AI"]), at(H["UO"]) - at(H["LO"])
     slopes = jnp.stack(
         [-axle[2] / jnp.hypot(axle[0], axle[1]), axle[0] / axle[1], -pin[0] / pin[2], -pin[1] / pin[2]]

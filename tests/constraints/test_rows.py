@@ -143,7 +143,7 @@ def test_slopes_and_rates_are_those_of_differences(kind):
     before, after = (
         _evaluated(system, step_coordinates(system.topology, psi, step * u), u, t + step) for step in (-_STEP, _STEP)
     )
-    speed = lambda found: found[1] @ u + found[2]  # noqa: E731
+    speed = lambda found: found[1] @ u + found[2]
     np.testing.assert_allclose(bias, (speed(after) - speed(before)) / (2 * _STEP), rtol=1e-7, atol=1e-7)
     if len(before[0]):
         np.testing.assert_allclose(A @ u + f_t, (after[0] - before[0]) / (2 * _STEP), rtol=1e-7, atol=1e-8)
@@ -180,7 +180,7 @@ def test_many_of_a_kind_are_one_group_and_act_as_one_by_one(kind):
     declare, drive, _ = KINDS[kind]
     psi, u = _random_pose(system), jnp.asarray(np.random.default_rng(6).normal(size=27))
     every = _evaluated(system, psi, u, jnp.asarray(0.7))
-    only = lambda add: lambda *args: add(*args) if args[-1] == 1 else None  # noqa: E731
+    only = lambda add: lambda *args: add(*args) if args[-1] == 1 else None
     alone = _arms(3, only(declare), drive and only(drive))  # the others of the three have no rows
     for found, own in zip(every, _evaluated(alone, psi, u, jnp.asarray(0.7)), strict=True):
         np.testing.assert_allclose(found[1:2], own, atol=1e-12)

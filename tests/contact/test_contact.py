@@ -62,7 +62,7 @@ def pose(name, depth):
 @jax.jit
 def answers(law, R, d, flow):
     """Effort at rest, that of the potential, and power lost."""
-    effort = lambda flow: PORT.effort(law, (R, d), flow, 0.0)  # noqa: E731
+    effort = lambda flow: PORT.effort(law, (R, d), flow, 0.0)
     lost = effort(flow) @ flow + PORT.storage_power(law, (R, d), flow, 0.0)
     return effort(0.0 * flow), PORT.stored_effort(law, (R, d), flow, 0.0), lost
 
@@ -70,8 +70,8 @@ def answers(law, R, d, flow):
 @jax.jit
 def slopes(law, R, at, steps):
     """Derivatives of the effort by displacement and flow: forward, reverse, by central differences of order six."""
-    effort = lambda x: PORT.effort(law, (R, x[:3]), x[3:], 0.0)  # noqa: E731
-    along = lambda e, h: (jax.vmap(lambda k: effort(at + k * h * e))(np.arange(-3.0, 4.0)).T @ WEIGHTS) / h  # noqa: E731
+    effort = lambda x: PORT.effort(law, (R, x[:3]), x[3:], 0.0)
+    along = lambda e, h: (jax.vmap(lambda k: effort(at + k * h * e))(np.arange(-3.0, 4.0)).T @ WEIGHTS) / h
     differences = jax.vmap(along, (0, 0), 1)(np.eye(9), steps)
     return jax.jacfwd(effort)(at), jax.jacrev(effort)(at), differences
 

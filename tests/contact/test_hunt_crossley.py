@@ -10,7 +10,7 @@ from jaxmbs.contact import HuntCrossley, hertz_stiffness
 
 
 def test_restitution_of_the_first_integral():
-    integral = lambda a, v: v / a - np.log1p(a * v) / a**2  # noqa: E731
+    integral = lambda a, v: v / a - np.log1p(a * v) / a**2
     for a, v in ((0.2, 0.8), (0.6, 0.8), (0.02, 0.5), (5.0, 3.0)):
         left = brentq(lambda u, a=a, v=v: integral(a, -u) - integral(a, v), 1e-9, (1 - 1e-12) / a)
         np.testing.assert_allclose(HuntCrossley(1.0, damping=a).restitution(v), left / v, rtol=1e-8)

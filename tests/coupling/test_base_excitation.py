@@ -30,7 +30,7 @@ def by_scipy():
     D = np.zeros((5, 3))  # relative motion from all
     D[inner], D[outer] = np.eye(3), -S.T
     C = D @ (M_NN @ X @ np.diag(2 * RATIO * np.sqrt(w2)) @ X.T @ M_NN) @ D.T
-    solve = lambda A: -np.linalg.solve(M_NN, A[inner])  # noqa: E731
+    solve = lambda A: -np.linalg.solve(M_NN, A[inner])
     A, B = np.zeros((10, 10)), np.zeros((10, 2))
     A[:5, 5:] = np.eye(5)
     A[5 + inner, :5], A[5 + inner, 5:] = solve(k), solve(C)

@@ -81,7 +81,7 @@ def test_all_starts_are_one_compiled_program(optimiser):
 def test_a_leaf_as_long_as_there_are_starts_is_one_design(number):
     """Whatever the lengths of the leaves: designs are stacked where the user says so."""
     design, bounds = {"x": np.zeros(4), "y": 1.0}, {"x": (-5.0, 5.0), "y": (-1.0, 2.0)}
-    distance = lambda d: jnp.sum((d["x"] - jnp.arange(4.0)) ** 2) + d["y"] ** 2  # noqa: E731
+    distance = lambda d: jnp.sum((d["x"] - jnp.arange(4.0)) ** 2) + d["y"] ** 2
     best = minimise(distance, design, bounds, starts=number)
     assert len(best.starts) == number and best.value < 1e-9
     np.testing.assert_allclose(best.design["x"], np.arange(4.0), atol=1e-5)

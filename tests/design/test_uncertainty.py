@@ -32,7 +32,7 @@ def test_scatter():
 def test_the_yield_between_limits():
     """Of a sum of normal numbers in closed form, by the gradient and by samples."""
     design, sigma = {"a": 3.0, "b": 2.0}, {"a": 0.3, "b": 0.4}
-    both = lambda d: jnp.stack([d["a"] + d["b"], d["a"] - 3.0 * d["b"]])  # noqa: E731
+    both = lambda d: jnp.stack([d["a"] + d["b"], d["a"] - 3.0 * d["b"]])
     spread = np.array([0.5, np.hypot(0.3, 1.2)])
     wanted = norm.cdf((np.array([5.4, -2.5]) - [5.0, -3.0]) / spread)
     first, drawn = (
@@ -90,7 +90,7 @@ def forwards(a, b):
 @pytest.mark.parametrize(("gradient", "known"), [("forward", forwards), ("reverse", backwards)])
 def test_either_mode_of_gradients(gradient, known):
     """Of functions that have one of them only, as motions do."""
-    function = lambda d: known(d["a"], d["b"])  # noqa: E731
+    function = lambda d: known(d["a"], d["b"])
     design, width = {"a": 3.0, "b": 2.0}, {"a": 0.1, "b": 0.2}
     assert [row.name for row in tolerances(function, design, width, gradient=gradient)] == ["b", "a"]
     assert propagate_uncertainty(function, design, width, gradient=gradient).deviation == pytest.approx(

@@ -50,6 +50,6 @@ def test_a_status_in_a_derivative_or_a_batch_leaks_no_number():
             system, begin(system, speed), ts=np.array([1e-3]), rtol=1e-6, atol=1e-9
         ).states.coordinates[0, 0]
 
-    cost = lambda d: jnp.sum(jax.vmap(depth)(d["speed"] * np.array([0.5, 1.0]))) ** 2  # noqa: E731
+    cost = lambda d: jnp.sum(jax.vmap(depth)(d["speed"] * np.array([0.5, 1.0]))) ** 2
     found = mbs.minimise(cost, {"speed": 0.7}, {"speed": (0.1, 0.8)}, steps=1, progress=False)
     assert np.isfinite(found.value)

@@ -125,7 +125,7 @@ def rod_over_a_turn(design):
         return radius * jnp.cos(angle + rate * t) + length * jnp.cos(lean), lean
 
     def twice(f):
-        velocity = lambda t: jax.jvp(f, (t,), (jnp.ones_like(t),))[1]  # noqa: E731
+        velocity = lambda t: jax.jvp(f, (t,), (jnp.ones_like(t),))[1]
         return jax.jvp(velocity, (0.0 * length,), (jnp.ones_like(length),))[1]
 
     lean = place(0.0)[1]

@@ -122,7 +122,7 @@ def test_multipliers_of_the_momentum_pull_with_the_rate_of_their_rows():
         sigma = jnp.arange(1.0, 1.0 + system.topology.num_rows)
         here = closures.with_directions(system, with_velocities(system, at, u))
         rates = [hamilton.tree_momentum_rate(system, here, *more)[0] for more in ((sigma,), ())]
-        row_force = lambda psi: constraints.jacobian(system, configuration(system, at.P, psi, at.t)).T @ sigma  # noqa: E731
+        row_force = lambda psi: constraints.jacobian(system, configuration(system, at.P, psi, at.t)).T @ sigma
         along = coordinate_rate(system.topology, at.psi, u)
         return rates[0] - rates[1], jax.jvp(row_force, (at.psi,), (along,))[1]
 

@@ -44,7 +44,7 @@ def test_batch(solver):
 @pytest.mark.parametrize("gradient", ["forward", "reverse"])
 def test_gradients(solver, gradient):
     """Derivative of the depth after 1 ms, a sine of it; beyond the bound the numbers are kept beside the status."""
-    depth = lambda v: 0.05 - motion(v, gradient=gradient, **SOLVERS[solver]).states.coordinates[0, 0]  # noqa: E731
+    depth = lambda v: 0.05 - motion(v, gradient=gradient, **SOLVERS[solver]).states.coordinates[0, 0]
     slope = (jax.jacfwd if gradient == "forward" else jax.grad)(depth)
     values, slopes = jax.jit(jax.vmap(lambda v: (depth(v), slope(v))))(SPEEDS)
     np.testing.assert_allclose(values, 1e-3 * np.sin(1.0) * SPEEDS, rtol=1e-6)

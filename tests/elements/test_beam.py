@@ -104,12 +104,12 @@ def test_cantilever_under_every_load(cantilever):
     np.testing.assert_allclose(
         stress[0], [-P * L * 0.02 / IZ, 0, -P * L * 2 / 3 * 0.02 / IZ, 0], rtol=1e-9, atol=1e-3
     )
-    q = lambda s: line_load(s, "beam", (3.0, 0.0, P))  # noqa: E731
+    q = lambda s: line_load(s, "beam", (3.0, 0.0, P))
     u = static(cantilever, (q,))
     np.testing.assert_allclose(
         u[3, [0, 2, 4]], [3 * L**2 / (2 * E * A), P * L**4 / (8 * E * IY), -P * L**3 / (6 * E * IY)], rtol=1e-10
     )
-    weight = lambda s: body_load(s, (0.0, 0.0, -9.81))  # noqa: E731
+    weight = lambda s: body_load(s, (0.0, 0.0, -9.81))
     v = static(cantilever, (weight, lambda s: nodal_load(s, {"3": (0, 0, 0, P, 0, 0)})))
     np.testing.assert_allclose(v[3, 2], -9.81 * RHO * A * L**4 / (8 * E * IY), rtol=1e-10)
     np.testing.assert_allclose(v[3, 3], P * L / (G * J), rtol=1e-10)

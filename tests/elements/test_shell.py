@@ -113,8 +113,8 @@ def shell_structure(kind, n, place, held, *numbers, flip=False):
 @pytest.mark.parametrize(("kind", "tolerance"), [("triangle", 0.055), ("quadrilateral", 0.02)])
 def test_cooks_membrane(kind, tolerance):
     """Tip of the tapered panel in shear: 23.96 (Cook, J. Struct. Div. ASCE 100 (1974) 1851-1863)."""
-    held = lambda index: [(index[0], "x y rz"), (index, "z rx ry")]  # noqa: E731
-    place = lambda a, b: (48 * a, 44 * a + b * (44 - 28 * a), 0 * a)  # noqa: E731
+    held = lambda index: [(index[0], "x y rz"), (index, "z rx ry")]
+    place = lambda a, b: (48 * a, 44 * a + b * (44 - 28 * a), 0 * a)
     structure, index = shell_structure(kind, 8, place, held, 1.0, 1 / 3, 1.0, flip=True)
     share = np.full(9, 1 / 8)
     share[[0, -1]] /= 2
@@ -146,7 +146,7 @@ def test_scordelis_lo_roof(kind, tolerance):
     def held(index):
         return [(index[0], "x ry rz"), (index[:, 0], "x z"), (index[:, -1], "y rx rz")]
 
-    arc = lambda a, b: (25 * np.sin(np.radians(40) * a), 25 * b, 25 * np.cos(np.radians(40) * a))  # noqa: E731
+    arc = lambda a, b: (25 * np.sin(np.radians(40) * a), 25 * b, 25 * np.cos(np.radians(40) * a))
     structure, index = shell_structure(kind, 8, arc, held, 4.32e8, 0.0, 0.25, 1.0)
     u = solve(structure, body_load(structure, (0.0, 0.0, -360.0)))  # 90 per unit of area
     np.testing.assert_allclose(u[index[-1, -1], 2], -0.3024, rtol=tolerance)

@@ -275,7 +275,7 @@ def test_gradient_of_decoupling_and_of_truncation():
 def test_regular_inverse_and_its_derivative(shape, rank, noise):
     r = np.random.default_rng(4)
     A, dA = (r.normal(size=shape) + 1j * r.normal(size=shape) for _ in range(2))
-    f = lambda t: regularised_inverse(A + t * dA, rank=rank, noise=noise + t)  # noqa: E731
+    f = lambda t: regularised_inverse(A + t * dA, rank=rank, noise=noise + t)
     U, s, Vh = np.linalg.svd(A, full_matrices=False)
     g = s / (s**2 + noise**2) * (np.arange(len(s)) < (rank or 9))
     close(f(0.0), (Vh.conj().T * g) @ U.conj().T)

@@ -50,7 +50,7 @@ def test_a_limit_anywhere_beside_the_knee(limit, slopes):
     at = np.array([0.0, 5.0, 10.0, 39.0, 40.0, 40.005, 54.0, 55.0, 100.0, 299.0, 301.0])
     np.testing.assert_allclose(sn.damage(at), [damage(s) for s in at], rtol=1e-12)
     start = 0.0 if limit is None else limit
-    pdf = lambda s: s / sigma**2 * np.exp(-0.5 * (s / sigma) ** 2) * damage(s)  # noqa: E731
+    pdf = lambda s: s / sigma**2 * np.exp(-0.5 * (s / sigma) ** 2) * damage(s)
     wanted = sum(quad(pdf, a, b, epsabs=0.0, epsrel=1e-11)[0] for a, b in _pieces(start, knee, 25 * sigma))
     narrow = psd_table(np.array([9.999, 10.001]), sigma**2 / 0.002 * np.ones(2), unit=None)
     rate = float(spectral_damage(narrow, sn, "narrowband") / narrow.crossings)

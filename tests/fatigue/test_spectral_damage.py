@@ -49,7 +49,7 @@ def test_gradient(method):
 def test_a_kinked_curve_by_quadrature():
     sn, psd = SN(1e12, 4.0, knee=40.0, second_slope=6.0, limit=10.0), stress(G)
     v = float(psd.moment(0))
-    pdf = lambda s: s / v * np.exp(-(s**2) / 2 / v)  # noqa: E731
+    pdf = lambda s: s / v * np.exp(-(s**2) / 2 / v)
     low = quad(lambda s: float(1e-12 * 40**-2) * s**6 * pdf(s), 10, 40)[0]
     wanted = low + quad(lambda s: 1e-12 * s**4 * pdf(s), 40, 600)[0]
     np.testing.assert_allclose(spectral_damage(psd, sn, "narrowband"), float(psd.crossings) * wanted, rtol=1e-9)

@@ -101,7 +101,7 @@ def test_frequencies_of_a_beam_under_tension():
 def plate(kind, m, load):
     """Simply supported square plate of unit side, `D = 1`; factors over pi^2."""
     x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 1, m + 1), np.linspace(0, 1, m + 1)))
-    number = lambda i, j: j * (m + 1) + i  # noqa: E731
+    number = lambda i, j: j * (m + 1) + i
     squares = [
         (number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)) for j in range(m) for i in range(m)
     ]

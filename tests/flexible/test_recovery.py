@@ -77,7 +77,7 @@ def test_it_bends_in_a_scene(body):
     state = mbs.State.at(system, {"arm.tip": (*NUDGE[:3], np.cos(1e-3), 0.0, np.sin(1e-3), 0.0)})
     data = viz.scene(system, state, structures={"arm": (structure, frame)}).data
     (mesh,) = data["objects"][0]["meshes"]
-    decode = lambda text, *shape: np.frombuffer(base64.b64decode(text), "<f4").reshape(shape)  # noqa: E731
+    decode = lambda text, *shape: np.frombuffer(base64.b64decode(text), "<f4").reshape(shape)
     m, n = frame.shapes.shape[1], structure.num_nodes
     moved = np.einsum("m,mnc->nc", decode(mesh["amplitudes"], 1, m)[0], decode(mesh["basis"], m, n, 3))
     wanted = np.asarray(fem.scatter_rows(structure, held_by_hand(structure)))[:, :3]

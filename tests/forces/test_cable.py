@@ -150,7 +150,7 @@ def test_a_cable_without_tension_is_slack_and_never_pushes():
 
 def test_the_corner_is_twice_differentiable():
     law = law_of([Attachment(""), Attachment("")], free_length=1.0, transition=1e-3)
-    tension = lambda x: law.wrench(PathKinematics(*at([[0, 0, 0], [x, 0, 0]]), *still(2)), 0.0)[0][0, 0]  # noqa: E731
+    tension = lambda x: law.wrench(PathKinematics(*at([[0, 0, 0], [x, 0, 0]]), *still(2)), 0.0)[0][0, 0]
     second = jax.jit(jax.grad(jax.grad(lambda x: tension(x))))
     for corner in (1.0 - 1e-3, 1.0 + 1e-3):
         np.testing.assert_allclose(second(corner - 1e-9), second(corner + 1e-9), atol=1e-4 * 1e4 / 1e-3)
@@ -201,7 +201,7 @@ def test_gradients_against_differences():
     weight = jnp.asarray(np.random.default_rng(3).normal(size=(2, 6, 3)))
 
     def force(by):
-        fields = lambda c: (c.radii, c.stiffness, c.free_length.value, c.friction, c.damping)  # noqa: E731
+        fields = lambda c: (c.radii, c.stiffness, c.free_length.value, c.friction, c.damping)
         change = [by[name] for name in list(GRADIENTS)[:-1]]
         here = eqx.tree_at(fields, law, [a + d for a, d in zip(fields(law), change, strict=True)])
         found = here.wrench(PathKinematics(R, x.at[2, 0].add(by["place"]), spin, velocity), 0.0)
@@ -250,7 +250,7 @@ def test_slopes_of_the_length_against_differentiation():
 
     @jax.jit
     def both(R, x):
-        length = lambda d: law.path(jax.vmap(rotation_matrix)(d[:, 3:]) @ R, x + d[:, :3]).length  # noqa: E731
+        length = lambda d: law.path(jax.vmap(rotation_matrix)(d[:, 3:]) @ R, x + d[:, :3]).length
         return jax.grad(length)(jnp.zeros((6, 6))), [
             d.rows for d in law.length_and_rate(PathKinematics(R, x, *still(6)))[2:]
         ]

@@ -41,7 +41,7 @@ def test_work_of_a_loop(amplitude):
 
 
 def test_elastic_below_and_hard_beyond():
-    states = lambda z: {"elastic": jnp.asarray(z)}  # noqa: E731
+    states = lambda z: {"elastic": jnp.asarray(z)}
     np.testing.assert_allclose(LAW.effort(0.001, 0.0, states(0.001), 0.0), -10.0)
     beyond = LAW.rate(0.0, 1.0, states(0.02), 0.0)["elastic"]
     back = LAW.rate(0.0, -1.0, states(0.02), 0.0)["elastic"]

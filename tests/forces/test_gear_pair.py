@@ -93,7 +93,7 @@ def test_play_grows_with_the_distance_of_the_centres():
 def test_effort_is_minus_the_derivative_of_the_energy():
     law = pair(backlash=2e-5)
     start = jnp.array([2e-3, 0.01, 0.0501, 0.002])
-    at = lambda p: poses(p[0], p[1], [p[2], p[3], 0.0])  # noqa: E731
+    at = lambda p: poses(p[0], p[1], [p[2], p[3], 0.0])
     force, moment = law.wrench(PathKinematics(*at(start), STILL, STILL), 0.0)
     assert np.abs(force).max() > 1.0
     slope = jax.grad(lambda p: law.potential(*at(p), 0.0))(start)

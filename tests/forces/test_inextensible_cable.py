@@ -121,8 +121,8 @@ def test_block_and_tackle():
     b.joint("load", mbs.Prismatic("z"), "ground", "load", parent_frame=(0, 0, -3.0))
     b.body("hand", 12.0)
     b.joint("hand", mbs.Prismatic("z"), "ground", "hand", parent_frame=(0.6, 0, -1.0))
-    top = lambda x: Sheave(("ground", (x, 0, 0)), 0.1, side="+", axis="y")  # noqa: E731
-    low = lambda x: Sheave(("load", (x, 0, 0)), 0.1, side="-", axis="y")  # noqa: E731
+    top = lambda x: Sheave(("ground", (x, 0, 0)), 0.1, side="+", axis="y")
+    low = lambda x: Sheave(("load", (x, 0, 0)), 0.1, side="-", axis="y")
     path = [Attachment(("ground", (-0.2, 0, 0))), low(-0.1), top(0.1), low(0.3), top(0.5), Attachment("hand")]
     b.cable("tackle", path, free_length=13.0 + 4 * np.pi * 0.1, inextensible=True)
     system = b.build()

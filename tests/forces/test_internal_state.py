@@ -117,7 +117,7 @@ def test_the_description_lists_them(moving):
 
 def test_accelerations_follow_the_internal_states(moving):
     system, state, _ = moving
-    push = lambda f: mbs.forward_dynamics(system, with_force(f))[0][0]  # noqa: E731
+    push = lambda f: mbs.forward_dynamics(system, with_force(f))[0][0]
 
     def with_force(f):
         return mbs.State.at(system, x=0.3, internal={"jack.force": f})

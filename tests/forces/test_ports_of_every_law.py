@@ -475,7 +475,7 @@ def test_what_a_bushing_stores_is_its_wrench_at_rest(angle):
     c, s, rest = np.cos(angle), np.sin(angle), jnp.zeros(3)
     R, d = jnp.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), jnp.array([0.1, -0.2, 0.3])
     spin = jnp.array([[0.0, -0.4, 0.2], [0.4, 0.0, -0.1], [-0.2, 0.1, 0.0]]) @ R
-    stored = lambda R, d: PosePort().stored_effort(law, (R, d), jnp.zeros(6), T)  # noqa: E731
+    stored = lambda R, d: PosePort().stored_effort(law, (R, d), jnp.zeros(6), T)
     found, wanted = (
         jax.jit(lambda *moved, wrench=wrench: jax.jvp(wrench, (R, d), moved))(spin, jnp.array([0.3, 0.1, -0.2]))
         for wrench in (stored, lambda R, d: jnp.concatenate(law.wrench(R, d, rest, rest, T)[::-1]))

@@ -32,7 +32,7 @@ def test_several_surfaces_and_their_derivatives():
     rng = np.random.default_rng(5)
     R, G, preload = rng.normal(size=6) * 50.0, rng.normal(size=(6, 3)) * 0.2, np.array([0.0, 5.0, 1.0])
     patches = np.kron(np.eye(3), np.ones((1, 2)))
-    size = lambda N, R: np.sqrt(patches @ (R + G @ (N + preload)) ** 2)  # noqa: E731
+    size = lambda N, R: np.sqrt(patches @ (R + G @ (N + preload)) ** 2)
     true = fsolve(lambda N: size(N, R) - N, size(0 * preload, R), xtol=1e-13)
     ask = jax.jit(lambda R: solved(R, G, preload, patches).load)
     np.testing.assert_allclose(ask(R), true, rtol=1e-9)

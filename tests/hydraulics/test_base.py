@@ -81,7 +81,7 @@ GAS = H.Accumulator(2e-3, 5e6, exponent=1.3, dead_volume=1e-5)
 @pytest.mark.parametrize("p", [2e6, 4.995e6, 5.004e6, 3e7])
 def test_stored_energy_is_the_work_of_the_oil(node, p):
     places = [q for q in (4.99e6, 5e6, 5.01e6) if q < p]
-    integrand = lambda q: q * float(node.capacity(q))  # noqa: E731
+    integrand = lambda q: q * float(node.capacity(q))
     expected = sum(quad(integrand, a, b, epsrel=1e-11)[0] for a, b in zip([0.0, *places], [*places, p], strict=True))
     np.testing.assert_allclose(node.stored(p), expected, rtol=1e-9)
     np.testing.assert_allclose(jax.grad(node.stored)(p), p * node.capacity(p), rtol=1e-9)

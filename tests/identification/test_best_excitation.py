@@ -53,7 +53,7 @@ def test_a_limit_of_load_and_what_is_known():
     limit = mbs.Limit("torque", lambda m: torque(UNKNOWNS, m), -2.0, 2.5)
     found = best_excitation(torque, UNKNOWNS, ((-0.3,), (0.5,)), limits=limit, **ONE)
     assert found.optimum.ok and np.max(torque(UNKNOWNS, found.motion)) < 2.5 + 1e-6
-    blind = lambda u, m: torque(u | {"offset": 0.0}, m)  # noqa: E731
+    blind = lambda u, m: torque(u | {"offset": 0.0}, m)
     hidden = best_excitation(blind, UNKNOWNS, ((-1.0,), (1.0,)), **ONE)
     assert [set(one.coefficients) for one in hidden.unseen] == [{"offset"}] and "stays hidden" in str(hidden)
     still = identify(lambda u: u["offset"] * np.ones(9), np.ones(9), UNKNOWNS, deviations=0.1)
@@ -80,7 +80,7 @@ def test_an_arm_within_stroke_speed_and_acceleration(gradient):
 
     def torques(u, motion):
         system = arm(u, first)
-        effort = lambda q, v, a: mbs.inverse_dynamics(system, mbs.State(jnp.zeros(()), q, v), a)  # noqa: E731
+        effort = lambda q, v, a: mbs.inverse_dynamics(system, mbs.State(jnp.zeros(()), q, v), a)
         return jax.vmap(effort)(*motion.at(motion.times(60)))
 
     stroke, speed, acceleration = np.array([1.5, 2.0]), 3.0, 12.0
@@ -93,7 +93,7 @@ def test_an_arm_within_stroke_speed_and_acceleration(gradient):
     @jax.jit
     def information(motion):
         sizes = jnp.array([values[name] for name in found.names])
-        tree = lambda w: torques(dict(zip(found.names, w, strict=True)), motion).ravel() / 0.05  # noqa: E731
+        tree = lambda w: torques(dict(zip(found.names, w, strict=True)), motion).ravel() / 0.05
         J = jax.jacfwd(tree)(sizes) * sizes[None, :]
         return 0.5 * jnp.linalg.slogdet(jnp.eye(6) + J.T @ J)[1]
 

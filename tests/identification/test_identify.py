@@ -65,7 +65,7 @@ def test_a_line_in_closed_form():
     A = np.stack([X, np.ones(21)], 1)
     exact, rest, *_ = np.linalg.lstsq(A, DATA)
     inverse = np.linalg.inv(A.T @ A)
-    predict = lambda u: u["a"] * X + u["b"]  # noqa: E731
+    predict = lambda u: u["a"] * X + u["b"]
     for deviation in (None, 0.02):
         found = identify(predict, DATA, {"a": 1.0, "b": 0.0}, deviations=deviation)
         variance = rest[0] / 19 if deviation is None else 0.02**2
@@ -157,7 +157,7 @@ def test_outliers_count_linearly():
     """Huber's estimate by weights again and again, NumPy."""
     data = DATA.copy()
     data[[3, 11]] += (1.0, -2.0)
-    predict = lambda u: u["a"] * X + u["b"]  # noqa: E731
+    predict = lambda u: u["a"] * X + u["b"]
     found = identify(predict, data, {"a": 1.0, "b": 0.0}, deviations=0.02, robust=1.5)
     A, x = np.stack([X, np.ones(21)], 1), np.zeros(2)
     for _ in range(2000):

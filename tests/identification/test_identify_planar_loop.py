@@ -65,8 +65,8 @@ def motion(t):
 def regressor(t):
     """Torque of the motor by mass, first moments and moment about the origin of each link (12,): virtual power."""
     theta, omega, alpha = motion(t)
-    unit = lambda a: np.array([np.cos(a), np.sin(a)])  # noqa: E731
-    turn = lambda r: np.array([-r[1], r[0]])  # noqa: E731
+    unit = lambda a: np.array([np.cos(a), np.sin(a)])
+    turn = lambda r: np.array([-r[1], r[0]])
     arm = CRANK * unit(theta[0])
     origins = {
         1: (omega[0] * turn(arm), alpha[0] * turn(arm) - omega[0] ** 2 * arm),
@@ -111,7 +111,7 @@ def test_base_parameters_of_loop_and_tree():
             place = (0, CRANK, COUPLER)[k]
             arm.joint(f"j{k}", mbs.Revolute("z"), parent, name, parent_frame=mbs.Pose((place, 0, 0)))
         system = arm.build()
-        effort = lambda q, v, a: mbs.inverse_dynamics(system, mbs.State(jnp.zeros(()), q, v), a)  # noqa: E731
+        effort = lambda q, v, a: mbs.inverse_dynamics(system, mbs.State(jnp.zeros(()), q, v), a)
         return jax.vmap(effort)(*jnp.asarray(np.random.default_rng(0).normal(size=(3, 40, 3))))
 
     theirs = np.stack([regressor(t) for t in times]) @ own_moments(truth)

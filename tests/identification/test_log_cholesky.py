@@ -40,7 +40,7 @@ def test_the_pseudo_inertia_of_the_paper():
 
 def test_derivatives():
     x, h = np.linspace(-0.5, 0.7, 10), 1e-6
-    flat = lambda x: jnp.concatenate([jnp.ravel(part) for part in from_log_cholesky(x).values()])  # noqa: E731
+    flat = lambda x: jnp.concatenate([jnp.ravel(part) for part in from_log_cholesky(x).values()])
     J = jax.jacfwd(flat)(x)
     for k in range(10):
         step = h * np.eye(10)[k]

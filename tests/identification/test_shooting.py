@@ -105,7 +105,7 @@ def test_a_double_pendulum():
 
 
 def test_faults():
-    segment = lambda s, ts: (ts, s)  # noqa: E731
+    segment = lambda s, ts: (ts, s)
     for starts, ts in ((np.zeros((3, 2)), np.zeros(8)), (0.0, np.zeros(4)), (np.zeros(2), np.zeros((3, 3)))):
         with pytest.raises(ModelError, match="segments of equal counts"):
             multiple_shooting(segment, starts, ts)

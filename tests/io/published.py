@@ -95,20 +95,20 @@ def free_plate(n=16):
 
 def cantilevered_plate(kind="CQUAD4"):
     """FV16: the same plate, one edge clamped."""
-    held = lambda at: [(at, "126"), (at[0], "345")]  # noqa: E731
+    held = lambda at: [(at, "126"), (at[0], "345")]
     return _sheet(10, 10, lambda a, b: (10 * a, 10 * b, 0 * a), 0.05, held, kind)
 
 
 def rhombic_plate(n=16):
     """FV22: thick rhombic plate, 10 m, 45 degrees, 1 m thick, clamped all round."""
     c = np.sqrt(0.5)
-    edges = lambda at: [(at, "126"), (np.unique([at[0], at[-1], at[:, 0], at[:, -1]]), "345")]  # noqa: E731
+    edges = lambda at: [(at, "126"), (np.unique([at[0], at[-1], at[:, 0], at[:, -1]]), "345")]
     return _sheet(n, n, lambda a, b: (10 * a + 10 * c * b, 10 * c * b, 0 * a), 1.0, edges)
 
 
 def tapered_membrane(n=12):
     """FV32: 10 m long, 5 m to 1 m high, 0.05 m thick, held along its root, in its plane."""
-    place = lambda a, b: (10 * a, (b - 0.5) * (5 - 4 * a), 0 * a)  # noqa: E731
+    place = lambda a, b: (10 * a, (b - 0.5) * (5 - 4 * a), 0 * a)
     return _sheet(2 * n, n, place, 0.05, lambda at: [(at, "345"), (at[0], "12")])
 
 

@@ -39,7 +39,7 @@ def angles(place, upper=UPPER):
 
 def closed_form(t):
     """Angles, rates, accelerations (2,) at a time."""
-    one = lambda t: angles(path()(t))  # noqa: E731
+    one = lambda t: angles(path()(t))
     rate = jax.jacfwd(one)
     return one(t), rate(t), jax.jacfwd(rate)(t)
 
@@ -91,7 +91,7 @@ def test_what_leads_carries_the_force_of_the_inverse_dynamics(led, motion):
     """`J^T f` of the force that leads is what motors would give; and motors that do carry no force at the tip."""
     a = jax.jit(jax.vmap(closed_form))(TS)[2]
     free, states = arm(), motion.states
-    needs = lambda s, a: (mbs.kinematics.jacobian(free, s, "tip"), mbs.inverse_dynamics(free, s, a))  # noqa: E731
+    needs = lambda s, a: (mbs.kinematics.jacobian(free, s, "tip"), mbs.inverse_dynamics(free, s, a))
     J, need = jax.jit(jax.vmap(needs))(states, a)
     force = mbs.reactions(led, motion)["lead"].force
     np.testing.assert_allclose(jnp.einsum("tkj,tk->tj", J[:, :3], force), need, atol=1e-7)
@@ -144,7 +144,7 @@ def test_a_frame_is_turned_along_a_path_in_space():
     system = b.build()
     t = 0.7
     state = mbs.State.at(system, t=t)
-    R = lambda t: Rotation.from_rotvec(np.array(turn(t))).as_matrix()  # noqa: E731
+    R = lambda t: Rotation.from_rotvec(np.array(turn(t))).as_matrix()
     np.testing.assert_allclose(mbs.rotation(system, state, "grip"), R(t), atol=1e-9)
     np.testing.assert_allclose(mbs.position(system, state, "grip"), place(t), atol=1e-9)
     spin = (R(t + 1e-5) - R(t - 1e-5)) / 2e-5 @ R(t).T

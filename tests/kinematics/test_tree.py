@@ -54,7 +54,7 @@ def sample(tree, seed=0, batch=()):
         about_origin = root @ root.T + m * skew(c) @ skew(c).T
         dense[index] = np.block([[about_origin, m * skew(c)], [m * skew(c).T, m * np.eye(3)]])
         ten[index] = [m, *(m * c), *about_origin[np.triu_indices(3)]]
-    last = lambda x: jnp.asarray(np.moveaxis(x, -1, 1))  # noqa: E731
+    last = lambda x: jnp.asarray(np.moveaxis(x, -1, 1))
     return last(local), last(random.normal(size=(*shape, 6))), last(ten), dense
 
 

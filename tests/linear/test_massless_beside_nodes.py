@@ -113,7 +113,7 @@ def test_derivatives_by_mass_and_place_with_declared_rows(compiled):
     by = jax.jacfwd(lowest, argnums=(0, 1))
     slopes = (jax.jit(by) if compiled else by)(3.0, 0.2)
     h = 1e-5
-    exact = lambda m, e: finite_values(stiffness(), np.asarray(mass_of(m, e)))[:2]  # noqa: E731
+    exact = lambda m, e: finite_values(stiffness(), np.asarray(mass_of(m, e)))[:2]
     np.testing.assert_allclose(slopes[0], (exact(3.0 + h, 0.2) - exact(3.0 - h, 0.2)) / 2 / h, rtol=1e-6)
     np.testing.assert_allclose(slopes[1], (exact(3.0, 0.2 + h) - exact(3.0, 0.2 - h)) / 2 / h, rtol=1e-6)
 

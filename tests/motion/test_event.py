@@ -11,7 +11,7 @@ from tests.models import four_bar
 
 G, MASS = 9.81, 1.2
 END = 1.3
-FLOOR = lambda s: s.coordinates[0]  # noqa: E731
+FLOOR = lambda s: s.coordinates[0]
 
 
 def ball():
@@ -78,7 +78,7 @@ def test_a_bouncing_ball_and_its_derivatives_forward(falling):
 
 @pytest.mark.long
 def test_a_bouncing_ball_in_reverse_and_by_differences(falling):
-    height = lambda x: drop(falling, x).end.coordinates[0]  # noqa: E731
+    height = lambda x: drop(falling, x).end.coordinates[0]
     slope = jax.jit(jax.grad(height))(X)
     np.testing.assert_allclose(slope, jax.grad(lambda x: bounced(*x, END))(X), rtol=1e-7)
     value, h = jax.jit(height), 1e-5
@@ -192,7 +192,7 @@ def test_an_action_that_breaks_the_loop_is_projected():
 
 def test_what_events_cannot_do(falling):
     start = mbs.State.at(falling, z=1.0)
-    run = lambda **options: mbs.simulate(falling, start, t1=1.0, **options)  # noqa: E731
+    run = lambda **options: mbs.simulate(falling, start, t1=1.0, **options)
     with pytest.raises(ValueError, match="loop='diffeqsolve' has no events that act"):
         run(event=bounce(0.5), loop="diffeqsolve")
     with pytest.raises(ValueError, match="direction=2"):

@@ -19,7 +19,7 @@ def ball():
 
 
 def bounce(restitution=0.8):
-    action = lambda s: mbs.State(s.t, s.coordinates, -restitution * s.velocities)  # noqa: E731
+    action = lambda s: mbs.State(s.t, s.coordinates, -restitution * s.velocities)
     return Event(lambda s: s.coordinates[0], action, -1, name="floor")
 
 
@@ -94,7 +94,7 @@ def test_at_the_time_of_an_event_the_state_is_that_after_it(early):
     kick = Event(lambda s: s.t - 0.5, lambda s: mbs.State(s.t, s.coordinates, s.velocities + 1.0), 1, name="kick")
     ts = np.linspace(early, 1.0, 5)
     motion = mbs.simulate(system, mbs.State.at(system, x=0.0, velocities={"x": 1.0}), ts=ts, event=kick)
-    speed = lambda t: np.where(t >= 0.5, 2.0, 1.0)  # noqa: E731
+    speed = lambda t: np.where(t >= 0.5, 2.0, 1.0)
     np.testing.assert_allclose(motion.states.velocities[:-1, 0], speed(ts), rtol=1e-12)
     t = np.array([0.3, 0.4999, 0.5, 0.5001, 0.9])
     found = motion.at(system, t)
@@ -118,7 +118,7 @@ def latched(p, gradient="reverse"):
     motion = mbs.simulate(
         system, start, ts=np.linspace(0.0, 1.0, 81), event=catch, gradient=gradient, rtol=1e-11, atol=1e-12
     )
-    load = lambda s: mbs.reactions(system, s).law("latch").effort[..., 0]  # noqa: E731
+    load = lambda s: mbs.reactions(system, s).law("latch").effort[..., 0]
     here = motion.at(system, jnp.array([0.47, 0.53]))
     slowest = peak(system, motion, lambda s: -s.velocities[0])
     single = jnp.stack([load(motion)[68], slowest.value, slowest.time, motion.events.times[0]])
@@ -128,9 +128,9 @@ def latched(p, gradient="reverse"):
 def closed_form(p):
     stiffness, speed, part = p
     w, caught = np.sqrt(stiffness / MASS), LATCHED / speed
-    x = lambda t: speed * t if t < caught else LATCHED + part * speed / w * np.sin(w * (t - caught))  # noqa: E731
-    v = lambda t: speed if t < caught else part * speed * np.cos(w * (t - caught))  # noqa: E731
-    pull = lambda t: 0.0 if t < caught else -stiffness * (x(t) - LATCHED)  # noqa: E731
+    x = lambda t: speed * t if t < caught else LATCHED + part * speed / w * np.sin(w * (t - caught))
+    v = lambda t: speed if t < caught else part * speed * np.cos(w * (t - caught))
+    pull = lambda t: 0.0 if t < caught else -stiffness * (x(t) - LATCHED)
     t = 0.47, 0.53
     return np.array([*map(x, t), *map(v, t), pull(0.85), part * speed, caught + np.pi / w, caught])
 

@@ -124,7 +124,7 @@ def test_bristles_of_a_joint_beside_a_law_with_many_states():
     b.force("pull", mbs.Actuator(lambda x, v, t: 5.0 * t - 2.0 * x), joint="x")
     b.force("rubber", F.Prony(1.0, 2.0 * np.ones(6), np.geomspace(0.01, 1.0, 6)), joint="x")
     system = b.build()
-    run = lambda **kw: mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.2, 1.6, 8), **kw)  # noqa: E731
+    run = lambda **kw: mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.2, 1.6, 8), **kw)
     explicit, implicit = run(rtol=1e-9, atol=1e-9), run(rtol=1e-8, atol=1e-8, solver=diffrax.Kvaerno5())
     assert explicit.states.coordinates[-1, 0] > 0.1  # it has slipped
     np.testing.assert_allclose(implicit.states.coordinates, explicit.states.coordinates, atol=1e-6)

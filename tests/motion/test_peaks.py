@@ -62,7 +62,7 @@ def test_pendulum_between_coarse_times():
 def test_ends_events_and_failures():
     """The speed of the fall is largest at the end, or where an event ends it; without a motion there is no peak."""
     times = jnp.linspace(0.0, 0.3, 4)
-    speed = lambda s: jnp.stack([jnp.abs(s.velocities[0]), s.coordinates[0]])  # noqa: E731
+    speed = lambda s: jnp.stack([jnp.abs(s.velocities[0]), s.coordinates[0]])
     system, motion = swing(1.0, times)
     found = mbs.motion.peak(system, motion, speed)
     np.testing.assert_array_equal(found.value, [-motion.states.velocities[-1, 0], 1.2])
@@ -175,7 +175,7 @@ def test_programs_are_kept_by_what_the_quantity_does():
     for scale[0] in (1.0, 2.0):
         found = mbs.motion.peak(system, motion, lambda s: scale[0] * s.coordinates[0])
         np.testing.assert_allclose(found.value, scale[0] * 1.2, rtol=1e-9)
-    sine = lambda: mbs.motion.peak(system, motion, lambda s: jnp.sin(s.coordinates[0]))  # noqa: E731
+    sine = lambda: mbs.motion.peak(system, motion, lambda s: jnp.sin(s.coordinates[0]))
     first, events = sine(), []
     jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: events.append(event))
     again = sine()

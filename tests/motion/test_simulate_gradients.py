@@ -75,7 +75,7 @@ def test_gradient_of_a_motion_by_the_design_is_that_of_differences(name):
         return states.coordinates[-1], states.velocities[-1]
 
     weights = [jnp.asarray(random.normal(size=x.shape)) for x in jax.eval_shape(last, numbers)]
-    loss = lambda n: sum(jnp.dot(w, x) for w, x in zip(weights, last(n), strict=True))  # noqa: E731
+    loss = lambda n: sum(jnp.dot(w, x) for w, x in zip(weights, last(n), strict=True))
     both = mbs.jit(jax.value_and_grad(loss), compile="quick")
     h, gradient = 1e-3, np.asarray(both(numbers)[1])
     ends = [float(both(numbers + k * h * along)[0]) for k in (1, -1, 2, -2)]

@@ -75,14 +75,14 @@ def test_against_the_exponential(options):
 def test_order_of_fixed_steps(solver):
     """Halved steps leave a quarter of the error, or half."""
     system, order = block(), 1 if isinstance(solver, mbs.ode.SemiImplicitEuler) else 2
-    run = lambda dt: mbs.simulate(system, begin(system), ts=TIMES[-1:], dt=dt, solver=solver)  # noqa: E731
+    run = lambda dt: mbs.simulate(system, begin(system), ts=TIMES[-1:], dt=dt, solver=solver)
     errors = [np.abs(found(run(dt)) - exact(NUMBERS, TIMES[-1:])).max() for dt in (4e-3, 2e-3)]
     np.testing.assert_allclose(errors[0] / errors[1], 2.0**order, rtol=0.15)
 
 
 def slopes_of(function, numbers, step=1e-5):
     """Central differences by name."""
-    moved = lambda name, h: {**numbers, name: numbers[name] * (1.0 + h)}  # noqa: E731
+    moved = lambda name, h: {**numbers, name: numbers[name] * (1.0 + h)}
     return {
         name: (function(moved(name, step)) - function(moved(name, -step))) / (2.0 * step * numbers[name])
         for name in numbers
@@ -158,7 +158,7 @@ def test_events_keep_or_change_internal_states():
 @LONG
 def test_an_internal_state_can_end_a_motion():
     system = block()
-    full = lambda s: s.internal["motor.force"] - 6.0  # noqa: E731
+    full = lambda s: s.internal["motor.force"] - 6.0
     motion = mbs.simulate(system, begin(system), t1=2.0, event=full)
     np.testing.assert_allclose(motion.end.t, 0.15 * np.log(5.0), atol=1e-8)
     np.testing.assert_allclose(motion.end.internal["motor.force"], 6.0, atol=1e-8)
@@ -240,7 +240,7 @@ def test_twenty_states_on_a_four_bar():
     """The crank feels the sum of forces known in closed form, as an actuator of that sum; gradient by differences."""
     numbers = jnp.array([0.1, 3.0])
     system = loaded_four_bar(numbers)
-    start = lambda system: mbs.State.at(system, A=0.7, velocities={"A": 3.0}, guess={"B": -0.2, "D": 1.2})  # noqa: E731
+    start = lambda system: mbs.State.at(system, A=0.7, velocities={"A": 3.0}, guess={"B": -0.2, "D": 1.2})
     taus = 0.1 * (1.0 + 0.1 * np.arange(20))
     signs = (-1.0) ** np.arange(20)
     b = four_bar_builder()
@@ -321,7 +321,7 @@ def test_stick_and_slip():
     b.force("pull", mbs.Actuator(lambda x, v, t: 2.0 * (0.1 * t - x)), joint="x")
     b.force("floor", Bristle(1e3, 10.0), joint="x")
     system = b.build()
-    run = lambda **kw: mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.5, 12.0, 24), **kw)  # noqa: E731
+    run = lambda **kw: mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.5, 12.0, 24), **kw)
     explicit, implicit = run(rtol=1e-8, atol=1e-8), run(rtol=1e-7, atol=1e-7, solver=diffrax.Kvaerno5())
     np.testing.assert_allclose(implicit.states.coordinates, explicit.states.coordinates, atol=2e-5)
     np.testing.assert_allclose(implicit.internal("floor.z"), explicit.internal("floor.z"), atol=2e-6)

@@ -156,7 +156,7 @@ def test_too_few_steps_and_nothing_to_do():
     state = ours(integrate, STIFFNESS, START, short)
     assert state.result == diffrax.RESULTS.max_steps_reached and int(state.tried) == 7 and int(state.saved) < 6
     still = eqx.tree_at(lambda m: (m.t1, m.times), short, (jnp.zeros(()), 0.0 * TIMES))
-    value = lambda y0: loss(ours(integrate_with_adjoint, STIFFNESS, y0, still).ys)  # noqa: E731
+    value = lambda y0: loss(ours(integrate_with_adjoint, STIFFNESS, y0, still).ys)
     for found, wanted in zip(  # noqa: B905
         jax.grad(value)(START), jax.grad(lambda y: loss([jnp.stack([a] * 6) for a in y]))(START)
     ):

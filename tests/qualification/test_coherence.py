@@ -20,7 +20,7 @@ TABLE = ([5.0, 30.0, 80.0], [0.9, 0.2 + 0.3j, 0.1])
 def rms(coherence, scale=1.0):
     w = 2 * np.pi * NATURAL
     system = mbs.LinearSystem(mass=np.eye(1), stiffness=[[w**2]], coordinates=["m z"])
-    level = lambda value: psd_table(BAND, [value, value], "N^2/Hz")  # noqa: E731
+    level = lambda value: psd_table(BAND, [value, value], "N^2/Hz")
     inputs = {"a": RandomForce(level(FIRST), {"m z": 1.0}), "b": RandomForce(level(SECOND), {"m z": scale})}
     out = {"x": Coordinates("m z", "displacement")}
     return random_response(system, inputs, out, coherence={("a", "b"): coherence}, ratios=RATIO).rms[0]

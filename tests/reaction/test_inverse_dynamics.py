@@ -12,7 +12,7 @@ LENGTHS = 1.0, 0.3, 0.9, 0.7  # ground, crank, coupler, rocker
 
 
 def four_bar(mass=1.0, like=None, **drives):
-    rod = lambda mass, length: mbs.inertia.rod(1.0, length)  # noqa: E731
+    rod = lambda mass, length: mbs.inertia.rod(1.0, length)
     return four_bar_builder(LENGTHS, 3 * [mass], rod, **drives).build(like=like)
 
 

@@ -300,7 +300,7 @@ def test_every_body_of_a_driven_loop_is_in_equilibrium():
     h = 1e-4
     motion = mbs.simulate(system, state, ts=jnp.array([h, 2 * h]))
     before = mbs.State.at(system, guess={"A": 0.7, "B": B, "D": D}, t=-h)
-    energy = lambda s: float(mbs.dynamics.kinetic_energy(system, s) + mbs.dynamics.potential_energy(system, s))  # noqa: E731
+    energy = lambda s: float(mbs.dynamics.kinetic_energy(system, s) + mbs.dynamics.potential_energy(system, s))
     after = jax.tree.map(lambda x: x[0], motion.states)
     rate = (energy(after) - energy(before)) / (2 * h)
     load_power = 5.0 * float(mbs.velocity(system, state, ("coupler", (0.9, 0.0, 0.0)))[1])

@@ -16,7 +16,7 @@ COMPILED = "/jax/core/compile/backend_compile_duration"
 def programs():
     """A list that grows by the name of every program that is compiled; nothing runs on tapes."""
     found = []
-    listen = lambda event, *_, fun_name="", **__: found.append(fun_name) if event == COMPILED else None  # noqa: E731
+    listen = lambda event, *_, fun_name="", **__: found.append(fun_name) if event == COMPILED else None
     jax.clear_caches()  # of modules before this one
     jax.monitoring.register_event_duration_secs_listener(listen)
     with without_tricks("tape"):

@@ -142,7 +142,7 @@ def test_a_condition_of_all_lanes_is_no_batch():
 
 
 def test_lanes_that_are_good_are_left_alone():
-    value = lambda good, x: lazy_where(good, x, lambda x: 2.0 * x, x)  # noqa: E731
+    value = lambda good, x: lazy_where(good, x, lambda x: 2.0 * x, x)
     found = jax.jit(jax.vmap(value))(jnp.array([True, False]), jnp.stack([X, X]))
     np.testing.assert_array_equal(found, jnp.stack([X, 2.0 * X]))
     np.testing.assert_array_equal(value(jnp.asarray(False), X), 2.0 * X)
@@ -164,7 +164,7 @@ def test_events_of_compilation_arrive():
 
 
 def test_solutions_of_linear_systems_are_saved():
-    solve = lambda x: lax.custom_linear_solve(lambda y: x * y, jnp.sin(x), lambda _, b: b / x, symmetric=True)  # noqa: E731
+    solve = lambda x: lax.custom_linear_solve(lambda y: x * y, jnp.sin(x), lambda _, b: b / x, symmetric=True)
     saved = jax.make_jaxpr(jax.grad(lambda x: jnp.sum(remat(lambda x: solve(x) ** 3)(x))))(X)
     assert [equation.primitive.name for equation in equations(saved)].count("custom_linear_solve") == 2
 
@@ -185,7 +185,7 @@ def test_rows_at_constant_places_have_no_scatter_in_their_derivative():
 
 
 def test_maps_go_in_chunks():
-    mapped = lambda x: map_chunked(jnp.sin, x)  # noqa: E731
+    mapped = lambda x: map_chunked(jnp.sin, x)
     assert "scan" in names(mapped, jnp.arange(20.0))
     with without_tricks("chunked_maps"):
         assert "scan" not in names(lambda x: map_chunked(jnp.sin, x), jnp.arange(20.0))

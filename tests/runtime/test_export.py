@@ -54,7 +54,7 @@ def stored(tmp_path_factory):
 def test_another_process_asks_it_with_another_mass_and_traces_no_model(stored):
     system = pendulum(3.0)  # noqa: F821
     state = mbs.State.at(system, pin=0.7)
-    total = lambda s: jnp.sum(loads(s, state)["pin"].force ** 2)  # noqa: E731, F821
+    total = lambda s: jnp.sum(loads(s, state)["pin"].force ** 2)  # noqa: F821
     found = subprocess.run(
         [sys.executable, "-c", MODEL + ASKED, str(stored)], capture_output=True, text=True, check=True
     ).stdout.split()
@@ -134,7 +134,7 @@ def test_laws_of_one_name_are_told_apart(make, tmp_path):
     """By the numbers that they close over, read or have as a default; the same law defined again is the same."""
     system = hung(make(2.0))
     state = mbs.State.at(system, pin=0.7)
-    spring = lambda s, x: mbs.reactions(s, x)["pin"].effort  # noqa: E731
+    spring = lambda s, x: mbs.reactions(s, x)["pin"].effort
     mbs.runtime.export(spring, (system, state), tmp_path / "spring")
     program = mbs.runtime.load_program(tmp_path / "spring")
     again = hung(make(2.0))

@@ -34,7 +34,7 @@ def test_take(places):
 @pytest.mark.parametrize("number", [1, tuning.ROWS_TOGETHER, tuning.ROWS_TOGETHER + 1, 3 * tuning.ROWS_TOGETHER])
 def test_over_rows(number):
     x, t = jnp.asarray(np.random.default_rng(2).normal(size=(number, 3))), jnp.arange(float(number))
-    value = lambda x: map_chunked(lambda row: jnp.sin(row[0]) * row[1], (x, t))  # noqa: E731
+    value = lambda x: map_chunked(lambda row: jnp.sin(row[0]) * row[1], (x, t))
     np.testing.assert_allclose(value(x), np.sin(x) * np.asarray(t)[:, None], rtol=1e-15)
     gradient = jax.grad(lambda x: jnp.sum(value(x)))(x)
     np.testing.assert_allclose(gradient, np.cos(x) * np.asarray(t)[:, None], rtol=1e-15)

@@ -40,5 +40,5 @@ def test_one_vmap_is_a_row_after_the_other_and_a_second_is_refused():
 
 def test_a_function_as_one_kernel_is_the_same_function():
     z = jnp.array([2.0, 0.5, -1.0])
-    f = lambda z: jnp.concatenate([jnp.sin(z), z[:1] * z[1]])  # noqa: E731
+    f = lambda z: jnp.concatenate([jnp.sin(z), z[:1] * z[1]])
     np.testing.assert_allclose(jax.jit(one_kernel(f, marks=False))(z), f(z), rtol=1e-15)

@@ -14,7 +14,7 @@ def test_what_nothing_needs_is_left_out():
     weights = jnp.arange(3.0)
 
     def inner(x):
-        once = lambda _, pair: (jnp.sin(pair[0]), jnp.exp(pair[1]))  # noqa: E731
+        once = lambda _, pair: (jnp.sin(pair[0]), jnp.exp(pair[1]))
         return lax.scan(lambda pair, _: (once(None, pair), None), (x, x), length=2)[0]
 
     def function(x, unused):

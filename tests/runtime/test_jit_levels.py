@@ -11,7 +11,7 @@ from tests.zoo import of_all
 
 def numbers(system, state, scale):
     """Of a motion and of its reactions, with masses and their places scaled (2,)."""
-    places = lambda s: (s.mass, s.com)  # noqa: E731
+    places = lambda s: (s.mass, s.com)
     system = eqx.tree_at(places, system, (system.mass * scale[0], system.com * scale[1]))
     # the elastic arm bends by more than its model allows, which changes no number
     motion = mbs.simulate(system, state, ts=state.t + jnp.array([0.05, 0.1]), throw=False)

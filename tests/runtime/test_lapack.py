@@ -67,7 +67,7 @@ def test_derivatives_of_two_orders(n):
 def test_batches_give_what_single_calls_give(n):
     A = jnp.stack([_matrix(n, seed=k) for k in range(6)]).reshape(2, 3, n, n)
     S, b = jnp.einsum("abij,abkj->abik", A, A) + n * jnp.eye(n)[None, None], A[0, 0]
-    twice = lambda f: jax.jit(jax.vmap(jax.vmap(f)))  # noqa: E731
+    twice = lambda f: jax.jit(jax.vmap(jax.vmap(f)))
     for found, right in [
         (twice(lambda A: square.solve(A, b))(A), np.linalg.solve(A, b)),
         (twice(lambda b: square.solve(A[1, 1], b))(A), np.linalg.solve(A[1, 1], A)),

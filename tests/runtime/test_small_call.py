@@ -31,7 +31,7 @@ def marked(monkeypatch):
 
 def three_times(step, x, loop=lambda loop: loop):
     """`step` of (x, count, whether one, nothing) three times, as a loop that carries all kinds."""
-    body = lambda c: (step(c[0]), c[1] + 1, ~c[2], c[3])  # noqa: E731
+    body = lambda c: (step(c[0]), c[1] + 1, ~c[2], c[3])
     start = (x, jnp.zeros((), jnp.int32), jnp.asarray(True), jnp.zeros((0, 2)))
     return loop(functools.partial(lax.while_loop, lambda c: c[1] < 3, body))(start)
 

@@ -17,7 +17,7 @@ def test_states_of_a_branch():
     b.force("rubber", mbs.forces.Maxwell(5.0, 1.0), joint="A")
     b.force("servo", Servo(1.0, [0.1, 0.2, 0.3], 0.5))
     system = b.build()
-    at = lambda A, z: mbs.State.at(system, A=A, guess={"B": -0.2, "D": 1.2}, internal={"rubber.stretch": z})  # noqa: E731
+    at = lambda A, z: mbs.State.at(system, A=A, guess={"B": -0.2, "D": 1.2}, internal={"rubber.stretch": z})
     start = at(0.7, 0.1)
     states = mbs.assembly.states_along(system, "A", np.linspace(0.7, 1.5, 5), start)
     np.testing.assert_allclose(states.internal["servo.integral"], 0.1 * states.coordinates)

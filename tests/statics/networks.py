@@ -75,7 +75,7 @@ def random_bonds(graph, seed=0, most_free=3, dtype=float):
     random, pairs = np.random.default_rng(seed), GRAPHS[graph]
     q, p = len(pairs), 1 + max(max(pair) for pair in pairs)
     bodies = [f"b{k}" for k in range(p)]
-    name = lambda k: "ground" if k < 0 else bodies[k]  # noqa: E731
+    name = lambda k: "ground" if k < 0 else bodies[k]
     bonds = {f"bond {e}": (name(a), name(b)) for e, (a, b) in enumerate(pairs)}
     carries = np.ones((q, 6), bool)
     for row in carries:

@@ -234,7 +234,7 @@ def test_vmap_over_loads_and_positions():
     bonds = random_bonds("loops", seed=3, most_free=1)
     loads = jnp.stack([jnp.asarray(random_loads(bonds, seed)) for seed in range(3)])
     moves = 0.1 * jax.random.normal(jax.random.key(0), (3, *bonds.position.shape))
-    at = lambda move: eqx.tree_at(lambda b: b.position, bonds, bonds.position + move)  # noqa: E731
+    at = lambda move: eqx.tree_at(lambda b: b.position, bonds, bonds.position + move)
     found = jax.jit(jax.vmap(lambda move, x: bond_reactions(at(move), x, "nodal")))(moves, loads)
     for k in range(3):
         np.testing.assert_allclose(found.components[k], dense_reactions(at(moves[k]), loads[k]), atol=1e-10)

@@ -199,7 +199,7 @@ def test_rest_and_a_start_from_it():
 def test_a_batch_of_gaps_and_a_load_that_is_a_function():
     """Modes left out and single precision: near the exact motion; with the gap wide open the tips never meet."""
     low = jax.tree.map(lambda a: a.astype(jnp.float32), network(1.0, 4))
-    force = lambda t: {f"left.{TIP}": jnp.interp(t, *_low())}  # noqa: E731
+    force = lambda t: {f"left.{TIP}": jnp.interp(t, *_low())}
     gaps = jnp.array([GAP, 10.0], jnp.float32)
     motions = jax.vmap(lambda gap: mbs.simulate(low, ts=TIMES, forces=force, laws=laws(gap, jnp.float32(HARD))[:1]))(
         gaps

@@ -50,7 +50,7 @@ def test_an_inertia_larger_than_the_machine_is_no_slab():
 
 def placed(data, instant=0):
     """Names and world corners of the solids on bodies, as the player puts them there."""
-    numbers = lambda text, kind="<f4": np.frombuffer(base64.b64decode(text), kind)  # noqa: E731
+    numbers = lambda text, kind="<f4": np.frombuffer(base64.b64decode(text), kind)
     for stage in data["objects"]:
         poses = numbers(stage["tracks"]).reshape(-1, len(stage["bodies"]), 7)[instant]
         for item in stage["items"]:

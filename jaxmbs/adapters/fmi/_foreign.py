@@ -84,7 +84,7 @@ def read_interface(path, effort, displacement, velocity, parameters, start) -> I
     faults += [no_such("state of the FMU", name, values) for name in start if name not in values]
     if faults:
         raise ModelError(faults, "Fmu")
-    place = lambda name: None if name is None else variables[name].valueReference  # noqa: E731
+    place = lambda name: None if name is None else variables[name].valueReference
     return Interface(
         path=str(path),
         sha256=hashlib.sha256(content).hexdigest(),

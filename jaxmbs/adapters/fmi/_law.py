@@ -100,6 +100,6 @@ def _call(interface):
     def slopes(z):
         return instance_of(interface).slopes(z)
 
-    evaluate = lambda z: instance_of(interface).values(z)  # noqa: E731
+    evaluate = lambda z: instance_of(interface).values(z)
     given = slopes if interface.has_derivatives else None
     return host_call(evaluate, given, len(interface.states) + 1, refuse)

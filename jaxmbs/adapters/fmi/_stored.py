@@ -13,8 +13,8 @@ def serialised_programs(flat: FlatMechanism, start: np.ndarray, kind: str) -> di
     """Bytes by name, with the size of the argument; those with "_kernel" are marked for this release of JAX alone."""
     z, known, unknown = len(start), flat.num_known, flat.num_states + len(flat.output_names)
     instant = _traced(flat.instant, z)
-    at = lambda x: instant(x)[:unknown]  # noqa: E731
-    along = lambda seed: jnp.concatenate([seed, jnp.zeros(z - known)])  # noqa: E731 - hidden coordinates follow
+    at = lambda x: instant(x)[:unknown]
+    along = lambda seed: jnp.concatenate([seed, jnp.zeros(z - known)])  # hidden coordinates follow
     functions = {
         "instant": (instant, [z]),
         "directional": (lambda x, seed: jax.jvp(at, (x,), (along(seed),))[1], [z, known]),

@@ -32,7 +32,7 @@ def table_faults(table: CurveTable) -> list[str]:
         faults.append(f"the axis is {table.quantity} [{table.axis_unit}]: it must be one of {known}")
     if len(table.axis) < 2:
         faults.append("it has fewer than two points")
-    place = lambda k: table.lines[k] if table.lines else f"point {k + 1}"  # noqa: E731
+    place = lambda k: table.lines[k] if table.lines else f"point {k + 1}"
     for k in np.flatnonzero(~np.isfinite(table.axis))[:MOST_FAULTS]:
         faults.append(f"{place(k)}: the {table.quantity} is not finite")
     for k in np.flatnonzero(~(np.diff(table.axis) > 0) & np.isfinite(table.axis[1:]))[:MOST_FAULTS] + 1:

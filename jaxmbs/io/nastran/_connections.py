@@ -99,7 +99,7 @@ def rods(cards: list[Card], deck: DeckContext) -> Groups:
 def conrods(cards: list[Card], deck: DeckContext) -> Groups:
     """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
     made: Groups = {}
-    values = lambda card: (card.integer(4, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))  # noqa: E731
+    values = lambda card: (card.integer(4, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))
     for (mid, area, nsm), own in group_cards(cards, values).items():
         name = f"CONROD {own[0].integer(1, 'EID')}"
         if not deck.has_material(f"MAT1 {mid}"):

@@ -22,7 +22,7 @@ class MasslessGroup(AbstractElementGroup):
         """Without density and mass per length."""
         made = self.of.element(numbers)
         heavy = [name for name in ("density", "line_mass") if hasattr(made, name)]
-        where = lambda e: [getattr(e, name) for name in heavy]  # noqa: E731
+        where = lambda e: [getattr(e, name) for name in heavy]
         return eqx.tree_at(where, made, [jnp.zeros_like(value) for value in where(made)])
 
     def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:

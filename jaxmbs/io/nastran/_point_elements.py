@@ -53,7 +53,7 @@ def scalars(cards: list[Card], deck: DeckContext) -> Groups:
     kind, form = cards[0].name[:-1], cards[0].name[-1]
     prop, what = _SCALARS[kind]
     own_rate, step = form in "24", 2 if form in "12" else 1
-    key = lambda card: ("" if own_rate else deck.owner(card, prop), _ends(card, step))  # noqa: E731
+    key = lambda card: ("" if own_rate else deck.owner(card, prop), _ends(card, step))
     made: Groups = {}
     for (owner, fields), own in group_cards(cards, key).items():
         nodes = [tuple(deck.node(card, k, "G") for k in fields) for card in own]
@@ -104,7 +104,7 @@ def _rate(card, deck):
 def bushes(cards: list[Card], deck: DeckContext) -> Groups:
     """CBUSH: a group for each property, to ground or between nodes, with axes of its own or along its line."""
     made: Groups = {}
-    key = lambda card: (deck.owner(card, "PBUSH"), card.text(4) in ("", "0"), _kind(card))  # noqa: E731
+    key = lambda card: (deck.owner(card, "PBUSH"), card.text(4) in ("", "0"), _kind(card))
     for (owner, grounded, kind), own in group_cards(cards, key).items():
         nodes = [(deck.node(card, 3, "GA"),) if grounded else node_indices(card, deck, 3, 2) for card in own]
         axes = vectors = None

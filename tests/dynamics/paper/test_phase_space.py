@@ -45,7 +45,7 @@ def test_value_and_slopes_of_a_pendulum_on_a_cart():
         np.testing.assert_allclose(found[value], by_hand(phi, momenta), **CLOSE)
         np.testing.assert_allclose(found[slope][0], slopes(lambda x, m=momenta: by_hand(x, m), phi), **CLOSE)
         np.testing.assert_allclose(found[slope][1], np.linalg.solve(HAND.field(phi[1]), momenta), **CLOSE)
-    lagrangian = lambda phi: 0.5 * u @ HAND.field(phi[1]) @ u  # noqa: E731
+    lagrangian = lambda phi: 0.5 * u @ HAND.field(phi[1]) @ u
     np.testing.assert_allclose(found["own slopes"][0], -slopes(lagrangian, phi), **CLOSE)  # (48)
     I_dot = slopes(lambda x: HAND.field(x[0]), phi[1:])[..., 0] * u[1]
     p_dot = HAND.field(phi[1]) @ found["u_dot"] + I_dot @ u
@@ -59,7 +59,7 @@ def field_of_four_bar(angle):
 
     def middles(x):
         A, B, D = four_bar_angles(x[0])
-        e = lambda s: np.array([np.cos(s), np.sin(s)])  # noqa: E731
+        e = lambda s: np.array([np.cos(s), np.sin(s)])
         places = a / 2 * e(A), a * e(A) + b / 2 * e(A + B), np.array([LENGTHS[0], 0.0]) + c / 2 * e(D)
         return np.stack([np.append(place, turn) for place, turn in zip(places, (A, A + B, D), strict=True)])
 
@@ -129,7 +129,7 @@ def test_derivatives_by_parameters_and_momenta():
     system, phi, p = HAND.build(), np.array([0.3, 0.6]), jnp.array([0.8, -0.5])
     state = mbs.State.at(system, slide=phi[0], swing=phi[1])
     found = jax.jit(jax.jacfwd(lambda p: dynamics.hamiltonian_slopes(system, state, p)[0]))(p)
-    by_hand = lambda p: slopes(lambda x: 0.5 * p @ np.linalg.solve(HAND.field(x[1]), p), phi)  # noqa: E731
+    by_hand = lambda p: slopes(lambda x: 0.5 * p @ np.linalg.solve(HAND.field(x[1]), p), phi)
     np.testing.assert_allclose(found, slopes(by_hand, p), rtol=1e-7, atol=1e-9)
 
 

@@ -75,7 +75,7 @@ def test_kic_is_the_slope_of_the_length_along_the_spring(on_cart):
 
 def test_efforts_by_either_kic(on_cart):
     """(59) and (64), the slope of the energy."""
-    energy = lambda phi: STIFFNESS / 2 * (length(phi) - FREE) ** 2  # noqa: E731
+    energy = lambda phi: STIFFNESS / 2 * (length(phi) - FREE) ** 2
     dq_C = on_cart["displacement"][0]
     for G in (on_cart["vector"][1], on_cart["G_C"]):
         np.testing.assert_allclose(-STIFFNESS * G.T @ dq_C, -slopes(energy, PHI), atol=1e-8)

@@ -35,7 +35,7 @@ def drawn(name, sizes, n=1200):
     axis = (np.arange(n) + 0.5) / n * 2 * span - span
     z, y = np.meshgrid(axis, axis, indexing="ij")
     r = np.hypot(z, y)
-    bar = lambda w, h, at=0.0, up=0.0: (abs(z - at) < w / 2) & (abs(y - up) < h / 2)  # noqa: E731
+    bar = lambda w, h, at=0.0, up=0.0: (abs(z - at) < w / 2) & (abs(y - up) < h / 2)
     shape = {
         "ROD": lambda: r < s[0],
         "TUBE": lambda: (r < s[0]) & (r >= s[1]),

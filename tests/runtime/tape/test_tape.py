@@ -53,7 +53,7 @@ def test_a_loop_changes_its_log_in_place():
     """Nothing is copied: the log of a motion is written row by row, in loops and branches inside of each other."""
 
     def write(k, log):
-        row = lambda log: lax.dynamic_update_slice(log, jnp.ones((1, 1000)) * k, (k, 0))  # noqa: E731
+        row = lambda log: lax.dynamic_update_slice(log, jnp.ones((1, 1000)) * k, (k, 0))
         return lax.cond(k % 2 == 0, row, lambda log: log, log)
 
     def run(x):
@@ -140,7 +140,7 @@ def test_motions_and_gradients_on_tapes_are_those_of_xla():
     system = b.build()
 
     def load(scale):
-        places = lambda s: (s.mass, s.com)  # noqa: E731
+        places = lambda s: (s.mass, s.com)
         changed = eqx.tree_at(places, system, (system.mass * scale[0], system.com * scale[1]))
         motion = mbs.simulate(changed, mbs.State.at(system, pin=0.3), ts=jnp.linspace(0.0, 0.5, 5))
         return jnp.sum(mbs.reactions(changed, motion)["pin"].force ** 2)

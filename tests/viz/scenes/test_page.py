@@ -70,7 +70,7 @@ def test_it_shows_the_pose_asked_for(page, tmp_path):
     other = photographed(page, tmp_path / "b.png", "#t=4.0")
     reference = imread(REFERENCE)[..., :3]
     assert found.shape == reference.shape
-    far = lambda a, b: np.mean(np.max(np.abs(a - b), axis=-1) > 0.1)  # noqa: E731
+    far = lambda a, b: np.mean(np.max(np.abs(a - b), axis=-1) > 0.1)
     assert far(found, reference) < 0.01
     assert far(found, other) > 0.02
     assert len(np.unique(np.round(found.reshape(-1, 3), 1), axis=0)) > 20  # not blank
@@ -86,5 +86,5 @@ def test_a_mesh_bends(tmp_path):
     shape[up] = (np.asarray(nodes)[up] / 0.5) ** 2
     viz.scene(clamped, np.array([0.0, 0.08, 0.0])[:, None] * shape, tmp_path / "plate.html", structures=structure)
     flat, bent = (photographed(tmp_path / "plate.html", tmp_path / f"{t}.png", f"#t={t}") for t in (0, 1))
-    red = lambda picture: np.mean((picture[..., 0] > 0.5) & (picture[..., 1] < 0.35))  # noqa: E731
+    red = lambda picture: np.mean((picture[..., 0] > 0.5) & (picture[..., 1] < 0.35))
     assert red(bent) > 0.001 > 0.0001 > red(flat)
