@@ -137,6 +137,8 @@ class Reported:
     What is traced, or half made, shows its shapes.
     """
 
+    _computes = True  # its methods and properties are public calls, see `explain_arguments`
+
     def report(self) -> Report:
         """The named numbers of the result, with their units."""
         raise NotImplementedError

@@ -29,6 +29,9 @@ _RAW = (
     np.linalg.LinAlgError,
 )
 
+#: Calls that methods and properties are counted as if they had: fewer of theirs make up for a compiler.
+_CALLED_OFTEN = 240
+
 #: The context of each call of a public function, the last one: of its name, and of the count of its calls.
 _AROUND: list[Callable[[str, Iterator[int]], contextlib.AbstractContextManager]] = []
 _AROUND.append(lambda name, calls: contextlib.nullcontext())
@@ -70,12 +73,29 @@ def _explain_construction(kind):
     for name, item in list(vars(kind).items()):
         if isinstance(item, classmethod) and not (name.startswith("_") or hasattr(item.__func__, "_is_explained")):
             setattr(kind, name, classmethod(_explained(item.__func__, f"{kind.__name__}.{name}")))
+    if getattr(kind, "_computes", False):
+        for base in kind.__mro__:
+            if base.__module__.partition(".")[0] == _HERE.name:
+                _explain_methods(base, kind.__name__)
 
 
-def _explained(function: Callable, name: str) -> Callable:
-    """The function, whose raw errors name the arguments that are wrong."""
+def _explain_methods(base, owner):
+    """Let public methods and properties of a class that computes, a builder or a result, be public calls too."""
+    for name, item in list(vars(base).items()):
+        function = item.fget if isinstance(item, property) else item
+        if name.startswith("_") or not inspect.isfunction(function) or hasattr(function, "_is_explained"):
+            continue
+        explained = _explained(function, f"{owner}.{name}", _CALLED_OFTEN)
+        setattr(base, name, property(explained, doc=item.__doc__) if isinstance(item, property) else explained)
 
-    calls = itertools.count()
+
+def _explained(function: Callable, name: str, count: int = 0) -> Callable:
+    """The function, whose raw errors name the arguments that are wrong.
+
+    Args: count: calls that are taken as made already.
+    """
+
+    calls = itertools.count(count)
     switches = [key for key, kind in function.__annotations__.items() if kind is bool and key != "return"]
 
     @functools.wraps(function)

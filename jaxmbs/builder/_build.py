@@ -120,7 +120,7 @@ def _warn_single_precision():
         warnings.warn(
             "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
             "call jax.config.update('jax_enable_x64', True) first",
-            stacklevel=4,
+            stacklevel=5,
         )
 
 

@@ -34,6 +34,8 @@ class SystemBuilder(MachineElements):
     system with loops takes its freedoms from a concrete build of the same topology, `build(like=system)`.
     """
 
+    _computes = True  # its methods are public calls, see `explain_arguments`
+
     def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.81)) -> None:
         self._model = declared.Model(as_array(gravity))
         self._faults: list[str] = []

@@ -24,7 +24,7 @@ def joint_model(friction: Any, mu: Any, static_ratio: Any, transition_speed: Any
         "mu, static_ratio, transition_speed and model of SystemBuilder.friction are deprecated; give friction= a "
         "model of jaxmbs.friction, as SmoothCoulomb(dynamic, static, transition_speed)",
         DeprecationWarning,
-        stacklevel=4,
+        stacklevel=5,
     )
     dynamic, numbers = mu if friction is None else friction, (static_ratio, transition_speed)
     if isinstance(model, AbstractFriction) and dynamic is None and numbers == (None, None):

@@ -163,7 +163,7 @@ def solver_step(
 ) -> Any:
     """The step of the problem's solver, or of another: (y, error, dense output, its memory, result)."""
     solver = problem.solver if solver is None else solver
-    jumped = jumped if problem.project is None else jumped | True
+    jumped = jumped if problem.project is None else True
     if problem.stages is not None and solver is problem.solver:
         return step_by_stages(problem, t, t1, y, args, solver_state)
     if is_diagonally_implicit(solver):

@@ -80,7 +80,7 @@ class _TapeTrace(jax.core.Trace):
 def _key(primitive, args, params):
     """Operation, shapes and parameters as a key; None for one that goes to XLA."""
     try:
-        shapes = tuple((x.shape, x.dtype, x.weak_type) for x in args)
+        shapes = tuple((x.shape, x.dtype, x.weak_type) for x in map(jax.typeof, args))  # numbers of Python are weak
         key = (primitive, shapes, tuple(sorted(params.items())), setting("jax_default_matmul_precision"))
         hash(key)
     except (AttributeError, TypeError):
@@ -92,7 +92,8 @@ def _tape(primitive, args, params):
     if primitive.name in _MORE:
         return None
     function: Callable = lambda *xs: primitive.bind(*xs, **params)
-    traced = jax.make_jaxpr(function)(*(jax.ShapeDtypeStruct(x.shape, x.dtype, weak_type=x.weak_type) for x in args))
+    shapes = [jax.ShapeDtypeStruct(x.shape, x.dtype, weak_type=x.weak_type) for x in map(jax.typeof, args)]
+    traced = jax.make_jaxpr(function)(*shapes)
     if any(aval.weak_type for aval in traced.out_avals) or traced.effects:
         return None
     try:

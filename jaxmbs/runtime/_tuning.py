@@ -36,9 +36,9 @@ LIBRARY_PRODUCT = 4096
 #: Doubles of the arena of a tape, beyond which a program is compiled: large arrays run through memory once for every
 #: operation of a tape (`first_answers.py`).
 TAPE_DOUBLES = 4_000_000
-#: Multiplications of one instruction, beyond which a program is compiled: the machine has no library of kernels
-#: (`first_answers.py`).
-TAPE_WORK = 1_000_000
+#: Multiplications of one instruction, some 30 ms, beyond which a program is compiled: the machine has no library of
+#: kernels (`first_answers.py`).
+TAPE_WORK = 32_000_000
 #: What XLA takes to compile any program, and for each instruction of its tape [CPU s] (`cold_start.py`).
 COMPILE_START, COMPILE_SECONDS = 0.3, 5e-3
 #: Numbers of a constant that is computed while a tape is written (`first_answers.py`).
