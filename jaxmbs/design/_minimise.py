@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 from tqdm import tqdm
 
 from ..checks import as_flag, check_count, repeated
-from ..runtime import jit
+from ..runtime import jit, kept_tiers
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
@@ -28,6 +28,7 @@ from ._working_set import ConstrainedSearch, first_working_set
 from ._worst import Worst
 
 
+@kept_tiers()
 def minimise(
     objective: Callable[[PyTree], Any],
     design0: PyTree,
@@ -65,8 +66,9 @@ def minimise(
             "stacked" where `design0` has a leading axis of designs.  Starts without finite objective are left out.
         limits: constraints.  Satisfied to 1e-7 of each; else the result is the design with the least violation.
         check: compare the gradients with finite differences at the first design: two evaluations a variable.
-        compile: "auto": the first evaluations without a compiler, and compiled beside them where the search is long;
-            "tape", "quick" or "full", as of `mbs.jit`, where results are to be the same to the last bit.
+        compile: "auto": without a compiler; where a search was long, the next one compiles beside its evaluations,
+            and those after it run what is compiled: none changes within.  "tape", "quick" or "full", as of
+            `mbs.jit`, where results are to be the same to the last bit.
 
     Returns: the best design found, history and tables; with `starts` that of the best, and all in `Optimum.starts`.
 

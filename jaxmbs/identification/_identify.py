@@ -13,6 +13,7 @@ from ..checks import number_faults, require_reals
 from ..design._starts import starting_points
 from ..design._variables import AT_BOUND, read_variables
 from ..errors import ModelError
+from ..runtime import kept_tiers
 from ._differences import Differences, Predictions, Prior
 from ._fit import LeastSquares, with_entries
 from ._identification import Identification, _sizes
@@ -20,6 +21,7 @@ from ._measurements import LeafLayout, read_measurements
 from ._verdict import spectrum, unseen_directions
 
 
+@kept_tiers()
 def identify(
     predict: Callable[..., PyTree],
     data: PyTree,

@@ -31,6 +31,7 @@ from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import kernel_options, one_kernel, sets_marks, small_call
 from ._store import store
+from ._tiers import kept_tiers
 from ._traced_function import TracedFunction
 from ._tracer_errors import explain_error, tracer_errors_in_words
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
@@ -76,6 +77,7 @@ __all__ = [
     "is_on",
     "jaxpr_function",
     "jit",
+    "kept_tiers",
     "kernel_options",
     "lapack",
     "lazy_where",

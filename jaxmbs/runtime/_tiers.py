@@ -14,6 +14,22 @@ FIXED = os.environ.get("JAXMBS_COMPILE", "auto")
 if FIXED not in ("auto", "tape", "full"):
     raise ValueError(f"JAXMBS_COMPILE={FIXED!r} must be auto, tape or full")
 _compiling = threading.Lock()  # one program at a time, so that the other cores stay the user's
+#: Of a search under way: for each of its programs whether it is compiled, and whether it was worth that before.
+_KEPT: contextvars.ContextVar[dict["Tier", tuple[bool, bool]] | None] = contextvars.ContextVar("kept", default=None)
+
+
+@contextlib.contextmanager
+def kept_tiers() -> Iterator[None]:
+    """A context in which programs do not change their tier: a search has one from its begin to its end, since tiers
+    differ by rounding.  What has cost as much as compiling in it is compiled beside the next one."""
+    if _KEPT.get() is not None:
+        yield
+        return
+    token = _KEPT.set({})
+    try:
+        yield
+    finally:
+        _KEPT.reset(token)
 
 
 class Tier:
@@ -24,7 +40,7 @@ class Tier:
     """
 
     def __init__(self, num_instructions: int):
-        self.is_compiled = False
+        self._is_compiled = False
         self._is_begun = FIXED == "tape"
         self._first: float | None = None
         self._left = self._whole = tuning.COMPILE_START + num_instructions * tuning.COMPILE_SECONDS
@@ -39,6 +55,16 @@ class Tier:
         self._left -= cost
 
     @property
+    def is_compiled(self) -> bool:
+        """True where the compiler's program is to run."""
+        return self._is_compiled if _KEPT.get() is None else self._kept()[0]
+
+    def _kept(self):
+        kept = _KEPT.get()
+        assert kept is not None
+        return kept.setdefault(self, (self._is_compiled, self._left < 0))
+
+    @property
     def has_run(self) -> bool:
         """True once a run was measured."""
         return self._first is not None
@@ -49,7 +75,8 @@ class Tier:
 
     def is_worth_compiling(self) -> bool:
         """True once the tape has cost what compiling will."""
-        return self._left < 0 and not self._is_begun and not _compiling.locked()
+        is_worth = self._left < 0 if _KEPT.get() is None else self._kept()[1]
+        return is_worth and not self._is_begun and not _compiling.locked()
 
     def compile(self, by_compiler: Callable) -> None:
         """Compile in a thread; the process waits for it at its end, since XLA cannot be interrupted."""
@@ -58,7 +85,7 @@ class Tier:
         def work():
             with _compiling, contextlib.suppress(Exception):  # the tape goes on
                 by_compiler()
-                self.is_compiled = True
+                self._is_compiled = True
 
         # in the context of the question, whose name is told
         threading.Thread(target=contextvars.copy_context().run, args=(work,), name="jaxmbs compiler").start()

@@ -14,6 +14,8 @@ from jaxmbs.runtime import _jit as compiling
 from jaxmbs.runtime import _tiers
 from jaxmbs.runtime import _tuning as tuning
 from jaxmbs.runtime._jit import jit
+from jaxmbs.runtime._tape_program import TapeProgram
+from jaxmbs.runtime._tiers import kept_tiers
 from jaxmbs.runtime.tape import is_available
 
 pytestmark = [
@@ -62,6 +64,21 @@ def test_the_compiler_takes_over_where_it_may(kind, then, compiled):
     np.testing.assert_allclose(function(X), first[0], rtol=1e-14)
 
 
+def test_a_search_keeps_its_tier(compiled, monkeypatch):
+    """The first runs on its tape, the second too, and compiles beside; the third runs what is compiled."""
+    runs, run, found = [], TapeProgram.run, []
+    monkeypatch.setattr(TapeProgram, "run", lambda program, *arrays: [runs.append(1), run(program, *arrays)][1])
+    function = jit(slope)
+    for _ in range(3):
+        runs.clear()
+        with kept_tiers():
+            values = [function(X), wait(), function(X)][::2]
+        wait()
+        np.testing.assert_array_equal(*values)
+        found.append((len(compiled) > 0, len(runs)))
+    assert found == [(False, 2), (True, 2), (True, 0)]
+
+
 def test_a_tape_goes_on_where_compiling_fails(compiled):
     calls = []
 
@@ -91,6 +108,8 @@ import jax.numpy as jnp
 from jaxmbs.runtime import _tuning
 _tuning.COMPILE_START = _tuning.COMPILE_SECONDS = 0.0
 from jaxmbs.runtime._jit import jit
+from jaxmbs.runtime._tape_program import TapeProgram
+from jaxmbs.runtime._tiers import kept_tiers
 heard = []
 jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: heard.append(event))
 function = jit(lambda x: jnp.linalg.inv(x @ x.T + jnp.eye(8)) @ jnp.sin(x))
