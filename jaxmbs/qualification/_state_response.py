@@ -68,7 +68,7 @@ def random_response_of_measured(
         inputs: by name, `RandomForce(table, {"rig.foot z": 1.0})`, within the measured frequencies.
         out: by name, `Coordinates` or `BondForces`, or names of coordinates for their accelerations.
         loss, regular: as of its `frequency_response`.
-        tolerance: of the RMS: every second frequency must give the same within it.
+        tolerance: of the RMS: every second frequency must give the same within it; the error is then about a third.
 
     Transfer functions are straight between the measured frequencies.
 
