@@ -293,7 +293,7 @@ LAWS = {
     "Harmonic": harmonic,
     "HydraulicCylinder": hydraulic_cylinder,
     "InextensibleCable": inextensible_cable,
-    "BristleForce": lugre,
+    "LuGre": lugre,
     "Maxwell": maxwell,
     "Motor": motor,
     "PD": pd,

@@ -17,10 +17,13 @@ def law_call_faults(law, port, displacement, size) -> list[str]:
     """
     flow, t = as_array(np.zeros(size)), as_array(0.0)
     declared, faults = _declared_states(law)
-    if not faults and not declared and type(law).internal_states is not AbstractLaw.internal_states:
-        faults = ["internal_states must be a dict of InternalState by name, got none; leave it out without states"]
-    if faults or not declared:
-        return faults or effort_faults(law, port, displacement, flow, t)
+    if faults:
+        return faults
+    if not declared:
+        faults = effort_faults(law, port, displacement, flow, t)
+        if faults and type(law).internal_states is not AbstractLaw.internal_states:
+            return ["internal_states must be a dict of InternalState by name, got none", *faults]
+        return faults
     s = {name: jnp.zeros(one.shape) for name, one in declared.items()}
     (x, v), here = port.arguments(displacement, flow), LawAt(law, s)
     faults = effort_faults(here, port, displacement, flow, t)

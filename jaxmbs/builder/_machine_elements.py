@@ -3,12 +3,10 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from ..contact import AbstractPair, BristleContact, Contact, HuntCrossley
-from ..contact._contact import AbstractContact
+from ..contact import AbstractPair, Contact, HuntCrossley
 from ..forces import BeamSection, GearPair
 from ..forces._old_friction import OldModel, warn_of_old_name
 from ..friction import AbstractFriction
-from ..friction._places import as_optional_friction
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
@@ -110,12 +108,7 @@ class MachineElements:
                 coefficient of its `SmoothCoulomb`; None for smooth surfaces.
         """
         try:
-            law: AbstractContact
-            given = as_optional_friction(friction)
-            if given is not None and given.has_bristles:
-                law = BristleContact(pair, force, given, max_depth, wear)
-            else:
-                law = Contact(pair, force, given, max_depth, wear)
+            law = Contact(pair, force, friction, max_depth, wear)
         except (TypeError, ValueError) as error:
             self._faults.append(f"contact {name!r}: {error}")
             return

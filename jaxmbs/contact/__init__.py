@@ -6,13 +6,12 @@ from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
-    from ._bristle_contact import BristleContact
     from ._closed_curve import ClosedCurve
     from ._contact import Contact
     from ._cylinders import CylinderOnPlane, JournalInBush
     from ._height_field import HeightField
     from ._hunt_crossley import HuntCrossley, hertz_stiffness
-    from ._old_friction import ContactLuGre, DryFriction
+    from ._old_friction import BristleContact, ContactLuGre, DryFriction
     from ._pair import AbstractPair, Touch
     from ._roller_on_curve import RollerOnCurve
     from ._spheres import SphereInCylinder, SphereOnPlane, SphereOnSphere

@@ -10,11 +10,13 @@ from jaxtyping import Array, Float
 
 from ..checks import may_be_nonzero, negative, not_positive
 from ..drawings import Drawing, Marks
-from ..forces._base import AbstractLaw, AbstractPoseLaw
+from ..forces._base import AbstractPoseLaw
 from ..forces._fields import number, optional_number
+from ..forces._internal_state import InternalState, States
 from ..forces._readings import PointLoads
 from ..forces._validity import Margin
 from ..friction._places import as_optional_friction, place_faults
+from ..math._linalg import skew
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._hunt_crossley import HuntCrossley
 from ._pair import AbstractPair, Touch
@@ -31,8 +33,31 @@ class PointForces(NamedTuple):
     friction: Float[Array, "k 3"]
 
 
-class AbstractContact(AbstractLaw):
-    """Common to contacts: two surfaces, the normal force by their overlap, and the friction between them."""
+class Bristles(NamedTuple):
+    """Bends (k, 3) in the tangent planes, and their rates in these."""
+
+    bend: Float[Array, "k 3"]
+    rate: Float[Array, "k 3"]
+
+
+class Contact(AbstractPoseLaw):
+    """Two surfaces that touch: a normal force by their overlap, and dry friction between them.
+
+    `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force=HuntCrossley(...))` declares it; the same is
+    `b.force("tappet", Contact(...), between=("cam", "follower"))`.  The spring part of the normal force is stored
+    energy, damping and friction dissipate.  Apart, all of it is exactly zero, with all derivatives.
+
+    A friction with bristles sticks.  Their bend at the k points is the internal state "bristle" (k, 3) [m], in axes
+    of the surface's frame; it stays in the tangent plane and turns with it, as where a ball rolls through a bowl.
+    Energy of bristles follows the normal force and is no potential: released ones give some back.
+
+    Attributes:
+        pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
+        force: normal force by the depth.
+        friction: a model of `jaxmbs.friction`, or the coefficient of its `SmoothCoulomb`; None for smooth surfaces.
+        max_depth: depth beyond which a motion has the status `VALIDITY` [m], > 0; None for no bound.
+        wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
+    """
 
     pair: WordedError[AbstractPair]
     force: WordedError[HuntCrossley]
@@ -47,6 +72,71 @@ class AbstractContact(AbstractLaw):
             if not isinstance(getattr(self, name), kind):
                 raise TypeError(f"{name} must be of {kind.__name__}, got {type(getattr(self, name)).__name__}")
 
+    @property
+    def has_bristles(self) -> bool:
+        """True where its friction has bristles."""
+        return self.friction is not None and self.friction.has_bristles
+
+    @property
+    def internal_states(self) -> dict[str, InternalState]:
+        """The bends of bristles, where the friction has them."""
+        if not self.has_bristles:
+            return {}
+        points = jax.eval_shape(self.pair.touch, np.eye(3), np.array((0.0, 0.0, 1.0))).depth.shape
+        return {"bristle": InternalState((*points, 3), "m", self.friction.bend_scale)}
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """Its bristles."""
+        return ("bristle",) if self.has_bristles else ()
+
+    def rate(  # type: ignore[override]
+        self,
+        rotation: Matrix3,
+        displacement: Vector3,
+        angular_velocity: Vector3,
+        velocity: Vector3,
+        s: States,
+        t: ScalarLike,
+    ) -> States:
+        """Rates of the bends: by sliding, and by the turning of the tangent plane."""
+        if not self.has_bristles:
+            return {}
+        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        bend, slip = self._bristles(found, s)
+        moving = (skew(angular_velocity) @ rotation, velocity)
+        turning = jax.jvp(lambda R, x: self.pair.touch(R, x).normal, (rotation, displacement), moving)[1]
+        return {"bristle": slip - jnp.sum(turning * bend, axis=1, keepdims=True) * found.touch.normal}
+
+    def wrench(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, *s_and_t: Any
+    ) -> tuple[Vector3, Vector3]:
+        """Forces of all points of contact on B, and their moment about its origin; with bristles s is before t."""
+        found = self.point_forces(rotation, displacement, angular_velocity, velocity, *s_and_t[:-1])
+        each = found.normal[:, None] * found.touch.normal + found.friction
+        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
+
+    def potential(self, rotation: Matrix3, displacement: Vector3, *_: Any) -> Scalar:
+        """Stored energy of the overlap [J], without that of bristles."""
+        found = self.pair.touch(rotation, displacement)
+        return jnp.sum(found.share * jax.vmap(self.force.energy)(found.depth))
+
+    def storage_beside(
+        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, *s_and_t: Any
+    ) -> Scalar | None:
+        """Power [W] that bends the bristles; what friction takes beside it is heat."""
+        if not self.has_bristles:
+            return None
+        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        bend, slip = self._bristles(found, s_and_t[0])
+        power = jax.vmap(lambda z, rate: jax.jvp(self.friction.energy, (z,), (rate,))[1])(bend, slip)
+        return jnp.sum(found.normal * power)
+
+    @property
+    def has_storage_beside(self) -> bool:
+        """True for bristles."""
+        return self.has_bristles
+
     def normal_forces(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3
     ) -> PointForces:
@@ -58,9 +148,35 @@ class AbstractContact(AbstractLaw):
         normal = at.share * jax.vmap(self.force.force)(at.depth, -parting)
         return PointForces(at, -parting, sliding, normal, jnp.zeros_like(sliding))
 
-    def validity(
-        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, *_: Any
-    ) -> dict[str, Margin]:
+    def point_forces(
+        self,
+        rotation: Matrix3,
+        displacement: Vector3,
+        angular_velocity: Vector3,
+        velocity: Vector3,
+        s: States | None = None,
+    ) -> PointForces:
+        """Forces at the points of contact; arguments as of `wrench` before the time."""
+        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        if self.friction is None:
+            return found
+        if self.has_bristles:
+            bend, slip = self._bristles(found, s)
+            against = found.normal[:, None] * jax.vmap(self.friction.traction)(bend, slip, found.sliding)
+        else:
+            grip = jax.vmap(self.friction.resistance)(jnp.sum(found.sliding**2, axis=1))
+            against = (found.normal * grip)[:, None] * found.sliding
+        return found._replace(friction=-against)
+
+    def _bristles(self, found, s) -> Bristles:
+        """The bristles of a contact without friction; those that are apart straighten."""
+        bend = s["bristle"]
+        bend = bend - jnp.sum(bend * found.touch.normal, axis=1, keepdims=True) * found.touch.normal
+        touches = (found.normal > 0.0)[:, None]
+        pressed, apart = jax.vmap(self.friction.rate)(bend, found.sliding), jax.vmap(self.friction.rate_apart)(bend)
+        return Bristles(bend, jnp.where(touches, pressed, apart))
+
+    def validity(self, rotation: Matrix3, displacement: Vector3, *_: Any) -> dict[str, Margin]:
         """Margins of the pair, and the depth that is left to `max_depth` [m]."""
         ends = self.pair.validity(rotation, displacement)
         if self.max_depth is None:
@@ -70,17 +186,12 @@ class AbstractContact(AbstractLaw):
 
     def point_loads(self, *args: Any) -> PointLoads:
         """Loads at all points, of the arguments of `wrench`."""
-        *motion, _ = args
-        found = self.point_forces(*motion)
+        found = self.point_forces(*args[:-1])
         area = self.pair.area(jnp.maximum(found.touch.depth, 0.0))
         at = found.touch
         return PointLoads(
             at.depth, found.rate, at.point, at.normal, found.normal, found.friction, found.sliding, area, self.wear
         )
-
-    def point_forces(self, *motion: Any) -> PointForces:
-        """Forces at the points of contact, of the arguments of `wrench` before the time."""
-        raise NotImplementedError
 
     def drawing(self) -> Drawing:
         """The surfaces, and the points where they touch."""
@@ -110,57 +221,3 @@ class AbstractContact(AbstractLaw):
         if self.friction is not None:
             found += place_faults(self.friction, "a contact", drag=False)
         return found + (["wear must not be negative"] if negative(self.wear) else [])
-
-    def _stored(self, rotation, displacement):
-        """Stored energy of the overlap [J]."""
-        found = self.pair.touch(rotation, displacement)
-        return jnp.sum(found.share * jax.vmap(self.force.energy)(found.depth))
-
-
-def wrench_of(found: PointForces, displacement: Vector3) -> tuple[Vector3, Vector3]:
-    """Forces of all points of contact on B, and their moment about its origin."""
-    each = found.normal[:, None] * found.touch.normal + found.friction
-    return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
-
-
-class Contact(AbstractContact, AbstractPoseLaw):
-    """Two surfaces that touch: a normal force by their overlap, and dry friction between them.
-
-    `b.contact("tappet", RollerOnCurve(...), "follower", "cam", force=HuntCrossley(...))` declares it; the same is
-    `b.force("tappet", Contact(...), between=("cam", "follower"))`.  The spring part of the normal force is stored
-    energy, damping and friction dissipate.  Apart, all of it is exactly zero, with all derivatives.
-
-    Attributes:
-        pair: the surfaces, such as `SphereOnPlane(radius)`; the plane, tube or curve is on the first frame.
-        force: normal force by the depth.
-        friction: a model of `jaxmbs.friction`, or the coefficient of its `SmoothCoulomb`; None for smooth surfaces.
-            With bristles take a `BristleContact`.
-        max_depth: depth beyond which a motion has the status `VALIDITY` [m], > 0; None for no bound.
-        wear: worn volume over force and way (Archard's coefficient over hardness), >= 0 [m^2/N].
-    """
-
-    def __check_init__(self):
-        if self.friction is not None and self.friction.has_bristles:
-            raise TypeError(f"{type(self.friction).__name__} has bristles: take BristleContact")
-
-    def wrench(
-        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
-    ) -> tuple[Vector3, Vector3]:
-        """Forces of all points of contact on B, and their moment about its origin."""
-        found = self.point_forces(rotation, displacement, angular_velocity, velocity)
-        return wrench_of(found, displacement)
-
-    def potential(self, rotation: Matrix3, displacement: Vector3, t: ScalarLike) -> Scalar:
-        """Stored energy of the overlap [J]."""
-        return self._stored(rotation, displacement)
-
-    def point_forces(
-        self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3
-    ) -> PointForces:
-        """Forces at the points of contact; arguments as of `wrench`."""
-        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
-        if self.friction is None:
-            return found
-        grip = jax.vmap(self.friction.resistance)(jnp.sum(found.sliding**2, axis=1))
-        against = (found.normal * grip)[:, None] * found.sliding
-        return found._replace(friction=-against)

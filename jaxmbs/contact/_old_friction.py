@@ -1,9 +1,12 @@
-"""Earlier names of models of friction in contacts; they warn and go with the next release."""
+"""Earlier names of contacts and of models of friction in them; they warn and go with the next release."""
 
-from ..forces._old_friction import warn_of_old_name
+from ..forces._old_friction import require_bristles, warn_of_old_name
 from ..friction import AbstractFriction, BrownMcPhee, LuGre, SmoothCoulomb
 from ..runtime import as_array
-from ..typing import ArrayLike
+from ..typing import ArrayLike, WordedError
+from ._contact import Contact
+from ._hunt_crossley import HuntCrossley
+from ._pair import AbstractPair
 
 
 def DryFriction(
@@ -37,3 +40,15 @@ def ContactLuGre(
     """
     warn_of_old_name("contact.ContactLuGre(...)", "friction.LuGre(dynamic, sigma0, sigma1, sigma2, static)")
     return LuGre(mu, sigma0, sigma1, sigma2, as_array(mu) * as_array(static_ratio), transition_speed)
+
+
+def BristleContact(
+    pair: WordedError[AbstractPair],
+    force: WordedError[HuntCrossley],
+    friction: WordedError[AbstractFriction],
+    max_depth: ArrayLike | None = None,
+    wear: ArrayLike = 0.0,
+) -> Contact:
+    """Deprecated: `contact.Contact(...)`, whose friction may have bristles; arguments as there."""
+    warn_of_old_name("contact.BristleContact(...)", "contact.Contact(...)")
+    return Contact(pair, force, require_bristles(friction), max_depth, wear)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ._cable_elements import Attachment, Eyelet, Sheave, Winch, WrapCylinder, WrapSphere
     from ._elasto_plastic import ElastoPlastic
     from ._element_bonds import ElementBond
-    from ._friction_force import BristleForce, FrictionForce
+    from ._friction_force import FrictionForce
     from ._gear_pair import GearPair
     from ._generalised import GeneralisedEffort
     from ._hydraulic_cylinder import HydraulicCylinder
@@ -35,7 +35,15 @@ if TYPE_CHECKING:
     from ._internal_state import InternalState
     from ._maxwell import Maxwell
     from ._motor import Motor
-    from ._old_friction import BearingFriction, BrownMcPhee, CoulombFriction, JointLuGre, LuGre, SmoothCoulomb
+    from ._old_friction import (
+        BearingFriction,
+        BristleForce,
+        BrownMcPhee,
+        CoulombFriction,
+        JointLuGre,
+        LuGre,
+        SmoothCoulomb,
+    )
     from ._prony import Prony, PronyBushing
     from ._readings import Arrows, PointLoads, Reading
     from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step

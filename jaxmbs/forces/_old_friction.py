@@ -1,12 +1,12 @@
 """Earlier names of models of friction; they warn and go with the next release."""
 
 import warnings
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .. import friction as models
 from ..runtime import as_array
-from ..typing import ArrayLike
-from ._friction_force import BristleForce, FrictionForce
+from ..typing import ArrayLike, WordedError
+from ._friction_force import FrictionForce
 
 
 class OldModel(NamedTuple):
@@ -24,6 +24,21 @@ class OldModel(NamedTuple):
 def warn_of_old_name(old: str, new: str) -> None:
     """Warn of a name of an earlier release."""
     warnings.warn(f"{old} is deprecated; it is {new}", DeprecationWarning, stacklevel=3)
+
+
+def require_bristles(friction: Any) -> Any:
+    """The model itself.  Raises: TypeError for one without bristles."""
+    if not getattr(friction, "has_bristles", False):
+        raise TypeError(f"friction must be a model with bristles, got {type(friction).__name__}")
+    return friction
+
+
+def BristleForce(
+    friction: WordedError[models.AbstractFriction], load: ArrayLike = 1.0, radius: ArrayLike = 1.0
+) -> FrictionForce:
+    """Deprecated: `forces.FrictionForce(...)`, whose model may have bristles; arguments as there."""
+    warn_of_old_name("forces.BristleForce(...)", "forces.FrictionForce(...)")
+    return FrictionForce(require_bristles(friction), load, radius)
 
 
 def SmoothCoulomb() -> OldModel:
@@ -82,13 +97,13 @@ def LuGre(
     static_ratio: ArrayLike = 1.0,
     viscous: ArrayLike = 0.0,
     stribeck_speed: ArrayLike = 1e-3,
-) -> BristleForce:
-    """Deprecated: `forces.BristleForce(friction.LuGre(dynamic, sigma0, sigma1, sigma2, static, ...), load)`.
+) -> FrictionForce:
+    """Deprecated: `forces.FrictionForce(friction.LuGre(dynamic, sigma0, sigma1, sigma2, static, ...), load)`.
 
     Args: effort_limit, bristle_stiffness, bristle_damping, viscous: load times `dynamic`, `sigma0`, `sigma1`,
         `sigma2`; static_ratio: `static` over `dynamic`; stribeck_speed: as there.
     """
-    warn_of_old_name("forces.LuGre(...)", "forces.BristleForce(friction.LuGre(dynamic, sigma0, ...), load)")
+    warn_of_old_name("forces.LuGre(...)", "forces.FrictionForce(friction.LuGre(dynamic, sigma0, ...), load)")
     static = as_array(effort_limit) * as_array(static_ratio)
     numbers = (effort_limit, bristle_stiffness, bristle_damping, viscous, static, stribeck_speed)
-    return BristleForce(models.LuGre(*numbers))
+    return FrictionForce(models.LuGre(*numbers))

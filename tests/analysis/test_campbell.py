@@ -119,7 +119,7 @@ def test_no_steady_motion_at_any_speed_is_an_error():
     b.joint("spin", mbs.Revolute("z"), "ground", "disc")
     b.joint("out", mbs.Prismatic("x"), "disc", "mass")
     b.force("spring", mbs.SpringDamper(100.0, free_length=0.5), joint="out")
-    b.force("rub", forces.BristleForce(mbs.friction.LuGre(1.0, 1e5, 1.0)), joint="out")
+    b.force("rub", forces.FrictionForce(mbs.friction.LuGre(1.0, 1e5, 1.0)), joint="out")
     with pytest.raises(mbs.SimulationError, match=r"no steady motion .* moving=\['spin'\]"):
         analysis.campbell(b.build(), [1.0, 2.0], "spin")
 

@@ -37,7 +37,7 @@ def bench():
         "air": F.AirSpring(1e-4, 2e5, 0.3, length=0.5),
     }.items():
         b.force(name, law, between=wall)
-    b.force("friction", F.BristleForce(mbs.friction.LuGre(2.0, 2e3, 5.0, 0.4, 2.6, 0.1)), joint="slide")
+    b.force("friction", F.FrictionForce(mbs.friction.LuGre(2.0, 2e3, 5.0, 0.4, 2.6, 0.1)), joint="slide")
     b.force("damper", F.ElastoPlastic(200.0, 4.0, 0.1), joint="slide")
     b.force("spring", mbs.SpringDamper(15.0, 0.7), joint="turn")
     b.force("motor", F.Motor(12.0, 1.5, 0.05, 0.3, 0.32, ratio=2.0, max_torque=1.5), joint="turn")

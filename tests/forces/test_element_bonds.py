@@ -21,7 +21,7 @@ LAWS = {
     "Maxwell": (F.Maxwell(300.0, 20.0), {"stretch": 0.02}),
     "Zener": (F.Zener(300.0, 20.0, 50.0, 0.1), {"stretch": 0.02}),
     "Prony": (F.Prony(10.0, [5.0, 3.0], [0.1, 2.0]), {"stretch": jnp.array([0.1, -0.2])}),
-    "BristleForce": (F.BristleForce(LuGre(1.5, 5e3, 25.0, 0.15, 2.1, 0.5), 2.0, 0.7), {"bristle": 1e-4}),
+    "FrictionForce": (F.FrictionForce(LuGre(1.5, 5e3, 25.0, 0.15, 2.1, 0.5), 2.0, 0.7), {"bristle": 1e-4}),
     "ElastoPlastic": (F.ElastoPlastic(1e3, 20.0, 0.1), {"elastic": 0.015}),
     "Motor": (F.Motor(12.0, 1.5, 0.05, 0.3, ratio=2.0), {"current": 2.0}),
     "lossy Motor": (F.Motor(12.0, 1.5, 0.05, 0.3, 0.32, max_voltage=10.0, max_torque=1.0), {"current": 2.0}),

@@ -8,7 +8,7 @@ from jaxmbs import forces as F
 from jaxmbs.friction import BearingFriction, BrownMcPhee, LuGre, SmoothCoulomb
 
 SPEEDS = (-0.5, -0.003, 0.003, 0.02, 1.0)
-LAW = F.BristleForce(LuGre(0.5, 2.5e4, 75.0, 0.1, static=0.75, stribeck_speed=1e-2), 4.0)
+LAW = F.FrictionForce(LuGre(0.5, 2.5e4, 75.0, 0.1, static=0.75, stribeck_speed=1e-2), 4.0)
 
 
 @pytest.mark.parametrize("model", [SmoothCoulomb(0.3, 0.4), BrownMcPhee(0.3, 0.4), BearingFriction(0.3, seal=2.0)])
@@ -39,18 +39,23 @@ def test_it_holds_at_rest():
 
 def test_a_hinge_rubs_at_its_radius():
     """The moment of bristles at a radius r is r times their force at the slip r w."""
-    law, s = F.BristleForce(LAW.friction, LAW.load, 0.1), {"bristle": np.asarray(1e-5)}
+    law, s = F.FrictionForce(LAW.friction, LAW.load, 0.1), {"bristle": np.asarray(1e-5)}
     np.testing.assert_allclose(law.effort(0.0, 0.3, s, 0.0), 0.1 * LAW.effort(0.0, 0.03, s, 0.0), rtol=1e-12)
     np.testing.assert_allclose(law.rate(0.0, 0.3, s, 0.0)["bristle"], LAW.rate(0.0, 0.03, s, 0.0)["bristle"])
     np.testing.assert_allclose(law.dissipated(0.0, 0.3, s, 0.0), LAW.dissipated(0.0, 0.03, s, 0.0), rtol=1e-12)
 
 
 def test_faults():
-    assert len(F.BristleForce(LuGre(-1.0, 0.0, -1.0, -1.0, -2.0, 0.0), -1.0, 0.0).faults()) == 9
-    with pytest.raises(TypeError, match="LuGre has bristles: take BristleForce"):
-        F.FrictionForce(LAW.friction)
-    with pytest.raises(TypeError, match="a model with bristles, got SmoothCoulomb"):
+    assert len(F.FrictionForce(LuGre(-1.0, 0.0, -1.0, -1.0, -2.0, 0.0), -1.0, 0.0).faults()) == 9
+    with pytest.raises(TypeError, match="a model with bristles, got float"):
         F.BristleForce(0.3)
+
+
+def test_what_it_has_follows_from_its_model():
+    smooth = F.FrictionForce(0.3, 2.0)
+    assert LAW.stores and LAW.has_bonds and LAW.holds == ("bristle",) and set(LAW.internal_states) == {"bristle"}
+    assert not (smooth.stores or smooth.has_bonds or smooth.holds or smooth.internal_states)
+    assert smooth.bonds(0.0, 1.0, 0.0) == smooth.rate(0.0, 1.0, {}, 0.0) == {} and smooth.potential(0.0, 0.0) == 0.0
 
 
 def test_old_names_warn_and_are_the_same():
@@ -58,7 +63,9 @@ def test_old_names_warn_and_are_the_same():
         old = F.CoulombFriction(5.0, 1.4, 0.01, 0.2, 0.5)
     new = F.FrictionForce(BearingFriction(1.0, 1.4, 0.01, 0.5, 0.2), 5.0)
     np.testing.assert_allclose(old.effort(0.0, 0.3, 0.0), new.effort(0.0, 0.3, 0.0), rtol=1e-12)
-    with pytest.warns(DeprecationWarning, match="forces.BristleForce"):
+    with pytest.warns(DeprecationWarning, match="forces.FrictionForce"):
+        assert type(F.BristleForce(LAW.friction, 4.0)) is F.FrictionForce
+    with pytest.warns(DeprecationWarning, match="forces.FrictionForce"):
         bristles = F.LuGre(2.0, 1e5, 300.0, static_ratio=1.5, viscous=0.4, stribeck_speed=1e-2)
     s = {"bristle": np.asarray(1e-5)}
     np.testing.assert_allclose(bristles.effort(0.0, 0.02, s, 0.0), LAW.effort(0.0, 0.02, s, 0.0), rtol=1e-12)

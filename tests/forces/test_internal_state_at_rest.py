@@ -19,12 +19,12 @@ LAWS = {  # a law, the motion at rest, and the states that may rest at any value
     "Zener": (F.Zener(300.0, 20.0, 50.0, 0.1), ()),
     "Prony": (F.Prony(10.0, [50.0, 30.0], [0.1, 0.5]), ()),
     "PronyBushing": (F.PronyBushing((1e3, 10.0), [(5e2, 5.0)], [0.1]), ()),
-    "BristleForce": (F.BristleForce(LuGre(0.3, 1e3, 5.0, 0.3), 10.0, 0.2), ("bristle",)),
+    "FrictionForce": (F.FrictionForce(LuGre(0.3, 1e3, 5.0, 0.3), 10.0, 0.2), ("bristle",)),
     "ElastoPlastic": (F.ElastoPlastic(200.0, 4.0, 0.1), ("elastic",)),
     "Motor": (F.Motor(12.0, 1.5, 0.05, 0.3), ()),
     "HydraulicCylinder": (F.HydraulicCylinder(*SIZES, 0.1, **(CYLINDER | {"supply": 2e5})), ()),
-    "BristleContact": (
-        C.BristleContact(C.SphereOnPlane(0.1), C.HuntCrossley(1e5), LuGre(0.3, 1e3)),
+    "Contact": (
+        C.Contact(C.SphereOnPlane(0.1), C.HuntCrossley(1e5), LuGre(0.3, 1e3)),
         ("bristle",),
     ),
     "a shut cylinder": (F.HydraulicCylinder(*SIZES, 0.0, **(CYLINDER | {"leakage": 1e-9})), ("p0", "p1")),
@@ -51,7 +51,7 @@ def test_states_that_hold_have_no_rate_at_rest(name):
         key: jnp.asarray(np.asarray(one.scale) * rng.uniform(0.1, 0.5, one.shape))
         for key, one in law.internal_states.items()
     }
-    if name == "BristleContact":
+    if name == "Contact":
         s["bristle"] = s["bristle"].at[..., 2].set(0.0)
     if name == "a shut cylinder":
         s["p1"] = s["p0"]  # leakage has made both equal
@@ -65,7 +65,7 @@ def test_a_search_that_fails_names_them():
     b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
     b.body("block", 1.0)
     b.joint("lift", mbs.Prismatic("z"), "ground", "block")
-    b.force("brake", F.BristleForce(LuGre(0.3, 1e3), 10.0), joint="lift")
+    b.force("brake", F.FrictionForce(LuGre(0.3, 1e3), 10.0), joint="lift")
     system = b.build()
     with pytest.raises(mbs.SimulationError, match="nothing holds|brake.bristle"):
         mbs.equilibrium(system, mbs.State.at(system))

@@ -17,7 +17,7 @@ LAWS = {
     "Maxwell": F.Maxwell(300.0, 20.0),
     "Zener": F.Zener(300.0, 20.0, 50.0, 0.1),
     "Prony": F.Prony(10.0, [50.0, 30.0], [0.1, 0.5]),
-    "BristleForce": F.BristleForce(LuGre(1.0, 1e3 / 3, 5.0 / 3, 0.1, 1.4, 0.5), 3.0),
+    "FrictionForce": F.FrictionForce(LuGre(1.0, 1e3 / 3, 5.0 / 3, 0.1, 1.4, 0.5), 3.0),
     "ElastoPlastic": F.ElastoPlastic(200.0, 4.0, 0.1),
     "Motor": F.Motor(12.0, 1.5, 0.05, 0.3, 0.32, max_voltage=10.0),
     "HydraulicCylinder": F.HydraulicCylinder(

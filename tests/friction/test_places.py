@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.contact import BristleContact, Contact, HuntCrossley, SphereOnPlane
+from jaxmbs.contact import Contact, HuntCrossley, SphereOnPlane
 from jaxmbs.errors import ModelError
 from jaxmbs.forces import (
     Attachment,
-    BristleForce,
     Cable,
     FrictionForce,
     PathKinematics,
@@ -51,7 +50,7 @@ def steady(model, speed):
 def of_a_law(model, speed):
     if model.has_bristles:
         s = {"bristle": jnp.asarray(steady(model, speed))}
-        return -BristleForce(model, 50.0, 0.2).effort(0.0, 5.0 * speed, s, 0.0) / 50.0 / 0.2
+        return -FrictionForce(model, 50.0, 0.2).effort(0.0, 5.0 * speed, s, 0.0) / 50.0 / 0.2
     return -FrictionForce(model, 50.0, 0.2).effort(0.0, 5.0 * speed, 0.0) / 50.0 / 0.2
 
 
@@ -61,7 +60,7 @@ def of_a_contact(model, speed):
     motion = EYE, jnp.array([0.0, 0.0, 0.099]), NONE, along
     if model.has_bristles:
         s = {"bristle": (steady(model, speed) * along / speed)[None]}
-        found = BristleContact(*parts, model).point_forces(*motion, s)
+        found = Contact(*parts, model).point_forces(*motion, s)
     else:
         found = Contact(*parts, model).point_forces(*motion)
     return -jnp.dot(found.friction[0], along) / speed / found.normal[0]

@@ -22,7 +22,7 @@ def test_bristles_from_a_noisy_record():
         b.body("mass", mass=1.0)
         b.joint("x", mbs.Prismatic("x"), "ground", "mass")
         b.force("spring", mbs.PD(mbs.Ramp(0.0, 0.1), kp=2.0), joint="x")
-        law = F.BristleForce(LuGre(u["limit"], u["stiffness"], 316.2, 0.4, u["ratio"] * u["limit"]))
+        law = F.FrictionForce(LuGre(u["limit"], u["stiffness"], 316.2, 0.4, u["ratio"] * u["limit"]))
         b.force("friction", law, joint="x")
         return b.build(like=like)
 

@@ -23,7 +23,7 @@ MODELS = {
     "joint bristles": [R.LuGre(0.3, 1e3, 10.0, 0.1, stribeck_speed=0.01)],
     "contact": [R.SmoothCoulomb(0.3), R.BrownMcPhee(0.3)],
     "contact bristles": [R.LuGre(0.3, 300.0, 6.0, 0.1, 0.39, 0.02)],
-    "law bristles": [F.BristleForce(R.LuGre(1.0, 100.0, 1.0))],
+    "law bristles": [F.FrictionForce(R.LuGre(1.0, 100.0, 1.0))],
 }
 
 

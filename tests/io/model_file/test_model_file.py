@@ -70,7 +70,7 @@ MORE = {
     "zener": mbs.forces.Zener(40.0, 0.3, 7.0, 0.1),
     "rubber": mbs.forces.Prony(3.0, [40.0, 2.0], [0.1 + 0.2, 5.0], 0.1),
     "mount of rubber": mbs.forces.PronyBushing(np.arange(1.0, 7.0), np.ones((2, 6)), [0.3, 5.0]),
-    "bristles": mbs.forces.BristleForce(mbs.friction.LuGre(1.0, 1e5, 300.0, 0.4, 1.5)),
+    "bristles": mbs.forces.FrictionForce(mbs.friction.LuGre(1.0, 1e5, 300.0, 0.4, 1.5)),
     "pin friction": mbs.friction.SmoothCoulomb(1 / 3),
     "drawer friction": mbs.friction.BrownMcPhee(0.3, 0.4),
     "bearing": mbs.friction.BearingFriction(0.3, viscous=1 / 3, seal=0.1),
@@ -105,7 +105,7 @@ MORE = {
         mbs.friction.SmoothCoulomb(0.3),
         wear=1e-14,
     ),
-    "touch of bristles": mbs.contact.BristleContact(
+    "touch of bristles": mbs.contact.Contact(
         mbs.contact.SphereOnPlane(0.3), mbs.contact.HuntCrossley(2e8), mbs.friction.LuGre(0.3, 1e5, 1 / 3)
     ),
     "spheres": mbs.contact.SphereOnSphere(0.1, 0.3),

@@ -21,7 +21,7 @@ POSES = {
 
 
 def contact(name):
-    return C.BristleContact(POSES[name][0], C.HuntCrossley(1e6, 1.5, 0.3, 2e-4), BRISTLES)
+    return C.Contact(POSES[name][0], C.HuntCrossley(1e6, 1.5, 0.3, 2e-4), BRISTLES)
 
 
 def motion_of(name):
@@ -155,10 +155,12 @@ def test_a_ball_that_rolls_through_a_tube_turns_its_bristles():
 
 def test_wrong_parts():
     force = C.HuntCrossley(1e6)
-    with pytest.raises(TypeError, match="friction must be a model with bristles, got SmoothCoulomb"):
+    with pytest.warns(DeprecationWarning, match="contact.Contact"):
+        assert type(C.BristleContact(C.SphereOnPlane(0.1), force, BRISTLES)) is C.Contact
+    with pytest.raises(TypeError, match="friction must be a model with bristles, got float"):
         C.BristleContact(C.SphereOnPlane(0.1), force, 0.3)
-    with pytest.raises(TypeError, match="LuGre has bristles: take BristleContact"):
-        C.Contact(C.SphereOnPlane(0.1), force, BRISTLES)
+    smooth = C.Contact(C.SphereOnPlane(0.1), force, 0.3)
+    assert not (smooth.internal_states or smooth.holds or smooth.has_storage_beside)
     b = mbs.SystemBuilder()
     b.body("ball", 1.0)
     b.joint("ball", mbs.Free(), "ground", "ball")
