@@ -51,6 +51,8 @@ ROWS = {
 #: What a law declares, and the elements of which the builder makes a cable: no file has them.
 _MADE_OF = (forces.InternalState, forces.ElementBond, forces.Attachment, forces.Eyelet, forces.Sheave)
 _MADE_OF += (forces.WrapCylinder, forces.WrapSphere)
+#: Names of classes in files of before.
+_EARLIER = {"BristleContact": "Contact", "BristleForce": "FrictionForce"}
 _registered: dict[str, Any] = {}
 
 
@@ -86,7 +88,7 @@ def _is_record(item):
 
 def class_of(name: str) -> type | None:
     """The class of that name, of the library or registered."""
-    item = classes().get(name) or _registered.get(name)
+    item = classes().get(_EARLIER.get(name, name)) or _registered.get(name)
     return item if isinstance(item, type) and _is_record(item) else None
 
 

@@ -180,6 +180,17 @@ def test_an_element_with_internal_states_comes_back(tmp_path):
     np.testing.assert_array_equal(mbs.forward_dynamics(found, state)[0], mbs.forward_dynamics(system, state)[0])
 
 
+def test_a_file_of_before_has_other_names(tmp_path):
+    b = mbs.SystemBuilder()
+    b.body("block", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "block")
+    b.force("rub", mbs.forces.FrictionForce(mbs.friction.LuGre(0.3, 1e4), 5.0), joint="x")
+    path = tmp_path / "model.json"
+    mbs.io.save_model(b, path)
+    path.write_text(path.read_text(encoding="utf-8").replace("FrictionForce", "BristleForce"), encoding="utf-8")
+    assert mbs.io.load_model(path).build().topology == b.build().topology
+
+
 def test_a_hydraulic_circuit_comes_back(tmp_path):
     b = mbs.SystemBuilder()
     b.body("block", mass=1.0)
