@@ -1,8 +1,26 @@
 """The errors of the library: a wrong model, an unknown name, a pose that cannot be assembled, a failed motion."""
 
+import re
+import sys
 import unicodedata
+import warnings
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
+
+#: Files between a warning and the user: this library's, those of what its calls go through, and decorators of Python.
+_BELOW = re.compile(
+    rf"{re.escape(str(Path(__file__).parent))}|.*[/\\](site|dist)-packages[/\\](jax|equinox|diffrax|jaxtyping|beartype)"
+    r"|.*[/\\](contextlib|functools)\.py$|<(?!stdin|ipython|string)"
+)
+
+
+def warn(message: str, category: type[Warning] = UserWarning) -> None:
+    """Warn of the line of the user's that asked, however deep in the library it is noticed."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and _BELOW.match(frame.f_code.co_filename):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)
 
 
 def printable(text: str) -> str:

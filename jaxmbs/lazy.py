@@ -12,9 +12,10 @@ import importlib
 import importlib.util
 import sys
 import types
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
+
+from .errors import warn
 
 
 class Room(types.ModuleType):
@@ -43,7 +44,7 @@ class Room(types.ModuleType):
         """A name that another room has now, with a warning."""
         room = vars(self)["_moved"][name]
         text = f"{self.__name__}.{name} is deprecated; it is {room}.{name}"
-        warnings.warn(text, DeprecationWarning, stacklevel=3)
+        warn(text, DeprecationWarning)
         return getattr(importlib.import_module(room), name)
 
     def __setattr__(self, name: str, value: Any) -> None:

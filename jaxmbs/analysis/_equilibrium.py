@@ -1,7 +1,6 @@
 """Static equilibrium and steady motion: where the independent accelerations vanish."""
 
 import dataclasses
-import warnings
 from collections.abc import Iterable
 
 import equinox as eqx
@@ -16,7 +15,7 @@ from ..constraints._kic import independent_columns
 from ..constraints._mobility import is_determined, with_mobility_at
 from ..dynamics._bodies import total_mass
 from ..dynamics._validity import has_ends, validity
-from ..errors import ModelError, SimulationError
+from ..errors import ModelError, SimulationError, warn
 from ..friction._joint_friction import bristle_groups, refuse_friction, without_friction
 from ..math._nan import nan_where
 from ..model._changes import with_changes
@@ -107,9 +106,9 @@ def equilibrium(
     if throw and not bool(result.ok):
         raise SimulationError(_failure(system, state, result, held))
     if result.status == Status.UNSTABLE:
-        warnings.warn(f"equilibrium: it is unstable: {Status.UNSTABLE}; start nearer to another", stacklevel=4)
+        warn(f"equilibrium: it is unstable: {Status.UNSTABLE}; start nearer to another")
     if faults := result.faults():
-        warnings.warn(f"equilibrium: {Status.VALIDITY}: {'; '.join(faults)}", stacklevel=4)
+        warn(f"equilibrium: {Status.VALIDITY}: {'; '.join(faults)}")
     return result
 
 

@@ -1,6 +1,5 @@
 """Parse joint coordinates and velocities given by name into a request for a state."""
 
-import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -8,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import any_concrete, is_concrete, no_such
-from ..errors import ModelError
+from ..errors import ModelError, warn
 from ..kinematics._poses import neutral_coordinates
 from ..model._rows import drives
 from ..model._system import System
@@ -173,7 +172,7 @@ def _warn_about_degrees(name, joint, value, part):
     if turns and np.any(np.abs(value) > 4.0 * np.pi):
         angle = float(np.max(np.abs(value)))
         text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"
-        warnings.warn(f"{text}; angles are in radians, not degrees", stacklevel=4)
+        warn(f"{text}; angles are in radians, not degrees")
 
 
 def velocity_columns(top, names):

@@ -1,7 +1,6 @@
 """`State`: time, coordinates and velocities of a mechanism, and the assembly of one that closes all loops."""
 
 import dataclasses
-import warnings
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
@@ -13,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..constraints._host_rows import runs_on_host
 from ..constraints._mobility import count_mobility
-from ..errors import AssemblyError, ModelError
+from ..errors import AssemblyError, ModelError, warn
 from ..model._changes import Changes
 from ..model._entry_points import check_state, check_system
 from ..model._internal_states import InternalStates
@@ -180,7 +179,7 @@ def _warn_about_rank(top, change):
     counted, here = top.mobility, top.mobility - change
     hint = "the pose is singular" if change < 0 else "give a pose of use, build(guess=...), to count there"
     text = f"state: the mechanism has mobility {here} at this pose, and {counted} at the pose that build() counted at"
-    warnings.warn(f"{text}; {hint}", stacklevel=4)
+    warn(f"{text}; {hint}")
 
 
 def _check_near(system, near, guess):

@@ -1,6 +1,5 @@
 """Branches of states: their signs, and states along a coordinate on one branch."""
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +13,7 @@ from ..checks import distinct_names, place_of
 from ..constraints._constraints import jacobian
 from ..constraints._host_rows import runs_on_host
 from ..constraints._saddle_operator import stop_gradients
-from ..errors import ModelError
+from ..errors import ModelError, warn
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
 from ..model._changes import with_changes
@@ -154,4 +153,4 @@ def _warn_about_branch(joint, values, states):
     else:
         return
     place = f"{joint} = {values[k]:.6g} (state {k} of {len(values)})"
-    warnings.warn(f"states_along: {text.format(place)}", stacklevel=3)
+    warn(f"states_along: {text.format(place)}")

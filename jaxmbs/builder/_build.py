@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-import warnings
 from collections.abc import Iterable
 
 import jax.numpy as jnp
@@ -10,7 +9,7 @@ import jax.numpy as jnp
 from ..checks import is_concrete
 from ..constraints._linear_solver import with_linear_solver
 from ..constraints._mobility import with_mobility
-from ..errors import ModelError
+from ..errors import ModelError, warn
 from ..joints import AbstractRows, Weld
 from ..model._internal_states import replace_field
 from ..model._open_friction import open_friction, warn_of_open_friction
@@ -117,10 +116,9 @@ def _split_bodies(names, model):
 @functools.cache
 def _warn_single_precision():
     if jnp.result_type(float).itemsize == 4:
-        warnings.warn(
+        warn(
             "building in single precision: loops close to 1e-4 and stiff systems lose all digits; "
-            "call jax.config.update('jax_enable_x64', True) first",
-            stacklevel=5,
+            "call jax.config.update('jax_enable_x64', True) first"
         )
 
 

@@ -1,8 +1,8 @@
 """The model of a rubbing joint from what `SystemBuilder.friction` is given, earlier keywords among it."""
 
-import warnings
 from typing import Any
 
+from ..errors import warn
 from ..forces._old_friction import OldModel
 from ..friction import AbstractFriction, SmoothCoulomb
 from ..friction._places import as_friction
@@ -20,11 +20,10 @@ def joint_model(friction: Any, mu: Any, static_ratio: Any, transition_speed: Any
         if friction is None:
             raise TypeError("give friction=, a coefficient or a model of jaxmbs.friction")
         return as_friction(friction)
-    warnings.warn(
+    warn(
         "mu, static_ratio, transition_speed and model of SystemBuilder.friction are deprecated; give friction= a "
         "model of jaxmbs.friction, as SmoothCoulomb(dynamic, static, transition_speed)",
         DeprecationWarning,
-        stacklevel=5,
     )
     dynamic, numbers = mu if friction is None else friction, (static_ratio, transition_speed)
     if isinstance(model, AbstractFriction) and dynamic is None and numbers == (None, None):

@@ -1,6 +1,5 @@
 """Uncertain parameters: propagation to an answer, tolerances, and global sensitivities."""
 
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -12,6 +11,7 @@ from jaxtyping import PyTree
 from ..batching._batch import batch
 from ..batching._sampling import normal_points, sobol_points
 from ..checks import require_reals
+from ..errors import warn
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, reported
 from ..runtime import TracedFunction, jit
@@ -204,7 +204,7 @@ def sensitivities(
             f"{np.sum(good)} of {samples} designs gave numbers, at least two are needed\n{found.summary()}"
         )
     if not np.all(good):
-        warnings.warn(f"{np.sum(~good)} of {samples} designs gave no numbers and are left out", stacklevel=2)
+        warn(f"{np.sum(~good)} of {samples} designs gave no numbers and are left out")
     variance = np.var(values[good], ddof=1) or 1.0
     means = {name: np.mean(np.asarray(slope)[good] ** 2) for name, slope in slopes.items()}
     width = dict(zip(bounds, upper - lower, strict=True))

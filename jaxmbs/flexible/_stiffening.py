@@ -1,6 +1,5 @@
 """Estimate of the rotational (centrifugal) stiffening that the linear elastic bodies neglect."""
 
-import warnings
 from collections.abc import Mapping
 
 import jax
@@ -11,6 +10,7 @@ from jaxtyping import Array
 
 from ..assembly._state import HasStates, State
 from ..checks import is_concrete
+from ..errors import warn
 from ..kinematics._configuration import VelocityKinematics, at_state, with_velocities
 from ..kinematics._elastic import interface_rates
 from ..model._changes import with_changes
@@ -79,7 +79,7 @@ def _first_eigenvalue(body):
     return 1 / lapack.eigh((softness + softness.T) / 2)[0][-1]
 
 
-def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None:
+def warn_of_stiffening(errors: Mapping[str, Array]) -> None:
     """Warn of elastic bodies that rotate too fast to neglect stiffening, if the errors are concrete."""
     if not is_concrete(*errors.values()):
         return
@@ -88,8 +88,7 @@ def warn_of_stiffening(errors: Mapping[str, Array], stacklevel: int = 3) -> None
     if fast:
         listed = ", ".join(f"{name!r} by about {100 * error:.2g} %" for name, error in list(fast.items())[:6])
         more = f" and {len(fast) - 6} more" if len(fast) > 6 else ""
-        warnings.warn(
+        warn(
             f"elastic bodies neglect stiffening by rotation; at this speed it would change the first frequency of "
-            f"{listed}{more}: divide them into several bodies (flexible.stiffening gives the estimate)",
-            stacklevel=stacklevel,
+            f"{listed}{more}: divide them into several bodies (flexible.stiffening gives the estimate)"
         )

@@ -1,9 +1,9 @@
 """Earlier names of models of friction; they warn and go with the next release."""
 
-import warnings
 from typing import Any, NamedTuple
 
 from .. import friction as models
+from ..errors import warn
 from ..runtime import as_array
 from ..typing import ArrayLike, WordedError
 from ._friction_force import FrictionForce
@@ -23,7 +23,7 @@ class OldModel(NamedTuple):
 
 def warn_of_old_name(old: str, new: str) -> None:
     """Warn of a name of an earlier release."""
-    warnings.warn(f"{old} is deprecated; it is {new}", DeprecationWarning, stacklevel=3)
+    warn(f"{old} is deprecated; it is {new}", DeprecationWarning)
 
 
 def require_bristles(friction: Any) -> Any:

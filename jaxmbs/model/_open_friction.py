@@ -1,10 +1,9 @@
 """Rubbing joints whose load rigid statics leaves open, from the redundant constraints that the build counted."""
 
-import warnings
-
 import numpy as np
 
 from ..checks import is_concrete
+from ..errors import warn
 from ..friction._surfaces import SURFACES, surface_rows
 from ._describe import COMPONENTS
 
@@ -49,9 +48,8 @@ def warn_of_open_friction(system) -> None:
     if not (lines := open_friction_lines(system)):
         return
     others = ", ".join(system.topology.analysis.redundant_names)
-    warnings.warn(
+    warn(
         "; ".join(lines) + ", with equal compliances, as that of `reactions`: friction and loads of these joints are "
         f"one answer of many; free these directions in one of {others} (two hinges in line: one Spherical, "
-        "and a PointOnLine constraint for the other), or let bushings carry them",
-        stacklevel=4,
+        "and a PointOnLine constraint for the other), or let bushings carry them"
     )

@@ -161,7 +161,7 @@ def simulate(
     note(lambda: motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
-    warn_of_stiffening(motion.diagnostics.stiffening, stacklevel=4)
+    warn_of_stiffening(motion.diagnostics.stiffening)
     return motion
 
 

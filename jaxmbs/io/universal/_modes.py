@@ -1,14 +1,13 @@
 """Modes of a universal file: data set 55, data at nodes, of normal modes and complex eigenvalues."""
 
 import collections
-import warnings
 from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
 
 from ...elements import DIRECTIONS
-from ...errors import ModelFileError
+from ...errors import ModelFileError, warn
 from ...experiment import MeasuredModes
 from .._regular_file import read_bytes
 from ._data_sets import DataSet, data_sets
@@ -67,7 +66,7 @@ def read_uff_modes(path: str | PathLike) -> MeasuredModes:
     if np.any(ratios > 0) and not np.all(ratios > 0):
         others["damping, as some ratios are not above zero"] += 1
     if others:
-        warnings.warn(f"{path}: left out: {_count_functions(others)}", stacklevel=2)
+        warn(f"{path}: left out: {_count_functions(others)}")
     frequencies = np.array([abs(mode.root) for mode in proper]) / (2 * np.pi)
     return MeasuredModes(frequencies, shapes, names, ratios if np.all(ratios > 0) else None)
 

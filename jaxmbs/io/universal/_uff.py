@@ -2,7 +2,6 @@
 
 import collections
 import re
-import warnings
 from collections.abc import Sequence
 from os import PathLike
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from ...atomic_write import atomic_file
 from ...elements import DIRECTIONS
-from ...errors import ModelError, ModelFileError
+from ...errors import ModelError, ModelFileError, warn
 from ...linear._transfer import KINDS, TransferFunctions
 from .._regular_file import read_bytes
 from ._data_sets import data_sets
@@ -101,7 +100,7 @@ def read_uff(path: str | PathLike, kind: str | None = None) -> TransferFunctions
         more = [f"and {len(faults) - _MOST_FAULTS} more"] if len(faults) > _MOST_FAULTS else []
         raise ModelFileError(path, faults[:_MOST_FAULTS] + more)
     if others:
-        warnings.warn(f"{path}: left out: {_count_functions(others)}", stacklevel=2)
+        warn(f"{path}: left out: {_count_functions(others)}")
     values = np.zeros((len(functions[0].x), len(outputs), len(inputs)), complex)
     for data, (output, driven) in zip(functions, pairs, strict=True):
         values[:, outputs.index(output), inputs.index(driven)] = data.values
