@@ -17,9 +17,9 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "jaxmbs"
 FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
     [
+        "errors",
         "lazy",
         "typing",
-        "errors",
         "status",
         "checks",
         "arguments",
