@@ -11,16 +11,22 @@ from typing import Any
 #: Files between a warning and the user: this library's, those of what its calls go through, and decorators of Python.
 _BELOW = re.compile(
     rf"{re.escape(str(Path(__file__).parent))}|.*[/\\](site|dist)-packages[/\\](jax|equinox|diffrax|jaxtyping|beartype)"
-    r"|.*[/\\](contextlib|functools)\.py$|<(?!stdin|ipython|string)"
+    r"|.*[/\\](contextlib|functools)\.py$|<frozen|<@"
 )
 
 
 def warn(message: str, category: type[Warning] = UserWarning) -> None:
     """Warn of the line of the user's that asked, however deep in the library it is noticed."""
     level, frame = 2, sys._getframe(1)
-    while frame.f_back is not None and _BELOW.match(frame.f_code.co_filename):
-        level, frame = level + 1, frame.f_back
+    while frame.f_back is not None and _is_below(frame.f_code):
+        level += not frame.f_code.co_filename.startswith("<frozen")  # which `warnings` does not count
+        frame = frame.f_back
     warnings.warn(message, category, stacklevel=level)
+
+
+def _is_below(code):
+    """True for code between a warning and the user, as that which makes a dataclass, whose file has no name."""
+    return _BELOW.match(code.co_filename) or (code.co_filename == "<string>" and code.co_name == "__init__")
 
 
 def printable(text: str) -> str:

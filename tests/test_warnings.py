@@ -36,11 +36,17 @@ def old_friction():
     pendulum({"mu": 0.1, "radius": 0.01})
 
 
+def old_gear():
+    mbs.forces.WormGear(1, 30, 2e-3, 0.02, friction=0.1, slip_speed=1e-3)
+
+
 def old_room():
     mbs.kinematics.State  # noqa: B018
 
 
-ASKED = {f.__name__: f for f in (in_degrees, in_degrees_inside_of_a_search, unstable, old_friction, old_room)}
+ASKED = {
+    f.__name__: f for f in (in_degrees, in_degrees_inside_of_a_search, unstable, old_friction, old_gear, old_room)
+}
 
 
 @pytest.mark.parametrize("ask", ASKED.values(), ids=ASKED)
