@@ -114,6 +114,7 @@ class _Pose(NamedTuple):
 
     coordinates: jax.Array
     t: jax.Array
+    internal: None = None
 
 
 def _random_pose(system):
