@@ -82,7 +82,7 @@ class Bracket:
             return False
         return any(long >= shorter * self.length and self.jump >= _KEPT * jump for long, jump in self._seen)
 
-    def meeting(self) -> tuple[float, float]:
+    def crossing(self) -> tuple[float, float]:
         """The place where the tangents at both points meet, and the value there: none between is less if convex."""
         left, right = self.ends
         span, fall, rise = self.length, -float(left.gradient[0]), float(right.gradient[0])
@@ -102,7 +102,7 @@ def close_bracket(search: Search, bracket: Bracket) -> None:
     """
     before, reason = None, ""
     for _ in range(_MOST):
-        middle, least = bracket.meeting()
+        middle, least = bracket.crossing()
         left, right = bracket.ends
         best = min(left.value, right.value)
         if abs(best - least) <= search.tolerance * max(abs(best), _SMALL * search.objective_scale(left)):
