@@ -158,7 +158,7 @@ FACES = {
     "jaxmbs.forces": """
         AbstractBodyLaw AbstractLaw AbstractPathLaw AbstractPoseLaw
         AbstractScalarLaw AbstractSignal AbstractSystemLaw
-        Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
+        AbstractJointFriction Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
         BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic ElementBond Eyelet
         Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
         JointLuGre LuGre Margin Maxwell Motor PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp

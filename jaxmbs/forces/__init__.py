@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ._maxwell import Maxwell
     from ._motor import Motor
     from ._old_friction import (
+        AbstractJointFriction,
         BearingFriction,
         BristleForce,
         BrownMcPhee,
@@ -61,6 +62,7 @@ __all__ = [
     "AbstractScalarLaw",
     "AbstractSignal",
     "AbstractSystemLaw",
+    "AbstractJointFriction",
     "Actuator",
     "AirSpring",
     "Arrows",

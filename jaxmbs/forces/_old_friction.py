@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from .. import friction as models
-from ..errors import warn
+from ..errors import ModelError, warn
 from ..runtime import as_array
 from ..typing import ArrayLike, WordedError
 from ._friction_force import FrictionForce
@@ -39,6 +39,19 @@ def BristleForce(
     """Deprecated: `forces.FrictionForce(...)`, whose model may have bristles; arguments as there."""
     warn_of_old_name("forces.BristleForce(...)", "forces.FrictionForce(...)")
     return FrictionForce(require_bristles(friction), load, radius)
+
+
+class AbstractJointFriction:
+    """Earlier base of models of joints' friction; those derive from `friction.AbstractFriction` now."""
+
+    def __init_subclass__(cls) -> None:
+        raise ModelError(
+            [
+                f"{cls.__name__}: forces.AbstractJointFriction is friction.AbstractFriction now, whose models give "
+                "`coefficient(speed)` and work in every place (docs/extend/friction.md)"
+            ],
+            "the class",
+        )
 
 
 def SmoothCoulomb() -> OldModel:

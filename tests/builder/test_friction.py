@@ -86,3 +86,8 @@ def test_earlier_names_warn_and_are_the_same(name):
 def test_two_models_are_refused():
     with pytest.warns(DeprecationWarning), pytest.raises(ModelError, match="has its own numbers"):
         block(SmoothCoulomb(0.1), transition_speed=0.1)
+
+
+def test_the_earlier_base_of_models_is_refused_with_the_new_one():
+    with pytest.raises(ModelError, match="Own: .* is friction.AbstractFriction now"):
+        type("Own", (mbs.forces.AbstractJointFriction,), {})

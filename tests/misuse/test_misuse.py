@@ -44,6 +44,7 @@ EXEMPT = {
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
     """,
     "what users derive from": """
+        forces.AbstractJointFriction
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
         hydraulics.AbstractTwoPort friction.AbstractBristles friction.AbstractFriction
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
