@@ -88,9 +88,10 @@ class Bracket:
         span, fall, rise = self.length, -float(left.gradient[0]), float(right.gradient[0])
         share = (left.value - right.value + rise * span) / (fall + rise) / span
         # tangents of bent sides may meet beyond an end: then the minimum is as near to it within
-        share = (
-            max(1.0 - 2.0 * (share - 1.0), 0.5) if share >= 1.0 else min(-2.0 * share, 0.5) if share <= 0.0 else share
-        )
+        if share <= 0.0:
+            share = min(-2.0 * share, 0.5)
+        elif share >= 1.0:
+            share = max(3.0 - 2.0 * share, 0.5)
         return float(left.x[0] + share * span), float(left.value - fall * share * span)
 
 
@@ -116,5 +117,7 @@ def close_bracket(search: Search, bracket: Bracket) -> None:
     left, right = bracket.ends
     if bracket.has_kink(_PROOF):
         search.kink = float(left.gradient[0]), float(right.gradient[0])
-    search.accept(left if left.value < right.value else right, by_decrease=False)
+    lower = left if left.value < right.value else right
+    if lower.value < search.current.value:
+        search.accept(lower, by_decrease=False)
     search.reason = search.reason or reason or search.failure_reason()
