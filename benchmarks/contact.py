@@ -160,8 +160,8 @@ def cam_depth():
 
 
 # --------------------------------------------------------------------------------------------------------- clearance
-def slider_crank(rtol):
-    """Mean and peak load of a wrist pin with clearance in one turn."""
+def slider_crank_model():
+    """A slider-crank whose wrist pin has clearance, and where it starts."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     b.body("crank", 1.0, inertia=1e-4)
     b.body("rod", CRANK["rod_mass"], com=(CRANK["rod"] / 2, 0.0, 0.0), inertia=CRANK["rod_inertia"])
@@ -174,7 +174,13 @@ def slider_crank(rtol):
     b.contact("pin", pair, "slider", ("rod", (CRANK["rod"], 0.0, 0.0)), force)
     system = b.build()
     turning = -CRANK["speed"] * (1.0 + CRANK["crank"] / CRANK["rod"])
-    start = mbs.State.at(system, {"rod": 0.0, "slide": CRANK["crank"] + CRANK["rod"]}, {"rod": turning, "slide": 0.0})
+    begin = {"rod": 0.0, "slide": CRANK["crank"] + CRANK["rod"]}
+    return system, mbs.State.at(system, begin, {"rod": turning, "slide": 0.0})
+
+
+def slider_crank(rtol):
+    """Mean and peak load of a wrist pin with clearance in one turn."""
+    system, start = slider_crank_model()
 
     def run(start):
         motion = mbs.simulate(system, start, ts=TURN, rtol=rtol, atol=1e-2 * rtol, max_steps=100_000)

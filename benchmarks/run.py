@@ -36,6 +36,7 @@ NAMES = (
     "contact",
     "joint_friction",
     "cables",
+    "validity",
     "qualification",
     "identify_arm",
 )

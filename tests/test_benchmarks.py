@@ -35,10 +35,11 @@ PACKAGES = {
     "wishbone_limits": (),
     "openmdao_component": ("openmdao",),
     "published_decks": (),
+    "validity": (),
     "identify_arm": ("mujoco", "plotly", "tabulate"),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
-LONG += ("cold_start", "compiler_tricks", "energy_drift")
+LONG += ("validity", "cold_start", "compiler_tricks", "energy_drift")
 LONG += ("openmdao_component", "fmu_calls")
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers", "identify_arm")

@@ -7,6 +7,7 @@ from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float
 
 from ..runtime import small_call
+from ._oscillator_bounds import bound_factors, envelope, overshoot
 from ._oscillator_motion import Oscillators, advance, speed_scale, transition, values
 from ._oscillator_search import PARTS, Blocks, Extremes, search
 
@@ -58,8 +59,9 @@ def _extremes(load, step, oscillators):
     pairs = jnp.pad(jnp.stack([load[:-1], jnp.diff(load)]), ((0, 0), (missing, 0))).reshape(2, -1, size)
     scale = speed_scale(step / PARTS, oscillators)
     parts = _parts(transition(step / PARTS, oscillators))
-    end, blocks, bounds = _pass_samples(pairs, parts, step, oscillators)
-    found = search(blocks, bounds, parts, scale, step, oscillators)
+    factors = bound_factors(scale, step, oscillators)
+    end, blocks, bounds = _pass_samples(pairs, parts[0], factors)
+    found = search(blocks, bounds, parts, scale, step, oscillators, factors)
     lost = ~jnp.all(jnp.isfinite(jnp.stack(end)), axis=0)  # of a load that is not finite
     value = jnp.where(lost[None], jnp.nan, jnp.stack([found.value[0], -found.value[1]]))
     return Extremes(value, jnp.maximum(found.at - missing, 0), found.part), (end[0], end[1] * scale)
@@ -85,49 +87,30 @@ def _block_size(steps):
     return max(16, 1 << ((steps.bit_length() - 1) // 2))
 
 
-def _pass_samples(pairs, parts, step, oscillators):
+def _pass_samples(pairs, whole, factors):
     """The last state, blocks, and bounds (2, blocks, f) of the values in them and of their negatives."""
-    whole, half = parts[0], parts[1].at[:, 3].multiply(0.5)  # by the rise in the whole step
 
     def run(given):
-        (loads, rises), half, whole = given
+        (loads, rises), whole, rest, speed = given
 
         def block(state, pair):
             def one(carry, pair):
-                *state, high, low = carry
-                middle = advance(half[:1], state, *pair)[0]
-                y, v = advance(whole, state, *pair)
-                high = jnp.maximum(jnp.maximum(high, middle), y)
-                low = jnp.minimum(jnp.minimum(low, middle), y)
-                return (y, v, high, low), None
+                y, v, high, low, above, below = carry
+                top, bottom = envelope(y, v, *pair, rest, speed)
+                y, v = advance(whole, (y, v), *pair)
+                ends = jnp.maximum(high, y), jnp.minimum(low, y)
+                return (y, v, *ends, jnp.maximum(above, top), jnp.minimum(below, bottom)), None
 
             y, v = state
-            *state, high, low = lax.scan(one, (y, v, y, y), pair)[0]
-            return tuple(state), (y, v, high, low)
+            y, v, *bounds = lax.scan(one, (y, v, y, y, y, y), pair, unroll=2)[0]
+            return (y, v), (*state, *bounds)
 
-        zero = jnp.zeros_like(oscillators.square)
+        zero = jnp.zeros_like(whole[0, 0])
         return lax.scan(block, (zero, zero), (loads, rises))
 
-    end, (y, v, high, low) = small_call(run)((tuple(pairs), half, whole))
-    forces = _largest_forces(*pairs, step, oscillators)
-    beyond = _overshoot(jnp.maximum(high, -low), forces, step / 2, oscillators)
-    return end, Blocks(*pairs, y, v), jnp.stack([high + beyond, beyond - low])
-
-
-def _overshoot(size, forces, step, oscillators):
-    """Bounds (blocks, f) of how far motions go in a step beyond its ends, by their sizes there and the right side's.
-
-    A motion is at most `step^2 / 8` times the size of its second derivative q above the line through both ends; the
-    equation gives q by the load, the motion and its rate, which is at most the slope of the line and `q step / 2`.
-    """
-    damping, spring = (oscillators.rate * step)[None], (oscillators.square * step**2)[None]
-    share = 1 - spring / 8 - damping / 2
-    beyond = size * (spring / 8 + damping / 4) + forces * step**2 / 8
-    return jnp.where(share > 0, beyond / jnp.where(share > 0, share, 1.0), jnp.inf)
-
-
-def _largest_forces(loads, rises, step, oscillators):
-    """Bounds (blocks, f) of the size of the right side."""
-    load = jnp.max(jnp.maximum(jnp.abs(loads), jnp.abs(loads + rises)), axis=1)[:, None]
-    slope = jnp.max(jnp.abs(rises), axis=1)[:, None] / step
-    return jnp.abs(oscillators.gain)[None] * load + jnp.abs(oscillators.gain_of_slope)[None] * slope
+    end, (y, v, high, low, above, below) = small_call(run)((tuple(pairs), whole, factors.rest, factors.speed))
+    load = jnp.max(jnp.maximum(jnp.abs(pairs[0]), jnp.abs(pairs[0] + pairs[1])), axis=1)[:, None]
+    rise = jnp.max(jnp.abs(pairs[1]), axis=1)[:, None]
+    beyond = overshoot(factors, jnp.maximum(high, -low), load, rise)
+    envelopes = jnp.where(factors.has_envelope, jnp.stack([above, -below]), jnp.inf)
+    return end, Blocks(*pairs, y, v), jnp.minimum(jnp.stack([high, -low]) + beyond, envelopes)

@@ -1,4 +1,4 @@
-"""Search for the greatest and least values of oscillators in those blocks of steps that can hold them."""
+"""Search for the greatest and least values of oscillators, in those blocks and steps that can hold them."""
 
 from typing import NamedTuple
 
@@ -7,12 +7,13 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..runtime import small_call
+from ._oscillator_bounds import BoundFactors, envelope, overshoot
 from ._oscillator_motion import Oscillators, advance
 from ._step_polynomial import REACH, step_polynomial, turns
 
 PARTS = 4  # of each step at the highest frequencies, so that they are short of `REACH`
 _NEAR = 1 + 1e-7  # bounds this close to an extreme are not searched
-_GROUP = 8  # oscillators that are searched together: what one of them needs is done for all
+_GROUP = 4  # oscillators that are searched together: what one of them needs is done for all
 
 
 class Blocks(NamedTuple):
@@ -33,7 +34,13 @@ class Extremes(NamedTuple):
 
 
 def search(
-    blocks: Blocks, bounds: Array, parts: Array, scale: Array, step: Array, oscillators: Oscillators
+    blocks: Blocks,
+    bounds: Array,
+    parts: Array,
+    scale: Array,
+    step: Array,
+    oscillators: Oscillators,
+    factors: BoundFactors,
 ) -> Extremes:
     """Search the blocks by bounds (2, blocks, f) of the motions and of their negatives.
 
@@ -55,57 +62,89 @@ def search(
 
         return lax.map(search_group, groups)
 
-    per_oscillator = jax.tree.map(split, ((blocks.y, blocks.v), bounds, parts, scale, oscillators))
+    per_oscillator = jax.tree.map(split, ((blocks.y, blocks.v), bounds, parts, scale, oscillators, factors))
     found = small_call(run)(((blocks.load, blocks.rise, step), per_oscillator))
     return Extremes(*(jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1)[..., :count] for x in found))
 
 
-def _search_blocks(blocks, step, bounds, parts, scale, oscillators):
+def _search_blocks(blocks, step, bounds, parts, scale, oscillators, factors):
     """The extremes, from blocks in the order of their bounds until none is above what is found."""
-    phase = step * jnp.max(jnp.maximum(jnp.sqrt(oscillators.square), 0.5 * oscillators.rate))
-    halvings = sum((phase > reach).astype(jnp.int32) for reach in (REACH, 2 * REACH))
-    matrix, count = parts[halvings], jnp.int32(1) << halvings
+    none = jnp.zeros(bounds.shape[::2], bounds.dtype)
+    nothing = Extremes(none, jnp.zeros(none.shape, jnp.int32), none)
+    visit = _visit_step(step, parts, scale, oscillators)
+
+    def search_block(found, which):
+        load, rise = (jnp.moveaxis(x[which], -1, 0) for x in (blocks.load, blocks.rise))
+        start = tuple(jnp.take_along_axis(x, which[None], axis=0)[0] for x in (blocks.y, blocks.v))
+
+        def one(state, pair):
+            after = tuple(advance(parts[0], state, *pair))
+            return after, after
+
+        after = lax.scan(one, start, (load, rise), unroll=2)[1]
+        y, v = (jnp.concatenate([x[None], xs]) for x, xs in zip(start, after, strict=True))
+
+        def search_step(found, k):
+            state, pair = ([jnp.take_along_axis(x, k[None], axis=0)[0] for x in xs] for xs in ((y, v), (load, rise)))
+            return visit(found, which * len(load) + k, state, *pair)
+
+        return _in_order(search_step, found, _step_bounds(y, v[:-1], load, rise, factors))
+
+    return _in_order(search_block, nothing, bounds)
+
+
+def _step_bounds(y, v, load, rise, factors):
+    """Bounds (2, size, f) of values and of their negatives in the steps of a block, from values (size + 1, f)."""
+    above, below = envelope(y[:-1], v, load, rise, factors.rest, factors.speed)
+    envelopes = jnp.where(factors.has_envelope, jnp.stack([above, -below]), jnp.inf)
+    ends = jnp.stack([jnp.maximum(y[:-1], y[1:]), jnp.maximum(-y[:-1], -y[1:])])
+    sizes = jnp.maximum(jnp.abs(load), jnp.abs(load + rise)), jnp.abs(rise)
+    return jnp.minimum(ends + overshoot(factors, jnp.max(ends, axis=0), *sizes), envelopes)
+
+
+def _in_order(visit, found, bounds):
+    """What is found by visits of numbers (f,) in the order of bounds (2, n, f), until none is above it."""
 
     def above(carry):
         found, bounds = carry
         return jnp.max(bounds - _NEAR * found.value[:, None], axis=0)
 
-    def search(carry):
+    def next_one(carry):
         found, bounds = carry
         which = lax.argmax(above(carry), 0, jnp.int32)
-        found = _search_block(found, which, blocks, step, matrix, count, scale, oscillators)
-        searched = jnp.arange(bounds.shape[1], dtype=jnp.int32)[None, :, None] == which[None, None]
-        return found, jnp.where(searched, -jnp.inf, bounds)
+        visited = jnp.arange(bounds.shape[1], dtype=jnp.int32)[None, :, None] == which[None, None]
+        return visit(found, which), jnp.where(visited, -jnp.inf, bounds)
 
-    none = jnp.zeros(bounds.shape[::2], bounds.dtype)
-    start = (Extremes(none, jnp.zeros(none.shape, jnp.int32), none), bounds)
-    return lax.while_loop(lambda carry: jnp.any(above(carry) > 0), search, start)[0]
+    return lax.while_loop(lambda carry: jnp.any(above(carry) > 0), next_one, (found, bounds))[0]
 
 
-def _search_block(found, which, blocks, step, matrix, count, scale, oscillators):
-    """Extremes with the blocks of numbers `which` (f,), each step of which has a number of parts."""
-    load, rise = (jnp.moveaxis(x[which], -1, 0) for x in (blocks.load, blocks.rise))
-    y, v = (jnp.take_along_axis(x, which[None], axis=0)[0] for x in (blocks.y, blocks.v))
-    size, number = len(load), count.astype(scale.dtype)
+def _visit_step(step, parts, scale, oscillators):
+    """Function that takes the extremes in steps to those found, cut into so many parts that a polynomial has them."""
+    phase = step * jnp.max(jnp.maximum(jnp.sqrt(oscillators.square), 0.5 * oscillators.rate))
+    halvings = sum((phase > reach).astype(jnp.int32) for reach in (REACH, 2 * REACH))
+    matrix, count = parts[halvings], jnp.int32(1) << halvings
+    number = count.astype(scale.dtype)
     h = step / number
     has_turns = ((oscillators.square * h**2 <= REACH**2) & (oscillators.rate * h <= 2 * REACH))[None]
 
     def rate(v, load):
         return h * (v * scale + oscillators.gain_of_slope * load)
 
-    def search(k, carry):
-        (y, v), found = carry
-        at, inside = k // count, k % count
-        climb = rise[at] / number
-        begin = load[at] + inside.astype(scale.dtype) * climb
-        after = tuple(advance(matrix, (y, v), begin, climb))
-        first, last = (y, rate(v, begin)), (after[0], rate(after[1], begin + climb))
-        polynomial = step_polynomial(first, last, begin, climb, h, oscillators)
-        value, s = turns(polynomial)
-        value, end = (jnp.stack([x[0], -x[-1]]) for x in (value, after[0][None]))
-        value, s = jnp.where(has_turns, value, end), jnp.where(has_turns, s, 1.0)
-        part = (inside.astype(scale.dtype) + s) / number
-        new = Extremes(value, jnp.broadcast_to(which * size + at, value.shape), part)
-        return after, Extremes(*(jnp.where(value > found.value, b, a) for a, b in zip(found, new, strict=True)))
+    def visit(found, at, state, load, rise):
+        climb = rise / number
 
-    return lax.fori_loop(0, size * count, search, ((y, v), found))[1]
+        def search_part(inside, carry):
+            (y, v), found = carry
+            begin = load + inside.astype(scale.dtype) * climb
+            after = tuple(advance(matrix, (y, v), begin, climb))
+            first, last = (y, rate(v, begin)), (after[0], rate(after[1], begin + climb))
+            value, s = turns(step_polynomial(first, last, begin, climb, h, oscillators))
+            value, end = (jnp.stack([x[0], -x[-1]]) for x in (value, after[0][None]))
+            value, s = jnp.where(has_turns, value, end), jnp.where(has_turns, s, 1.0)
+            part = (inside.astype(scale.dtype) + s) / number
+            new = Extremes(value, jnp.broadcast_to(at, value.shape), part)
+            return after, Extremes(*(jnp.where(value > found.value, b, a) for a, b in zip(found, new, strict=True)))
+
+        return lax.fori_loop(0, count, search_part, (tuple(state), found))[1]
+
+    return visit
