@@ -37,9 +37,16 @@ def bound_factors(scale: Array, step: Array, oscillators: Oscillators) -> BoundF
     rest = static, (gain_of_slope - rate * static) / (stiffness * step)
     damping, spring = rate * step, square * step**2
     share = 1 - spring / 8 - damping / 2
-    sizes = spring / 8 + damping / 4, jnp.abs(gain) * step**2 / 8, jnp.abs(gain_of_slope) * step / 8
-    beyond = tuple(jnp.where(share > 0, x / jnp.where(share > 0, share, 1.0), jnp.inf) for x in sizes)
-    return BoundFactors(rest, (scale / omega, gain_of_slope / omega, static / (step * omega)), has_envelope, beyond)
+    of_size, of_load, of_rise = (
+        jnp.where(share > 0, x / jnp.where(share > 0, share, 1.0), jnp.inf)
+        for x in (spring / 8 + damping / 4, jnp.abs(gain) * step**2 / 8, jnp.abs(gain_of_slope) * step / 8)
+    )
+    return BoundFactors(
+        rest,
+        (scale / omega, gain_of_slope / omega, static / (step * omega)),
+        has_envelope,
+        (of_size, of_load, of_rise),
+    )
 
 
 def envelope(
@@ -58,7 +65,7 @@ def envelope(
 
 
 def overshoot(factors: BoundFactors, size: Array, load: Array, rise: Array) -> Array:
-    """What motions can go in a step beyond its ends, by their largest sizes there and those of load and rise."""
-    of_size, of_load, of_rise = factors.beyond
+    """What motions (n, f) can go in a step beyond its ends, by the largest sizes there, of load and of rise."""
+    of_size, of_load, of_rise = (x[None] for x in factors.beyond)
     found = of_size * size + of_load * load + of_rise * rise
     return jnp.where(jnp.isnan(found), jnp.inf, found)  # infinite factors of nothing

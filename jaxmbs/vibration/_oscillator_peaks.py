@@ -112,5 +112,5 @@ def _pass_samples(pairs, whole, factors):
     load = jnp.max(jnp.maximum(jnp.abs(pairs[0]), jnp.abs(pairs[0] + pairs[1])), axis=1)[:, None]
     rise = jnp.max(jnp.abs(pairs[1]), axis=1)[:, None]
     beyond = overshoot(factors, jnp.maximum(high, -low), load, rise)
-    envelopes = jnp.where(factors.has_envelope, jnp.stack([above, -below]), jnp.inf)
-    return end, Blocks(*pairs, y, v), jnp.minimum(jnp.stack([high, -low]) + beyond, envelopes)
+    envelopes = jnp.where(factors.has_envelope[None, None], jnp.stack([above, -below]), jnp.inf)
+    return end, Blocks(*pairs, y, v), jnp.minimum(jnp.stack([high, -low]) + beyond[None], envelopes)

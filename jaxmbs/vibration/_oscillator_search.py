@@ -95,11 +95,11 @@ def _search_blocks(blocks, step, bounds, parts, scale, oscillators, factors):
 
 def _step_bounds(y, v, load, rise, factors):
     """Bounds (2, size, f) of values and of their negatives in the steps of a block, from values (size + 1, f)."""
-    above, below = envelope(y[:-1], v, load, rise, factors.rest, factors.speed)
-    envelopes = jnp.where(factors.has_envelope, jnp.stack([above, -below]), jnp.inf)
+    above, below = envelope(y[:-1], v, load, rise, *jax.tree.map(lambda x: x[None], (factors.rest, factors.speed)))
+    envelopes = jnp.where(factors.has_envelope[None, None], jnp.stack([above, -below]), jnp.inf)
     ends = jnp.stack([jnp.maximum(y[:-1], y[1:]), jnp.maximum(-y[:-1], -y[1:])])
     sizes = jnp.maximum(jnp.abs(load), jnp.abs(load + rise)), jnp.abs(rise)
-    return jnp.minimum(ends + overshoot(factors, jnp.max(ends, axis=0), *sizes), envelopes)
+    return jnp.minimum(ends + overshoot(factors, jnp.max(ends, axis=0), *sizes)[None], envelopes)
 
 
 def _in_order(visit, found, bounds):
