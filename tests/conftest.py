@@ -30,15 +30,21 @@ KINDS = ("slow", "long", "user")
 _SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 
 
+_PACKAGE = Path(__file__).parent.parent / "jaxmbs"
+#: What has types and shapes checked while it runs: all but the compiler's room, which has no arrays of the mechanics,
+#: and whose many small calls took a third of the suite when they were checked; mypy reads them.
+_CHECKED = [f"jaxmbs.{path.stem}" for path in _PACKAGE.iterdir() if path.stem not in ("runtime", "lazy", "__init__")]
+
+
 def pytest_configure(config):
     chosen = config.option.markexpr
     # One tier from begin to end: tapes in the quick suites, XLA where programs are to be those that it compiles.
     os.environ.setdefault("JAXMBS_COMPILE", "full" if chosen in AS_USERS else "tape")
     if chosen not in AS_USERS:
         _compile_cheaply()
-    # Types and shapes are checked in the quick tests; the checks make tracing an eighth longer.
+    # Types and shapes are checked in the quick tests; the checks make these a seventh longer.
     if chosen not in KINDS:
-        install_import_hook("jaxmbs", "beartype.beartype")
+        install_import_hook(_CHECKED, "beartype.beartype")
 
 
 def _compile_cheaply():

@@ -8,9 +8,10 @@ nowhere: every test does it.
 
 import ast
 import functools
-from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+from . import sources
+from .sources import ROOT
+
 SETTING_UP = {("jaxmbs.builder._builder", "SystemBuilder"), ("jaxmbs.assembly._state", "State")}
 
 
@@ -30,7 +31,7 @@ class Module:
     """Definitions by name (functions, classes, constants), and what its imports name: a module or (module, name)."""
 
     def __init__(self, name):
-        self.name, tree = name, ast.parse(modules()[name].read_text(encoding="utf-8"))
+        self.name, tree = name, sources.tree(modules()[name])
         self.definitions, self.imports = {}, {}
         for node in tree.body:
             for defined in _defined(node):

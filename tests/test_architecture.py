@@ -1,6 +1,7 @@
 """The house: imports go down the floors, extras stay optional, files small, public names documented."""
 
 import ast
+import functools
 import graphlib
 import importlib
 import inspect
@@ -9,12 +10,11 @@ import re
 import statistics
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
-PACKAGE = ROOT / "jaxmbs"
+from .sources import PACKAGE, ROOT, files, nodes, tree
+
 FLOORS = [  # a room imports rooms of lower floors, and of its own floor those to its left
     [
         "errors",
@@ -75,8 +75,7 @@ def _module_name(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-FILES = sorted(PACKAGE.rglob("*.py"))
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
+FILES = files()
 MODULES = {_module_name(path): path for path in FILES}
 PACKAGES = {_module_name(path.parent / "__init__.py") for path in FILES}
 
@@ -110,7 +109,7 @@ def _targets(path, nodes):
 
 
 def _imports_at_top(path):
-    return list(_targets(path, _statements(TREES[path].body, lazy=path.name == "__init__.py")))
+    return list(_targets(path, _statements(tree(path).body, lazy=path.name == "__init__.py")))
 
 
 def _module_of(name):
@@ -128,20 +127,31 @@ def _named(name, extras):
     return {extra for extra in extras if name == extra or name.startswith(extra + ".")}
 
 
-@pytest.mark.parametrize("path", FILES, ids=_module_name)
-def test_imports_go_down_or_left(path):
+def _faults(check):
+    """What a check of one file says of all of them, a line each."""
+    return [f"{_module_name(path)}: {fault}" for path in FILES for fault in check(path)]
+
+
+def test_imports_go_down_or_left():
+    assert not _faults(_wrong_ways)
+
+
+def _wrong_ways(path):
     room = _room(_module_name(path))
     if not room:
         return  # the front door of the package shows every room
-    assert room in HEIGHT, f"give the room {room!r} a floor in FLOORS"
-    for name in _targets(path, ast.walk(TREES[path])):
+    if room not in HEIGHT:
+        yield f"give the room {room!r} a floor in FLOORS"
+        return
+    for name in _targets(path, nodes(path)):
         module = _module_of(name)
         if module is None or _room(module) == room:
             continue
         if not _room(module):
-            assert room in DOORS, f"{room} imports {name} through the front door; import its own module"
-            continue
-        assert HEIGHT[_room(module)] < HEIGHT[room], f"{room} may not import {name}"
+            if room not in DOORS:
+                yield f"imports {name} through the front door; import its own module"
+        elif HEIGHT[_room(module)] >= HEIGHT[room]:
+            yield f"{room} may not import {name}"
 
 
 def test_the_map_in_contributing_has_these_floors():
@@ -159,30 +169,34 @@ TRICKY = {  # public in JAX, but there for the compiler's sake: `runtime` has a 
 }
 
 
-@pytest.mark.parametrize("path", FILES, ids=_module_name)
-def test_one_door_to_the_compiler(path):
+def test_one_door_to_the_compiler():
     """Only `runtime` knows JAX's inner parts; the others import from its face and never from its modules."""
+    assert not _faults(_other_doors)
+
+
+def _other_doors(path):
     room, face = _room(_module_name(path)), _face("runtime")
     if _module_name(path) == "jaxmbs.adapters.fmi._runtime":
         return  # a file of exported FMUs, which runs where there is no jaxmbs
+    names = list(_targets(path, nodes(path)))
     if room == "runtime":
         below = {"typing", "checks", "errors", "atomic_write", "runtime"}
-        assert {
-            _room(_module_of(name) or "jaxmbs.runtime") for name in _targets(path, ast.walk(TREES[path]))
-        } <= below
+        yield from {_room(_module_of(name) or "jaxmbs.runtime") for name in names} - below
         return
-    for name in _targets(path, ast.walk(TREES[path])):
-        assert not _named(name, INNER), f"{name}: `jaxmbs.runtime` is the door to JAX's inner parts"
-        if name.startswith("jaxmbs.runtime."):
-            assert name.removeprefix("jaxmbs.runtime.") in face, f"{name} is not in the `__all__` of jaxmbs.runtime"
-    words = {getattr(node, "attr", getattr(node, "id", getattr(node, "arg", ""))) for node in ast.walk(TREES[path])}
-    words |= {node.value for node in ast.walk(TREES[path]) if isinstance(node, ast.Constant) and _is_word(node.value)}
-    assert not words & TRICKY, f"{words & TRICKY}: put it into `jaxmbs.runtime`"
+    for name in names:
+        if _named(name, INNER):
+            yield f"{name}: `jaxmbs.runtime` is the door to JAX's inner parts"
+        if name.startswith("jaxmbs.runtime.") and name.removeprefix("jaxmbs.runtime.") not in face:
+            yield f"{name} is not in the `__all__` of jaxmbs.runtime"
+    words = {getattr(node, "attr", getattr(node, "id", getattr(node, "arg", ""))) for node in nodes(path)}
+    words |= {node.value for node in nodes(path) if isinstance(node, ast.Constant) and _is_word(node.value)}
+    yield from (f"{word}: put it into `jaxmbs.runtime`" for word in words & TRICKY)
 
 
+@functools.cache
 def _face(room):
     """The names in the `__all__` of a room."""
-    nodes = [node for node in TREES[PACKAGE / room / "__init__.py"].body if isinstance(node, ast.Assign)]
+    nodes = [node for node in tree(PACKAGE / room / "__init__.py").body if isinstance(node, ast.Assign)]
     return next(ast.literal_eval(node.value) for node in nodes if ast.unparse(node.targets[0]) == "__all__")
 
 
@@ -205,21 +219,27 @@ SHOWN = {
 BOUNDS = {"MAX_DENSE_ROWS", "8"}  # a matrix too large to be made dense; names in a message
 
 
-@pytest.mark.parametrize("path", FILES, ids=_module_name)
-def test_tuned_sizes_live_in_one_file(path):
+def test_tuned_sizes_live_in_one_file():
     """Sizes are compared with `runtime.tuning`, not with constants beside or numbers above 6 (freedoms of a body)."""
-    for node in ast.walk(TREES[path]):
-        text = ast.unparse(node) if isinstance(node, ast.Compare) else ""
-        if _room(_module_name(path)) in SHOWN or not any(
-            size in text for size in (".size", ".shape", "len(", "num_")
-        ):
+    assert not _faults(_sizes_elsewhere)
+
+
+def _sizes_elsewhere(path):
+    if _room(_module_name(path)) in SHOWN:
+        return
+    for node in nodes(path):
+        sides = (node.left, *node.comparators) if isinstance(node, ast.Compare) else ()
+        if not any(_is_size(side) and ast.unparse(side) not in BOUNDS for side in sides):
             continue
-        for side in (node.left, *node.comparators):
-            is_number = isinstance(side, ast.Constant) and isinstance(side.value, int) and side.value > 6
-            is_constant = isinstance(side, ast.Name) and side.id.strip("_").isupper() and len(side.id.strip("_")) > 1
-            assert not (is_number or is_constant) or ast.unparse(side) in BOUNDS, (
-                f"{text}: put it into runtime/_tuning.py"
-            )
+        text = ast.unparse(node)
+        if any(size in text for size in (".size", ".shape", "len(", "num_")):
+            yield f"{text}: put it into runtime/_tuning.py"
+
+
+def _is_size(side):
+    """True for a number above 6 or a constant."""
+    is_number = isinstance(side, ast.Constant) and isinstance(side.value, int) and side.value > 6
+    return is_number or isinstance(side, ast.Name) and len(name := side.id.strip("_")) > 1 and name.isupper()
 
 
 def test_no_import_cycles():
@@ -230,13 +250,16 @@ def test_no_import_cycles():
     tuple(graphlib.TopologicalSorter(graph).static_order())  # CycleError names the modules
 
 
-@pytest.mark.parametrize("path", FILES, ids=_module_name)
-def test_extras_are_imported_late_and_at_the_doors(path):
+def test_extras_are_imported_late_and_at_the_doors():
+    assert not _faults(_early_extras)
+
+
+def _early_extras(path):
     room = _room(_module_name(path))
-    at_top = {extra for name in _imports_at_top(path) for extra in _named(name, EXTRAS)}
-    assert not at_top, f"import {at_top} inside the function that needs it"
-    anywhere = {extra for name in _targets(path, ast.walk(TREES[path])) for extra in _named(name, EXTRAS)}
-    assert room in DOORS or anywhere <= LAZY.get(room, set())
+    for extra in {extra for name in _imports_at_top(path) for extra in _named(name, EXTRAS)}:
+        yield f"import {extra} inside the function that needs it"
+    anywhere = {extra for name in _targets(path, nodes(path)) for extra in _named(name, EXTRAS)}
+    yield from () if room in DOORS else (f"{extra} is an extra" for extra in anywhere - LAZY.get(room, set()))
 
 
 _PROBE = """
@@ -271,8 +294,8 @@ def test_public_names_have_docstrings():
     definitions = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
     bare = [
         f"{path.relative_to(ROOT)}:{node.lineno} {node.name}"
-        for path, tree in TREES.items()
-        for node in tree.body
+        for path in FILES
+        for node in tree(path).body
         if isinstance(node, definitions) and not node.name.startswith("_") and not ast.get_docstring(node)
         if not any(ast.unparse(decorator) == "overload" for decorator in node.decorator_list)
     ]
@@ -281,14 +304,14 @@ def test_public_names_have_docstrings():
 
 def test_the_model_says_what_it_is_made_of():
     """No field, argument or result of the room `model` is of type Any."""
-    trees = {path: tree for path, tree in TREES.items() if _room(_module_name(path)) == "model"}
-    assert not [str(p) for p, tree in trees.items() for n in ast.walk(tree) if getattr(n, "id", "") == "Any"]
+    own = [path for path in FILES if _room(_module_name(path)) == "model"]
+    assert not [str(path) for path in own for node in nodes(path) if getattr(node, "id", "") == "Any"]
 
 
 def test_every_class_has_a_name_of_its_own():
     places = {}
-    for path, tree in TREES.items():
-        for node in tree.body:
+    for path in FILES:
+        for node in tree(path).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, set()).add(path.relative_to(PACKAGE).as_posix())
     assert not {name: found for name, found in places.items() if len(found) > 1}
@@ -317,11 +340,11 @@ def test_pictures_bond_graphs_and_statuses_know_no_kind_of_thing():
         place = path.relative_to(PACKAGE).as_posix()
         if not place.startswith(ASKING) or place == "bondgraph/_circuits.py":  # a circuit is many blocks
             continue
-        for name in _targets(path, ast.walk(TREES[path])):
+        for name in _targets(path, nodes(path)):
             module, _, item = name.rpartition(".")
             if name.startswith("jaxmbs.") and name.split(".")[1] in rooms:
                 thing = getattr(importlib.import_module(module), item, None)
                 found += [f"{place}: {item}"] if inspect.isclass(thing) and issubclass(thing, bases) else []
-        words = {node.value for node in ast.walk(TREES[path]) if isinstance(node, ast.Constant)}
+        words = {node.value for node in nodes(path) if isinstance(node, ast.Constant)}
         found += [f"{place}: {word!r}" for word in words if isinstance(word, str) and word in joints]
     assert not found

@@ -2,11 +2,12 @@
 exists and leads to the functions, and no equation is missing."""
 
 import ast
+import collections
+import functools
 import re
 
-import pytest
-
 from .reach import ROOT, leads_to
+from .sources import PACKAGE, files, tree
 
 NUMBERED = {"S1": 45, "S2": 84}  # equations of each paper
 _ROW = re.compile(r"^\|\s*(S[12] \(.*?)\s*\|\s*(.*?)\s*\|\s*(.*?)\s*\|", re.MULTILINE)
@@ -14,9 +15,6 @@ _NUMBERS = r"\(\d+[a-z]?\)(?:(?:\s*[-\u2013,]\s*|,?\s+and\s+)\(\d+[a-z]?\))*"
 _CITATION = re.compile(rf"\b(S[12])\s+({_NUMBERS})")
 TABLE = (ROOT / "jaxmbs" / "EQUATIONS.md").read_text(encoding="utf-8").partition("\n## ")[0]
 ROWS = _ROW.findall(TABLE)
-EACH_ROW = pytest.mark.parametrize(
-    ("equation", "functions", "tests"), ROWS, ids=[f"{row[0]} {row[1]}" for row in ROWS]
-)
 
 
 def cited(text):
@@ -31,7 +29,7 @@ def cited(text):
 
 def _definition(path, dotted):
     """The function (of overloads the last), class or method of that name in a file, or None."""
-    body = ast.parse(path.read_text(encoding="utf-8")).body
+    body = tree(path).body
     found = None
     for name in dotted.split("."):
         found = next((node for node in reversed(body) if getattr(node, "name", None) == name), None)
@@ -67,32 +65,52 @@ def test_letters_of_the_papers_have_names_here():
     assert not words - set(re.findall(r"\w+", source))
 
 
-@EACH_ROW
-def test_functions_cite_every_equation_of_their_row(equation, functions, tests):
+def _faults(check):
+    """What a check of one row says of all of them, a line each."""
+    return [f"{row[0]} {row[1]}: {fault}" for row in ROWS for fault in check(*row)]
+
+
+def test_functions_cite_every_equation_of_their_row():
+    assert not _faults(_uncited)
+
+
+def _uncited(equation, functions, tests):
     of_row, found = cited(equation), set()
-    assert functions
+    if not functions:
+        yield "no function"
     for file, name in _entries(functions, ":"):
-        definition = _definition(ROOT / "jaxmbs" / file, name)
-        assert definition is not None, f"{file}:{name} does not exist"
+        definition = _definition(PACKAGE / file, name)
+        if definition is None:
+            yield f"{file}:{name} does not exist"
+            continue
         own = cited(ast.get_docstring(definition))
-        assert own & of_row, f"the docstring of {file}:{name} does not cite {equation}"
+        if not own & of_row:
+            yield f"the docstring of {file}:{name} does not cite {equation}"
         found |= own
-    assert of_row <= found, f"no docstring of this row cites {sorted(of_row - found)}"
+    if not of_row <= found:
+        yield f"no docstring of this row cites {sorted(of_row - found)}"
 
 
-@EACH_ROW
-def test_tests_lead_to_the_functions_of_their_row(equation, functions, tests):
+def test_tests_lead_to_the_functions_of_their_row():
     """Every function has a test of the row that leads to it, and every test leads to a function of the row."""
-    assert tests
-    places, silent = [], _entries(functions, ":")
+    assert not _faults(_untested)
+
+
+def _untested(equation, functions, tests):
+    if not tests:
+        yield "no test"
+    silent = _entries(functions, ":")
     for file, name in _entries(tests, "::"):
         definition = _definition(ROOT / file, name)
-        assert definition is not None and definition.name.startswith("test"), f"{file}::{name} does not exist"
-        places.append((file, name))
+        if definition is None or not definition.name.startswith("test"):
+            yield f"{file}::{name} does not exist"
+            continue
         seen = [entry for entry in _entries(functions, ":") if leads_to(file, name, f"jaxmbs/{entry[0]}", entry[1])]
-        assert seen, f"{file}::{name} leads to no function of its row"
+        if not seen:
+            yield f"{file}::{name} leads to no function of its row"
         silent = [entry for entry in silent if entry not in seen]
-    assert not silent, f"no test of this row leads to {silent}"
+    if silent:
+        yield f"no test of this row leads to {silent}"
 
 
 def test_a_test_of_something_else_is_noticed():
@@ -103,34 +121,46 @@ def test_a_test_of_something_else_is_noticed():
     assert not leads_to(*row, "jaxmbs/constraints/_kic_second.py", "kic_second")
 
 
+@functools.cache
 def _citing():
     """(file, name, equations) of every function, class and method whose docstring cites an equation."""
-    for path in sorted((ROOT / "jaxmbs").rglob("*.py")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            within = node.body if isinstance(node, ast.ClassDef) else []
-            for owner, found in [("", node), *((f"{node.name}.", method) for method in within)]:
-                if isinstance(found, ast.FunctionDef | ast.ClassDef):
-                    yield str(path.relative_to(ROOT / "jaxmbs")), owner + found.name, cited(ast.get_docstring(found))
+    return [citation for path in files() for citation in _citations(path) if citation[2]]
 
 
-CITING = [c for c in _citing() if c[2]]
+def _citations(path):
+    for node in tree(path).body:
+        within = node.body if isinstance(node, ast.ClassDef) else []
+        for owner, found in [("", node), *((f"{node.name}.", method) for method in within)]:
+            if isinstance(found, ast.FunctionDef | ast.ClassDef):
+                yield str(path.relative_to(PACKAGE)), owner + found.name, cited(ast.get_docstring(found))
 
 
-def _of_rows(rows, file, name):
-    """Equations of the rows that a function stands in."""
-    return set().union(
-        *(cited(equation) for equation, functions, _ in rows if (file, name) in _entries(functions, ":"))
-    )
+@functools.cache
+def _places():
+    """Numbers of the rows that a function stands in, by its (file, name)."""
+    places = collections.defaultdict(set)
+    for k, (_, functions, _) in enumerate(ROWS):
+        for place in _entries(functions, ":"):
+            places[place].add(k)
+    return places
 
 
-@pytest.mark.parametrize(("file", "name", "own"), [pytest.param(*c, id=":".join(c[:2])) for c in CITING])
-def test_what_cites_an_equation_stands_in_a_row_of_it(file, name, own):
-    assert own <= _of_rows(ROWS, file, name), f"{file}:{name} cites {sorted(own - _of_rows(ROWS, file, name))}"
+def _of_rows(rows):
+    """Equations of rows by their numbers."""
+    return set().union(*(cited(ROWS[k][0]) for k in rows))
 
 
-@EACH_ROW
-def test_no_row_goes_unnoticed(equation, functions, tests):
+def test_what_cites_an_equation_stands_in_a_row_of_it():
+    missing = [(file, name, own - _of_rows(_places()[file, name])) for file, name, own in _citing()]
+    assert not [f"{file}:{name} cites {sorted(rest)}" for file, name, rest in missing if rest]
+
+
+def test_no_row_goes_unnoticed():
     """Without it some function would cite what no row of its own has."""
-    rest = [row for row in ROWS if row != (equation, functions, tests)]
-    own = [c for c in CITING if c[:2] in _entries(functions, ":")]
-    assert any(not cites <= _of_rows(rest, file, name) for file, name, cites in own)
+    noticed = {
+        k
+        for file, name, own in _citing()
+        for k in _places()[file, name]
+        if not own <= _of_rows(_places()[file, name] - {k})
+    }
+    assert not [ROWS[k][:2] for k in range(len(ROWS)) if k not in noticed]

@@ -12,6 +12,7 @@ import jax
 import pytest
 
 import jaxmbs
+from tests import sources
 from tests.test_public_faces import FACES
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -185,9 +186,8 @@ def test_names_that_the_glossary_refuses_are_gone():
     refused = {name for row in _glossary() for name in re.findall(r"`(\w+)`", row[2])}
     assert refused
     definitions = ast.FunctionDef | ast.ClassDef
-    for path in (DOCS.parent / "jaxmbs").rglob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        names = {node.name for node in ast.walk(tree) if isinstance(node, definitions)}
+    for path in sources.files():
+        names = {node.name for node in sources.nodes(path) if isinstance(node, definitions)}
         assert not refused & names, f"{path}: see the glossary of CONTRIBUTING.md"
 
 

@@ -3,11 +3,12 @@
 import ast
 import importlib
 import re
-from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).parent.parent / "jaxmbs"
+from . import sources
+from .sources import PACKAGE
+
 QUESTIONS = re.compile(r"\W*(What|Whether|Which|How|Where|Why|When|Who)\b")
 #: Words that a name may not contain, bare or as one of its parts: pictures, not terms.
 METAPHORS = frozenset(
@@ -38,7 +39,7 @@ def _room(path):
 
 
 def _modules():
-    return [(_room(p), p, ast.parse(p.read_text(encoding="utf-8"))) for p in sorted(PACKAGE.rglob("*.py"))]
+    return [(_room(p), p, sources.tree(p)) for p in sources.files()]
 
 
 def _words(name):

@@ -1,0 +1,1 @@
+"""States close their loops on the branch that was asked for, or name the joint that stays open."""

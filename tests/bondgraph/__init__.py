@@ -1,0 +1,1 @@
+"""Bond graphs pass on all power, have the state equations of the dynamics, and are drawn without overlaps."""

@@ -1,0 +1,1 @@
+"""Joined components are the structure that they were cut from: modes, loads of bonds, balance, redundancy."""

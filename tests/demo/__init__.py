@@ -1,0 +1,1 @@
+"""The demo and README's example run from beginning to end."""

@@ -1,0 +1,1 @@
+"""Structures assemble, buckle and recover stresses as closed forms say, in dense and block storage."""

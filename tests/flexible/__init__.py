@@ -1,0 +1,1 @@
+"""Elastic bodies move, stiffen and carry loads as finite elements, closed forms and published blades do."""

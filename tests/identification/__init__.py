@@ -1,1 +1,1 @@
-"""Tests of identification, with the case of NIST's regressions."""
+"""Unknowns come back from data: certified regressions (NIST), closed forms, and what no data can tell."""

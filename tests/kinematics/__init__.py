@@ -1,0 +1,1 @@
+"""The passes over the tree are plain sums along paths, with derivatives."""

@@ -1,0 +1,1 @@
+"""Rotations, eigenproblems, Lyapunov equations and splines are SciPy's, with derivatives at their hard places."""

@@ -1,0 +1,1 @@
+"""Inertias, rotations and changed numbers are what they stand for; questions refuse states of other systems."""

@@ -1,4 +1,4 @@
-"""Tests of the room `qualification`, and the values of its published cases."""
+"""Random, sine and shock tests have the responses and damage of published cases (here), closed forms and pyYeti."""
 
 import json
 from pathlib import Path

@@ -1,0 +1,1 @@
+"""Pictures show what is there, with all text legible, and open no window."""

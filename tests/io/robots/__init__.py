@@ -1,0 +1,1 @@
+"""URDF and MJCF files become the mechanisms that Pinocchio and MuJoCo make of them."""

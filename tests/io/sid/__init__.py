@@ -1,0 +1,1 @@
+"""Standard input data bring back bodies with their mechanics."""
