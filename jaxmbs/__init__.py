@@ -6,6 +6,8 @@ from .arguments import explain_arguments, surround_calls
 from .lazy import import_when_asked
 from .runtime import public_call, warn_of_wrong_release
 
+__version__ = "0.5.0"
+
 if TYPE_CHECKING:
     from . import (
         adapters,

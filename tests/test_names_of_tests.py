@@ -13,6 +13,7 @@ ALLOWED = {  # tests of more than one room, or of what is no module
     "test_catalogue": "docs/catalogue.md",
     "test_derivatives_of_results": "every field of every result",
     "test_equations": "jaxmbs/EQUATIONS.md",
+    "test_released_faces": "names of the last release against those of today",
     "test_warnings": "every warning of the library",
     "design/test_one_trace": "sweeps, batches and searches: how often they run a user's function",
     "test_gradients": "derivatives through assembly, motion and reactions together",
