@@ -68,6 +68,16 @@ class NamedSlices(eqx.Module, Mapping):  # type: ignore[misc]
         return len(self.places)
 
 
+def element_of(stacked: Any, k: Any) -> Any:
+    """Element k, or elements (n,), of a tree of stacked arrays."""
+    return jax.tree.map(lambda x: x[k], stacked)
+
+
+def elements_of(names: Iterable[str], stacked: Any) -> list[tuple[str, Any]]:
+    """Names with the element of each, of a tree of stacked arrays (n, ...)."""
+    return [(name, element_of(stacked, k)) for k, name in enumerate(names)]
+
+
 def part_of(x: Any, place: Any) -> Any:
     """Part of an array, or of its shape.  By NumPy outside of traces: JAX compiles a program for every place."""
     if isinstance(x, jax.ShapeDtypeStruct):

@@ -14,6 +14,8 @@ from tests.test_public_faces import FACES
 ROOT = Path(__file__).parent.parent
 
 RIGHT = """
+from typing import assert_type
+
 import jaxmbs as mbs
 
 builder = mbs.SystemBuilder()
@@ -25,10 +27,16 @@ state = mbs.State.at(system, pin=0.3)
 motion = mbs.simulate(system, state, t1=1.0, dt=0.01, solver=mbs.ode.Gauss4())
 mbs.position(system, state, ("arm", (0.0, 0.0, 1.0)))
 mbs.reactions(system, motion)["pin"]
+assert_type(motion, mbs.Motion)
+linear = mbs.LinearSystem(stiffness=[[1.0]], mass=[[1.0]])
+assert_type(mbs.simulate(linear, t1=1.0), mbs.vibration.LinearMotion)
+assert_type(mbs.modes(linear, num=1), mbs.vibration.Modes)
 """
 WRONG = [
     "mbs.simulate(system, 3.0)",
     "mbs.simulate(system, state, t_end=1.0)",
+    "mbs.simulate(linear, event='end')",
+    "mbs.modes(linear, without=['a'])",
     "mbs.reactions(system, 3.0)",
     "mbs.position(system, state, 3)",
     "mbs.stiffness(state, system)",

@@ -23,6 +23,7 @@ from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
 from ..model._signals import block_elements
 from ..model._system import System
+from ..named_arrays import elements_of
 from ..runtime import jit, lapack, note
 from ..signal_flow._sampling import refuse_sampled
 from ..status import Status
@@ -177,7 +178,7 @@ def _holding(system):
     """Names of the internal states that may rest at any value, as their laws and blocks say."""
     each = [(element.name, element.block) for element in block_elements(system.blocks) if element.group.internal]
     for group in (group for group in system.forces if group.internal):
-        each += [(name, jax.tree.map(lambda x, k=k: x[k], group.law)) for k, name in enumerate(group.names)]
+        each += elements_of(group.names, group.law)
     return [f"{name}.{state}" for name, thing in each for state in thing.holds]
 
 

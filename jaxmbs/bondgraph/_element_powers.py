@@ -16,6 +16,7 @@ from ..model._changes import with_changes
 from ..model._entry_points import check_system, states_of
 from ..model._system import System
 from ..motion._motion import Motion
+from ..named_arrays import elements_of
 from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..runtime import jit
@@ -139,7 +140,7 @@ def _group_powers(system, group, law, at):
         domains = dict.fromkeys(DOMAINS, jnp.zeros_like(heat)) | {"mechanical": supplied}
 
     fields = mechanical, stored, heat, supplied, exchanged, domains, bonds
-    return tuple({name: _entry(values, i) for i, name in enumerate(group.names)} for values in fields)
+    return tuple(dict(elements_of(group.names, values)) for values in fields)
 
 
 def _powers_of(group, law, displacement, flow, t, method):
@@ -161,7 +162,10 @@ def _friction_powers(system, at):
     if at.bends is not None:
         stored = found.total * bristle_storage(system.friction, at.bends, slips_of(system, at).slip)
     fields = powers, stored, -powers - stored, none, none, dict.fromkeys(DOMAINS, none)
-    return (*({name: _entry(values, i) for i, name in enumerate(names)} for values in fields), {n: {} for n in names})
+    return (
+        *(dict(elements_of(names, values)) for values in fields),
+        {n: {} for n in names},
+    )
 
 
 def _part_powers(name, part):
@@ -169,11 +173,6 @@ def _part_powers(name, part):
     heat, supplied, exchanged, _ = bond_sums(part.bonds)
     values = jnp.zeros_like(part.stored), part.stored, heat, supplied, exchanged, _supplied_by_domain(part.bonds)
     return tuple({name: value} for value in (*values, part.bonds))
-
-
-def _entry(values, i):
-    """Values of element i of a group."""
-    return jax.tree.map(lambda x: x[i], values)
 
 
 def _supplied_by_domain(bonds):

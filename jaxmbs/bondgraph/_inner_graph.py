@@ -15,6 +15,7 @@ from ..forces._law_at import LawAt
 from ..kinematics._element_flows import element_flows
 from ..math._linalg import direction
 from ..model._system import System
+from ..named_arrays import element_of
 from ..signal_flow._acting_laws import acting_laws
 from ._elements import PowerBond
 
@@ -36,7 +37,7 @@ def inner_bonds(system: System, group, i: int, joined=frozenset()) -> list[Power
     """
     if not group.law.has_bonds:
         return []
-    law = jax.tree.map(lambda x: x[i], group.law)
+    law = element_of(group.law, i)
     if group.internal:
         law = LawAt(law, {name: jnp.zeros(shape) for name, shape, _ in group.internal})
     top = system.topology

@@ -8,13 +8,12 @@ hamiltonian  the same with all ports summed to Q, S2 Fig. 4
 import dataclasses
 import functools
 
-import jax
-
 from ..checks import may_be_nonzero
 from ..constraints._kic import dependent_columns
 from ..errors import ModelError
 from ..forces._element_bonds import PORT
 from ..model._system import System
+from ..named_arrays import element_of
 from ..signal_flow._signals import with_idle_blocks
 from ._circuits import circuit_bonds, joined_ports
 from ._elastic import NUM_RIGID, num_flows, strain_one_ports
@@ -247,7 +246,7 @@ def law_one_ports(group, i: int) -> list[str]:
     A law with internal states that declares no bonds is one: its effort follows from them, as that of a C does, and
     part of the energy that it takes may become heat.
     """
-    law = jax.tree.map(lambda x: x[i], group.law)
+    law = element_of(group.law, i)
     if group.internal:
         return ["Se" if law.is_source else "C" if law.stores else "R"]
     return ["C"] * law.stores + ["Se" if law.is_source else "R"] * law.dissipates

@@ -27,67 +27,67 @@ from ._signals import block_faults, measure_faults
 
 def model_faults(model: Model) -> list[str]:
     """Faults of a model, one sentence each."""
-    bodies, frames, joints, found = model.bodies, model.frames, model.joints, []
+    bodies, frames, joints, faults = model.bodies, model.frames, model.joints, []
     if not bodies:
-        found.append("the model has no bodies")
+        faults.append("the model has no bodies")
     if model.gravity.shape != (3,):
-        found.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
+        faults.append(f"gravity must be three numbers, got shape {model.gravity.shape}")
     if any_concrete(lambda g: ~np.isfinite(g), model.gravity):
-        found.append(f"gravity is not finite: {np.asarray(model.gravity)}")
-    found += _name_faults(model)
+        faults.append(f"gravity is not finite: {np.asarray(model.gravity)}")
+    faults += _name_faults(model)
     for body in bodies.values():
-        found += body_faults(body)
+        faults += body_faults(body)
     for frame in frames.values():
         if frame.body in frames:
-            found.append(
+            faults.append(
                 f"frame {frame.name!r}: the frames that carry it form a circle; attach one of them to a body"
             )
         elif frame.body != GROUND and frame.body not in bodies:
-            found.append(f"frame {frame.name!r}: {no_such('body or frame', frame.body, [*bodies, *frames])}")
+            faults.append(f"frame {frame.name!r}: {no_such('body or frame', frame.body, [*bodies, *frames])}")
     for joint in joints.values():
-        found += joint_faults(joint, bodies, frames)
+        faults += joint_faults(joint, bodies, frames)
     for force in model.forces.values():
-        found += force_faults(force, bodies, frames, joints)
+        faults += force_faults(force, bodies, frames, joints)
     for item in model.friction.values():
-        found += friction_faults(item, joints, model.friction)
+        faults += friction_faults(item, joints, model.friction)
     for item in model.constraints.values():
-        found += constraint_faults(item, bodies, frames, joints)
+        faults += constraint_faults(item, bodies, frames, joints)
     for measure in model.measures.values():
-        found += measure_faults(measure, model, lambda where, end: _reference_faults(where, end, bodies, frames))
-    return found + (circuit_faults(model) or block_faults(with_circuits(model)))
+        faults += measure_faults(measure, model, lambda where, end: _reference_faults(where, end, bodies, frames))
+    return faults + (circuit_faults(model) or block_faults(with_circuits(model)))
 
 
 def _name_faults(model):
     """Faults of duplicate or reserved names, which model files may have; the builder refuses them."""
     places = {"body": model.bodies, "frame": model.frames}
-    found = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
-    found += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
-    found += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
-    found += [f"friction {name!r}: a force element has this name" for name in model.friction if name in model.forces]
+    faults = [f"{what} 'ground': the name is taken" for what, table in places.items() if GROUND in table]
+    faults += [f"frame {name!r}: a body has this name" for name in model.frames if name in model.bodies]
+    faults += [f"constraint {name!r}: a joint has this name" for name in model.constraints if name in model.joints]
+    faults += [f"friction {name!r}: a force element has this name" for name in model.friction if name in model.forces]
     if "drives" in {**model.forces, **model.friction}:
-        found.append("force 'drives': this name is reserved for the work of driven joints; choose another")
-    return found
+        faults.append("force 'drives': this name is reserved for the work of driven joints; choose another")
+    return faults
 
 
 def cut_faults(model: Model, cut) -> list[str]:
     """Faults of the joints to cut, and of elastic bodies that the others then reach by a wrong interface."""
-    found = list_faults("cut", cut)
-    found = found or [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
-    return found + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
+    faults = list_faults("cut", cut)
+    faults = faults or [f"cut: {no_such('joint', name, model.joints)}" for name in cut if name not in model.joints]
+    return faults + entry_faults(model.elastic, [j for name, j in model.joints.items() if name not in cut])
 
 
 def guess_faults(model: Model, guess) -> list[str]:
     """Faults of guesses: unknown joints, values that are no finite numbers, traced values."""
-    found = [f"guess: {no_such('joint', name, model.joints)}" for name in guess if name not in model.joints]
-    own = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None}
-    for name, value in {**own, **guess}.items():
+    faults = [f"guess: {no_such('joint', name, model.joints)}" for name in guess if name not in model.joints]
+    guesses = {name: joint.guess for name, joint in model.joints.items() if joint.guess is not None}
+    for name, value in {**guesses, **guess}.items():
         if not is_concrete(value):
-            found.append(
+            faults.append(
                 f"joint {name!r}: its guess is traced; it must be concrete: mobility is counted at a fixed pose"
             )
         elif not _is_finite(value):
-            found.append(f"joint {name!r}: its guess must be finite real numbers, got {value!r}")
-    return found
+            faults.append(f"joint {name!r}: its guess must be finite real numbers, got {value!r}")
+    return faults
 
 
 def _is_finite(value):
@@ -104,19 +104,19 @@ def body_faults(body) -> list[str]:
 
 def mass_faults(where: str, body) -> list[str]:
     """Faults of an object with mass, com, inertia and `any_inertia`; where: the beginning of each message."""
-    found = []
+    faults = []
     if np.shape(body.mass) != ():
-        found.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
+        faults.append(f"{where}: mass must be one number, got shape {np.shape(body.mass)}")
     elif is_concrete(body.mass):
         mass = np.asarray(body.mass, float)
         if not in_range(mass) or mass < 0:
-            found.append(f"{where}: mass is {mass}; it must be finite and not negative")
+            faults.append(f"{where}: mass is {mass}; it must be finite and not negative")
     if shape_of(body.com) != (3,) or is_concrete(body.com) and not in_range(body.com):
-        found.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
+        faults.append(f"{where}: com must be three finite numbers in body axes, got {body.com!r}")
     shape = shape_of(body.inertia)
     if shape not in ((), (3,), (3, 3)):
-        return [*found, f"{where}: inertia must be 0, three principal values or (3, 3), got shape {shape}"]
-    return found + (_inertia_faults(where, body) if is_concrete(body.inertia, body.mass) else [])
+        return [*faults, f"{where}: inertia must be 0, three principal values or (3, 3), got shape {shape}"]
+    return faults + (_inertia_faults(where, body) if is_concrete(body.inertia, body.mass) else [])
 
 
 def _inertia_faults(where, body):
@@ -143,38 +143,38 @@ def _inertia_faults(where, body):
 
 def joint_faults(joint, bodies, frames) -> list[str]:
     """Faults of the names, frames and kind of one joint."""
-    where, found = f"joint {joint.name!r}", []
+    where, faults = f"joint {joint.name!r}", []
     if not isinstance(joint.kind, AbstractJoint) or isinstance(joint.kind, AbstractClosure):
         return [f"{where}: its kind must be a joint such as Revolute(axis='z'), got {joint.kind!r}"]
     ends = {"parent": joint.parent, "child": joint.child}
     wrong = [f for end, body in ends.items() for f in _end_faults(f"{where}, {end}", end, body, bodies, frames)]
-    found += wrong
+    faults += wrong
     if not wrong and joint.parent == joint.child:
-        found.append(f"{where}: parent and child are both {joint.parent!r}")
+        faults.append(f"{where}: parent and child are both {joint.parent!r}")
     if not isinstance(joint.at, str):
-        found += _place_faults(f"{where}, at", joint.at)
+        faults += _place_faults(f"{where}, at", joint.at)
     elif joint.at not in frames:
-        found.append(f"{where}, at: {no_such('frame', joint.at, frames)}")
+        faults.append(f"{where}, at: {no_such('frame', joint.at, frames)}")
     for end, frame, body in (
         ("parent_frame", joint.parent_frame, joint.parent),
         ("child_frame", joint.child_frame, joint.child),
     ):
         if not isinstance(frame, str):
-            found += _place_faults(f"{where}, {end}", frame)
+            faults += _place_faults(f"{where}, {end}", frame)
         else:
             if frame not in frames:
-                found.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
+                faults.append(f"{where}: {end} {frame!r} is not a frame; declare it with b.frame(...)")
             elif not wrong and frames[frame].body != body:
-                found.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
+                faults.append(f"{where}: {end} {frame!r} lies on {frames[frame].body!r}, not on {body!r}")
     if joint.at is not None and (joint.parent_frame is not None or joint.child_frame is not None):
-        found.append(f"{where}: at= places both of its frames; give at= and two bodies, or a frame for each of them")
+        faults.append(f"{where}: at= places both of its frames; give at= and two bodies, or a frame for each of them")
     for end in (f"{joint.name}.parent", f"{joint.name}.child"):
         if end in bodies or end in frames:
-            found.append(f"{'frame' if end in frames else 'body'} {end!r}: {where} names its own frame so")
-    found += [f"{where}: {fault}" for fault in joint.kind.faults()]
+            faults.append(f"{'frame' if end in frames else 'body'} {end!r}: {where} names its own frame so")
+    faults += [f"{where}: {fault}" for fault in joint.kind.faults()]
     if joint.drive is not None and not has_one_coordinate(joint):
-        found.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
-    return found + ([] if joint.drive is None else [f"{where}: its drive: {f}" for f in _drive_faults(joint.drive)])
+        faults.append(f"{where}: only joints with one coordinate can be driven; split it into simple joints")
+    return faults + ([] if joint.drive is None else [f"{where}: its drive: {f}" for f in _drive_faults(joint.drive)])
 
 
 def _end_faults(where, end, body, bodies, frames):
@@ -197,8 +197,8 @@ def _drive_faults(drive):
         shape = jax.eval_shape(signal, jnp.zeros(())).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
         return [f"it cannot be evaluated: {explain_error(error)}"]
-    found = signal.faults() if hasattr(signal, "faults") else []
-    return found + faults_if((shape not in ((), (1,)), f"it gives shape {shape}, not one number"))
+    faults = signal.faults() if hasattr(signal, "faults") else []
+    return faults + faults_if((shape not in ((), (1,)), f"it gives shape {shape}, not one number"))
 
 
 def _place_faults(where, place):
@@ -223,7 +223,7 @@ def _reference_faults(where, reference, bodies, frames):
 
 def force_faults(force, bodies, frames, joints) -> list[str]:
     """Faults of the law, port and references of one force element."""
-    where, law, found = f"force {force.name!r}", force.law, []
+    where, law, faults = f"force {force.name!r}", force.law, []
     given = [p for p in ("between", "joint", "on") if getattr(force, p) is not None]
     if isinstance(law, AbstractScalarLaw):
         wanted = ("between", "joint")
@@ -243,9 +243,9 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
         return [f"{where}: {type(law).__name__} takes {need}, got {', '.join(given) or 'none'}"]
     if force.joint is not None:
         if force.joint not in joints:
-            found.append(f"{where}: {no_such('joint', force.joint, joints)}")
+            faults.append(f"{where}: {no_such('joint', force.joint, joints)}")
         elif not has_one_coordinate(joints[force.joint]):
-            found.append(
+            faults.append(
                 f"{where}: joint {force.joint!r} does not have exactly one coordinate; use a Bushing between frames"
             )
     references = force.between if force.between is not None else ([force.on] if force.on is not None else [])
@@ -254,20 +254,20 @@ def force_faults(force, bodies, frames, joints) -> list[str]:
         words = "two" if wanted_frames == 2 else str(wanted_frames)
         return [f"{where}: between= takes {words} frames, got {len(force.between)}"]
     for reference in references:
-        found += _reference_faults(where, reference, bodies, frames)
-    if isinstance(law, AbstractPathLaw) and not found:
-        found += _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in references])
-    elif force.between is not None and not found:
+        faults += _reference_faults(where, reference, bodies, frames)
+    if isinstance(law, AbstractPathLaw) and not faults:
+        faults += _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in references])
+    elif force.between is not None and not faults:
         first, second = (resolve_frame(reference, bodies, frames)[0] for reference in references)
         if first == second:
-            found.append(
+            faults.append(
                 f"{where}: both frames are on {first!r}, so their distance is constant and the force has no "
                 "effect; give frames on two "
                 "bodies"
             )
         if hasattr(law, "length_faults"):
-            found += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
-    return found + [
+            faults += [f"{where}: {type(law).__name__} between two points: {fault}" for fault in law.length_faults()]
+    return faults + [
         f"{where}: {fault}"
         for fault in law.faults() or _effort_faults(law, force.joint is not None and force.between is None)
     ]
@@ -312,23 +312,23 @@ def constraint_faults(item, bodies, frames, joints) -> list[str]:
     if isinstance(law, AbstractClosure):
         if item.between is None or len(item.between) != 2:
             return [f"{where}: {type(law).__name__} takes between=(frame, frame)"]
-        found = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
+        faults = [f for reference in item.between for f in _reference_faults(where, reference, bodies, frames)]
     elif isinstance(law, AbstractRows):
         if law.is_nonholonomic and (law.num_frames or law.joints or not law.reads_all):
             kind = type(law).__name__
             return [f"{where}: {kind} restricts velocities alone, so it has reads_all = True and no frames or joints"]
         if law.num_frames and (item.between is None or len(item.between) != law.num_frames):
             return [f"{where}: {type(law).__name__} takes between= {law.num_frames} frames"]
-        found = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]
-        found += [
+        faults = [f"{where}: {no_such('joint', name, joints)}" for name in law.joints if name not in joints]
+        faults += [
             f"{where}: joint {name!r} does not have exactly one coordinate"
             for name in law.joints
             if name in joints and not has_one_coordinate(joints[name])
         ]
         places = item.between if law.num_frames else ()
-        found += [f for reference in places for f in _reference_faults(where, reference, bodies, frames)]
-        if places and not found:
-            found = _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in places])
+        faults += [f for reference in places for f in _reference_faults(where, reference, bodies, frames)]
+        if places and not faults:
+            faults = _path_faults(where, [resolve_frame(reference, bodies, frames)[0] for reference in places])
     else:
         return [f"{where}: {law!r} is not a constraint such as Distance(...), Coupler(...) or PositionRows(...)"]
-    return found + [f"{where}: {fault}" for fault in law.faults()]
+    return faults + [f"{where}: {fault}" for fault in law.faults()]

@@ -116,15 +116,21 @@ def accumulate_wrenches(owners: WrenchTargets, system: System, wrenches):
     return owners.collect(ends, both)
 
 
-def with_directions(system: System, at: At) -> At:
-    """The configuration with the directions of all rows of this system and the map to their rates."""
+def with_directions(system: System, at: At, values: bool = False) -> At:
+    """The configuration with the directions of all rows of this system and the map to their rates.
+
+    Args: values: True to keep the values of the rows that are no closures, too.
+    """
 
     def of_frames(R, x, psi, t):
-        return tuple(closure_directions(group, R, x, t) for group in system.closures), slopes_at(system, R, x, psi, t)
+        slopes = slopes_at(system, R, x, psi, t, values)
+        directions = tuple(closure_directions(group, R, x, t) for group in system.closures)
+        return (directions, tuple(slope._replace(values=None) for slope in slopes)), [s.values for s in slopes]
 
-    (values, slopes), along = jax.linearize(of_frames, at.R, at.x, at.psi, at.t)
+    (directions, slopes), along, kept = jax.linearize(of_frames, at.R, at.x, at.psi, at.t, has_aux=True)
+    slopes = tuple(slope._replace(values=value) for slope, value in zip(slopes, kept, strict=True))
     rates = Partial(_rates_in_time, along, at.t)  # a pytree, so that configurations pass through `vmap` and `jit`
-    return dataclasses.replace(at, directions=ClosureDirections(values, slopes, rates))
+    return dataclasses.replace(at, directions=ClosureDirections(directions, slopes, rates))
 
 
 def with_rates(system: System, at: At) -> At:

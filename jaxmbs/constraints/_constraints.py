@@ -27,8 +27,11 @@ def residual(system: System, at: Configuration):
 
 
 def residual_and_jacobian(system: System, at: Configuration):
-    """`residual` (position rows,) and `jacobian` (rows, nv), with one evaluation of the closures."""
-    parts, at = closures.residual_and_directions(system, at)
+    """`residual` (position rows,) and `jacobian` (rows, nv), with one evaluation of all rows."""
+    if at.directions is None:
+        parts, at = closures.residual_and_directions(system, at)
+    else:
+        parts = closures.residual(system, at)
     return rows_together(system, at, parts), jacobian(system, at)
 
 

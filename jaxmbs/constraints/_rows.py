@@ -62,8 +62,8 @@ def slopes(system: System, at: Configuration) -> tuple[RowSlopes, ...]:
 
 def slopes_at(system: System, R, x, psi, t, values: bool = False) -> tuple[RowSlopes, ...]:
     """Slopes of every group at poses of all frames and all coordinates, with the rows of position where asked."""
-    found = (_slopes(system, group, R, x, psi, t) for group in system.rows)
-    return tuple(found if values else (slope._replace(values=None) for slope in found))
+    each = (_slopes(system, group, R, x, psi, t) for group in system.rows)
+    return tuple(each if values else (slope._replace(values=None) for slope in each))
 
 
 def rates(system: System, slopes, twists, u):
@@ -98,8 +98,8 @@ def matrix(system: System, at: Configuration):
         if group.law.reads_all:
             rows = rows + slope.columns
         elif group.columns[0]:
-            one = np.eye(top.num_velocities)[np.asarray(group.columns)]
-            rows = rows + jnp.einsum("nrm,nmv->nrv", slope.columns, one)
+            units = np.eye(top.num_velocities)[np.asarray(group.columns)]
+            rows = rows + jnp.einsum("nrm,nmv->nrv", slope.columns, units)
         parts.append(rows)
     return _in_order(system.rows, parts, at.psi.dtype, (top.num_velocities,))
 
@@ -110,13 +110,13 @@ def wrenches(system: System, slopes, multipliers) -> tuple[np.ndarray, Array]:
     Args: slopes: or their rates, which give the rates of the wrenches.
     """
     frames: list[int] = []
-    found = [jnp.zeros((0, 6), multipliers.dtype)]
+    parts = [jnp.zeros((0, 6), multipliers.dtype)]
     for group, slope in zip(system.rows, slopes, strict=True):
         if group.frames[0]:
-            frames += [frame for own in group.frames for frame in own]
+            frames += [frame for each in group.frames for frame in each]
             loads = jnp.einsum("nrkj,nr->nkj", slope.frames, _gathered(multipliers, group.places))
-            found.append(loads.reshape(-1, 6))
-    return np.array(frames, int), jnp.concatenate(found)
+            parts.append(loads.reshape(-1, 6))
+    return np.array(frames, int), jnp.concatenate(parts)
 
 
 def wrenches_on(owners: WrenchTargets, system: System, at: Configuration, multipliers):
@@ -127,14 +127,14 @@ def wrenches_on(owners: WrenchTargets, system: System, at: Configuration, multip
 def column_efforts(system: System, slopes, multipliers):
     """Efforts (nv,) inside of joints of all multipliers (rows,), without those of wrenches on frames."""
     number = system.topology.num_velocities
-    found = jnp.zeros(number, multipliers.dtype)
+    efforts = jnp.zeros(number, multipliers.dtype)
     for group, slope in zip(system.rows, slopes, strict=True):
         if group.law.reads_all or group.columns[0]:
             effort = jnp.einsum("nrm,nr->nm", slope.columns, _gathered(multipliers, group.places))
             if not group.law.reads_all:
                 effort = segment_sum_static(effort.reshape(-1), np.asarray(group.columns).reshape(-1), number)
-            found = found + effort.reshape(number)
-    return found
+            efforts = efforts + effort.reshape(number)
+    return efforts
 
 
 def time_rates(system: System, R, x, psi, t):
@@ -146,11 +146,11 @@ def time_rates(system: System, R, x, psi, t):
 def follow_drives(system: System, psi, t, names):
     """Coordinates (nq,) with those of some drives at their values at a time; no derivative."""
     for group in system.rows:
-        own = np.flatnonzero([group.law.prescribes and name in names for name in group.names])
-        if len(own):
+        driven = np.flatnonzero([group.law.prescribes and name in names for name in group.names])
+        if len(driven):
             R, x = _no_frames(psi)
-            gap = _values(group, R, x, psi, t)[own]
-            psi = psi.at[np.asarray(group.coordinates)[own]].add(-jax.lax.stop_gradient(gap))
+            gap = _values(group, R, x, psi, t)[driven]
+            psi = psi.at[np.asarray(group.coordinates)[driven]].add(-jax.lax.stop_gradient(gap))
     return psi
 
 
@@ -177,9 +177,9 @@ def reads_time(system: System, group: RowGroup) -> bool:
 def _in_order(groups, parts, dtype, more=()):
     """Numbers (rows, ...) of some groups' rows, from those of each group (n, r, ...)."""
     places = np.concatenate([np.zeros(0, int), *(np.reshape(group.places, -1) for group in groups)])
-    found = [part.reshape(-1, *more) for part in parts]
-    found = found[0] if len(found) == 1 else jnp.concatenate([jnp.zeros((0, *more), dtype), *found])
-    return found if np.all(np.diff(places) > 0) else gather_static(found, np.argsort(places))
+    rows = [part.reshape(-1, *more) for part in parts]
+    rows = rows[0] if len(rows) == 1 else jnp.concatenate([jnp.zeros((0, *more), dtype), *rows])
+    return rows if np.all(np.diff(places) > 0) else gather_static(rows, np.argsort(places))
 
 
 def _gathered(x, places):
@@ -202,18 +202,18 @@ def _slips(group, psi, u, t):
 
 def _slopes(system, group, R, x, psi, t):
     if group.law.is_nonholonomic:
-        still = jnp.zeros(system.topology.num_velocities, psi.dtype)
+        rest = jnp.zeros(system.topology.num_velocities, psi.dtype)
 
         def by_velocities(law, R, x, q):
-            found = jax.jacrev(lambda u: law.slip(q, u, t))(still)
-            return jnp.zeros((len(found), 0, 6), psi.dtype), found
+            slopes = jax.jacrev(lambda u: law.slip(q, u, t))(rest)
+            return jnp.zeros((len(slopes), 0, 6), psi.dtype), slopes
 
         return RowSlopes(*_of_each(group, by_velocities, *_no_frames(psi), psi))
     both = lambda law, R, x, q: law.value_and_slopes(R, x, q, t)
     values, (frames, columns) = _of_each(group, both, R, x, psi)
     if group.law.reads_all and not system.topology.is_simple:
-        still = jnp.zeros(system.topology.num_velocities, psi.dtype)
-        by_velocity = jax.linear_transpose(lambda u: coordinate_rate(system.topology, psi, u), still)
+        rest = jnp.zeros(system.topology.num_velocities, psi.dtype)
+        by_velocity = jax.linear_transpose(lambda u: coordinate_rate(system.topology, psi, u), rest)
         columns = jax.vmap(jax.vmap(lambda slope: by_velocity(slope)[0]))(columns)
     return RowSlopes(frames, columns, values)
 
@@ -233,7 +233,7 @@ def _no_frames(psi):
 def _of_each(group, function, R, x, psi):
     """Values of a function of (law, rotations (k, 3, 3), positions (k, 3), coordinates (m,)), of each element."""
     if group.law.reads_all:
-        one = jax.tree.map(lambda value: value[0], group.law)
+        law = jax.tree.map(lambda value: value[0], group.law)
         frames = [y[0] for y in at_frames(group, R, x)] if group.frames[0] else _no_frames(psi)
-        return jax.tree.map(lambda found: found[None], function(one, *frames, psi))
+        return jax.tree.map(lambda value: value[None], function(law, *frames, psi))
     return jax.vmap(function)(group.law, *at_frames(group, R, x), _gathered(psi, group.coordinates))

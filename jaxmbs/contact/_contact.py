@@ -102,24 +102,24 @@ class Contact(AbstractPoseLaw):
         """Rates of the bends: by sliding, and by the turning of the tangent plane."""
         if not self.has_bristles:
             return {}
-        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
-        bend, slip = self._bristles(found, s)
+        forces = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        bend, slip = self._bristles(forces, s)
         moving = (skew(angular_velocity) @ rotation, velocity)
         turning = jax.jvp(lambda R, x: self.pair.touch(R, x).normal, (rotation, displacement), moving)[1]
-        return {"bristle": slip - jnp.sum(turning * bend, axis=1, keepdims=True) * found.touch.normal}
+        return {"bristle": slip - jnp.sum(turning * bend, axis=1, keepdims=True) * forces.touch.normal}
 
     def wrench(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, *s_and_t: Any
     ) -> tuple[Vector3, Vector3]:
         """Forces of all points of contact on B, and their moment about its origin; with bristles s is before t."""
-        found = self.point_forces(rotation, displacement, angular_velocity, velocity, *s_and_t[:-1])
-        each = found.normal[:, None] * found.touch.normal + found.friction
-        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(found.touch.point - displacement[None], each), axis=0)
+        forces = self.point_forces(rotation, displacement, angular_velocity, velocity, *s_and_t[:-1])
+        each = forces.normal[:, None] * forces.touch.normal + forces.friction
+        return jnp.sum(each, axis=0), jnp.sum(jnp.cross(forces.touch.point - displacement[None], each), axis=0)
 
     def potential(self, rotation: Matrix3, displacement: Vector3, *_: Any) -> Scalar:
         """Stored energy of the overlap [J], without that of bristles."""
-        found = self.pair.touch(rotation, displacement)
-        return jnp.sum(found.share * jax.vmap(self.force.energy)(found.depth))
+        touch = self.pair.touch(rotation, displacement)
+        return jnp.sum(touch.share * jax.vmap(self.force.energy)(touch.depth))
 
     def storage_beside(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, *s_and_t: Any
@@ -127,10 +127,10 @@ class Contact(AbstractPoseLaw):
         """Power [W] that bends the bristles; what friction takes beside it is heat."""
         if not self.has_bristles:
             return None
-        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
-        bend, slip = self._bristles(found, s_and_t[0])
+        forces = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        bend, slip = self._bristles(forces, s_and_t[0])
         power = jax.vmap(lambda z, rate: jax.jvp(self.friction.energy, (z,), (rate,))[1])(bend, slip)
-        return jnp.sum(found.normal * power)
+        return jnp.sum(forces.normal * power)
 
     @property
     def has_storage_beside(self) -> bool:
@@ -157,23 +157,23 @@ class Contact(AbstractPoseLaw):
         s: States | None = None,
     ) -> PointForces:
         """Forces at the points of contact; arguments as of `wrench` before the time."""
-        found = self.normal_forces(rotation, displacement, angular_velocity, velocity)
+        forces = self.normal_forces(rotation, displacement, angular_velocity, velocity)
         if self.friction is None:
-            return found
+            return forces
         if self.has_bristles:
-            bend, slip = self._bristles(found, s)
-            against = found.normal[:, None] * jax.vmap(self.friction.traction)(bend, slip, found.sliding)
+            bend, slip = self._bristles(forces, s)
+            against = forces.normal[:, None] * jax.vmap(self.friction.traction)(bend, slip, forces.sliding)
         else:
-            grip = jax.vmap(self.friction.resistance)(jnp.sum(found.sliding**2, axis=1))
-            against = (found.normal * grip)[:, None] * found.sliding
-        return found._replace(friction=-against)
+            grip = jax.vmap(self.friction.resistance)(jnp.sum(forces.sliding**2, axis=1))
+            against = (forces.normal * grip)[:, None] * forces.sliding
+        return forces._replace(friction=-against)
 
-    def _bristles(self, found, s) -> Bristles:
+    def _bristles(self, forces, s) -> Bristles:
         """The bristles of a contact without friction; those that are apart straighten."""
         bend = s["bristle"]
-        bend = bend - jnp.sum(bend * found.touch.normal, axis=1, keepdims=True) * found.touch.normal
-        touches = (found.normal > 0.0)[:, None]
-        pressed, apart = jax.vmap(self.friction.rate)(bend, found.sliding), jax.vmap(self.friction.rate_apart)(bend)
+        bend = bend - jnp.sum(bend * forces.touch.normal, axis=1, keepdims=True) * forces.touch.normal
+        touches = (forces.normal > 0.0)[:, None]
+        pressed, apart = jax.vmap(self.friction.rate)(bend, forces.sliding), jax.vmap(self.friction.rate_apart)(bend)
         return Bristles(bend, jnp.where(touches, pressed, apart))
 
     def validity(self, rotation: Matrix3, displacement: Vector3, *_: Any) -> dict[str, Margin]:
@@ -186,11 +186,19 @@ class Contact(AbstractPoseLaw):
 
     def point_loads(self, *args: Any) -> PointLoads:
         """Loads at all points, of the arguments of `wrench`."""
-        found = self.point_forces(*args[:-1])
-        area = self.pair.area(jnp.maximum(found.touch.depth, 0.0))
-        at = found.touch
+        forces = self.point_forces(*args[:-1])
+        area = self.pair.area(jnp.maximum(forces.touch.depth, 0.0))
+        at = forces.touch
         return PointLoads(
-            at.depth, found.rate, at.point, at.normal, found.normal, found.friction, found.sliding, area, self.wear
+            at.depth,
+            forces.rate,
+            at.point,
+            at.normal,
+            forces.normal,
+            forces.friction,
+            forces.sliding,
+            area,
+            self.wear,
         )
 
     def drawing(self) -> Drawing:
@@ -212,12 +220,12 @@ class Contact(AbstractPoseLaw):
 
     def faults(self) -> list[str]:
         """Those of its parts too."""
-        found = super().faults()
+        faults = super().faults()
         if self.max_depth is not None and not_positive(self.max_depth):
-            found.append("max_depth must be positive")
+            faults.append("max_depth must be positive")
         for name in ("max_depth", "wear"):
             if np.shape(getattr(self, name) if getattr(self, name) is not None else 0.0):
-                found.append(f"{name} must be one number")
+                faults.append(f"{name} must be one number")
         if self.friction is not None:
-            found += place_faults(self.friction, "a contact", drag=False)
-        return found + (["wear must not be negative"] if negative(self.wear) else [])
+            faults += place_faults(self.friction, "a contact", drag=False)
+        return faults + (["wear must not be negative"] if negative(self.wear) else [])

@@ -102,8 +102,8 @@ class MeasuredNetwork(eqx.Module):
         Source: S1 (1)-(3), (40)-(41).
         """
         into, out = distinct_names("into", into), distinct_names("out", out)
-        found = self._couple_components(omega, into, out, loss, regular)
-        return found.together.at(*found.asked)
+        coupled = self._couple_components(omega, into, out, loss, regular)
+        return coupled.together.at(*coupled.asked)
 
     def reactions(self, response: TransferFunctions, loss: ArrayLike = 0.0, **regular: Any) -> BondLoads:
         """Loads of the bonds for unit forces at the inputs of a `frequency_response` of this network.
@@ -114,24 +114,24 @@ class MeasuredNetwork(eqx.Module):
         rigid bonds, relative to the largest motion there: rounding, except for a truncated or damped inverse.
         Source: S1 (1)-(2), (25).
         """
-        found = self._couple_components(response.omega, response.inputs, (), loss, regular)
-        columns = found.together.columns(found.asked[1])
+        coupled = self._couple_components(response.omega, response.inputs, (), loss, regular)
+        columns = coupled.together.columns(coupled.asked[1])
         rigid = iter(())
         residual = jnp.zeros((), self.omega.dtype)
-        if found.pairs:
-            forces = coupling_forces(found.apart, found.pairs, **regular)[:, :, columns]
+        if coupled.pairs:
+            forces = coupling_forces(coupled.apart, coupled.pairs, **regular)[:, :, columns]
             rigid = iter(jnp.moveaxis(forces, 1, 0))
-            residual = _largest_gap(found.together, found.pairs)
+            residual = _largest_gap(coupled.together, coupled.pairs)
         bonds = {}
         for name, ties in self.ties:
-            if name in found.bushings:
-                channels, Z = found.bushings[name]
-                moved = found.together.values[:, found.together.rows(channels)][:, :, columns]
+            if name in coupled.bushings:
+                channels, Z = coupled.bushings[name]
+                moved = coupled.together.values[:, coupled.together.rows(channels)][:, :, columns]
                 f = -jnp.swapaxes(Z[:, :, : len(channels)] @ moved, 1, 2)
                 first, second = jnp.split(f, 2, axis=-1)
             else:
                 along = {k: next(rigid) for k in ties.kept}
-                zero = jnp.zeros((len(response.omega), len(columns)), found.together.values.dtype)
+                zero = jnp.zeros((len(response.omega), len(columns)), coupled.together.values.dtype)
                 first = jnp.stack([along.get(k, zero) for k in range(len(ties.labels))], axis=-1)
                 second = -first
             bonds[name] = BondLoad(first, second, ties.labels)
@@ -173,38 +173,40 @@ class MeasuredNetwork(eqx.Module):
 
     def _places(self, omega):
         """Indices of the requested frequencies among the measured ones."""
-        own, asked = self.omega, as_dtype(omega, self.omega.dtype)
+        measured, asked = self.omega, as_dtype(omega, self.omega.dtype)
         if asked.ndim != 1:
             raise ValueError(f"omega has shape {asked.shape}, not (frequencies,)")
-        if not is_concrete(own, asked):
-            if asked.shape != own.shape:
-                raise ValueError(f"under tracing all {len(own)} measured frequencies must be given, not {len(asked)}")
-            return np.arange(len(own))
-        own, asked = np.asarray(own), np.asarray(asked)
-        places = np.argmin(np.abs(own[None, :] - asked[:, None]), axis=1)
-        far = asked[np.abs(own[places] - asked) > 1e-6 * np.max(np.abs(own))]
+        if not is_concrete(measured, asked):
+            if asked.shape != measured.shape:
+                raise ValueError(
+                    f"under tracing all {len(measured)} measured frequencies must be given, not {len(asked)}"
+                )
+            return np.arange(len(measured))
+        measured, asked = np.asarray(measured), np.asarray(asked)
+        places = np.argmin(np.abs(measured[None, :] - asked[:, None]), axis=1)
+        far = asked[np.abs(measured[places] - asked) > 1e-6 * np.max(np.abs(measured))]
         if len(far):
             raise ValueError(
-                f"omega = {far[0]:.6g} rad/s was not measured: there are {len(own)} frequencies, "
-                f"{own.min():.6g} to {own.max():.6g}, `net.omega`"
+                f"omega = {far[0]:.6g} rad/s was not measured: there are {len(measured)} frequencies, "
+                f"{measured.min():.6g} to {measured.max():.6g}, `net.omega`"
             )
         return places
 
     def _channels(self, names, side) -> list[tuple[str, str]]:
         """Pairs (component, channel) of names, a node giving all its directions."""
-        found = []
+        pairs = []
         for name in names:
-            component, own = split_component(name, self.components)
+            component, node = split_component(name, self.components)
             c = self.components[component]
             if isinstance(c, LinearSystem):
-                found += [(component, channel) for channel in c.outputs(own)[1]]
+                pairs += [(component, channel) for channel in c.outputs(node)[1]]
                 continue
             faults, channels = [], getattr(c, side)
-            rows = find_rows([own], [parse_label(channel) for channel in channels], faults)
+            rows = find_rows([node], [parse_label(channel) for channel in channels], faults)
             if faults:
                 raise UnknownNameError(f"{side} of {component!r}: {faults[0]}")
-            found += [(component, channels[row]) for row in rows]
-        return found
+            pairs += [(component, channels[row]) for row in rows]
+        return pairs
 
 
 def bond_channels(measured: TransferFunctions) -> Channels:
@@ -216,8 +218,8 @@ def channel_name(component, k: int) -> str:
     """Name of the interface coordinate number k of a component."""
     if isinstance(component, TransferFunctions):
         return _collocated_channels(component)[k]
-    own = component.channels if isinstance(component, RigidBody) else component
-    return format_label(own.coordinates[own.interface[k]])
+    channels = component.channels if isinstance(component, RigidBody) else component
+    return format_label(channels.coordinates[channels.interface[k]])
 
 
 def _collocated_channels(measured):

@@ -39,11 +39,14 @@ class Uncertainty(NamedTuple):
 
     def report(self) -> Report:
         arrays = {"mean": self.mean, "standard deviation": self.deviation, "percentile": self.percentile}
-        found = [*(entries(name, values) for name, values in arrays.items()), Quantity("failed samples", self.failed)]
+        quantities = [
+            *(entries(name, values) for name, values in arrays.items()),
+            Quantity("failed samples", self.failed),
+        ]
         if self.samples is None:
-            return Report(found, "to first order")
+            return Report(quantities, "to first order")
         sample = Axis("sample", np.arange(len(self.samples)))
-        return Report([entries("answer", self.samples, "", (sample,)), *found], f"{len(self.samples)} samples")
+        return Report([entries("answer", self.samples, "", (sample,)), *quantities], f"{len(self.samples)} samples")
 
     def fraction_within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
         """The yield: the fraction of designs whose answer lies between limits, each entry by itself.
@@ -128,14 +131,14 @@ def propagate_uncertainty(
         deviation = np.sqrt(np.sum((np.asarray(slopes) * sigma) ** 2, axis=-1))
         return Uncertainty(np.asarray(value), deviation, np.asarray(value) + norm.ppf(percent / 100.0) * deviation, 0)
     _check_samples(samples)
-    found = batch(flat, x + sigma * normal_points(len(x), samples, seed), progress=False, compile=compile)
-    values = np.asarray(found.values)[found.ok]
+    answers = batch(flat, x + sigma * normal_points(len(x), samples, seed), progress=False, compile=compile)
+    values = np.asarray(answers.values)[answers.ok]
     unknown = np.full(values.shape[1:], np.nan)
     deviation = np.std(values, axis=0, ddof=1) if len(values) > 1 else unknown
     mean, percentile = (
         (np.mean(values, axis=0), np.percentile(values, percent, axis=0)) if len(values) else (unknown, unknown)
     )
-    return Uncertainty(mean, deviation, percentile, int(np.sum(~found.ok)), values)
+    return Uncertainty(mean, deviation, percentile, int(np.sum(~answers.ok)), values)
 
 
 def tolerances(
@@ -161,7 +164,7 @@ def tolerances(
     slope = _value_and_gradient(lambda x: program(x)[0], gradient)
     value, slopes = (np.asarray(part) for part in jit(slope, compile=compile)(x))
     names = read_variables(design, None).names
-    bad = [name for name, one in zip(names, slopes, strict=True) if not np.isfinite(one)]
+    bad = [name for name, slope in zip(names, slopes, strict=True) if not np.isfinite(slope)]
     if bad or not np.isfinite(value):
         raise ValueError(f"the answer is {value:g} at the design, its gradient is not finite for: {', '.join(bad)}")
     changes = slopes * width
@@ -196,12 +199,12 @@ def sensitivities(
         raise ValueError(f"bounds must be finite (lower, upper), for at least one parameter: {dict(bounds)}")
     points = lower + sobol_points(len(lower), samples, seed) * (upper - lower)
     columns = dict(zip(bounds, points.T, strict=True))
-    found = batch(_value_and_gradient(function, gradient), columns, progress=False, compile=compile)
-    values, slopes = found.values
-    good = found.ok
+    answers = batch(_value_and_gradient(function, gradient), columns, progress=False, compile=compile)
+    values, slopes = answers.values
+    good = answers.ok
     if np.sum(good) < 2:
         raise ValueError(
-            f"{np.sum(good)} of {samples} designs gave numbers, at least two are needed\n{found.summary()}"
+            f"{np.sum(good)} of {samples} designs gave numbers, at least two are needed\n{answers.summary()}"
         )
     if not np.all(good):
         warn(f"{np.sum(~good)} of {samples} designs gave no numbers and are left out")
@@ -225,10 +228,10 @@ def _value_and_gradient(function, gradient) -> Callable:
 
 
 def _as_number(value):
-    found = _as_real_array(value)
-    if found.ndim:
-        raise ValueError(f"the function returned an array of shape {found.shape}: return one number")
-    return found
+    number = _as_real_array(value)
+    if number.ndim:
+        raise ValueError(f"the function returned an array of shape {number.shape}: return one number")
+    return number
 
 
 def _as_real_array(value):

@@ -1,7 +1,6 @@
 """Loads of a contact: depth, forces, sliding, pressure times speed and wear at each of its points."""
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,6 +11,7 @@ from ..kinematics._configuration import at_state, with_velocities
 from ..kinematics._element_flows import element_flows
 from ..model._entry_points import state_function
 from ..model._system import System
+from ..named_arrays import element_of
 from ..quantities import XYZ, Quantity, numbered
 from ..reports import Report, Reported
 from ..signal_flow._acting_laws import acting_laws
@@ -104,6 +104,6 @@ def contact_load(system: System, state: State, name: str) -> ContactLoad:
 def _point_loads(system, at, group, law, k):
     """Loads at the points of the k-th element of a group, and the axes and the place of its first frame."""
     parts = element_flows(system, group, at, at.V, at.u)
-    law, seen, displacement, flow = jax.tree.map(lambda x: x[k], (law, *parts))
+    law, seen, displacement, flow = element_of((law, *parts), k)
     law, arguments = group.port.law_and_arguments(law, displacement, flow)
     return law.point_loads(*arguments, at.t), group.port.reference(*seen)

@@ -3,7 +3,6 @@
 import operator
 
 import equinox as eqx
-import jax
 from jax import Array
 from jaxtyping import Float
 
@@ -13,6 +12,7 @@ from ..kinematics._configuration import at_state, with_velocities
 from ..model._changes import with_changes
 from ..model._entry_points import map_states, states_of
 from ..model._system import System
+from ..named_arrays import elements_of
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..runtime import jit
@@ -78,15 +78,11 @@ def _at(system, state, method):
     at = with_velocities(here, at_state(here, state, inertias=needs_loads), state.velocities)
     found = {}
     for answers in force_answers(here, with_signals(here, at), has, ask, in_space):
-        found |= _by_name(answers.names, _in_world(at, answers) if in_space else answers.values)
+        found |= dict(elements_of(answers.names, _in_world(at, answers) if in_space else answers.values))
     for answers in row_answers(here, at, has, ask) if needs_loads else ():
         points = lambda values: (at.origin[None, None] + values.points, values.forces)
-        found |= _by_name(answers.names, points(answers.values) if in_space else answers.values)
+        found |= dict(elements_of(answers.names, points(answers.values) if in_space else answers.values))
     return found
-
-
-def _by_name(names, values):
-    return {name: jax.tree.map(lambda x, k=k: x[k], values) for k, name in enumerate(names)}
 
 
 def _in_world(at, answers):

@@ -71,21 +71,23 @@ class MeasuredModes(Reported, eqx.Module):
 
     def report(self) -> Report:
         mode = numbered("mode", len(self.frequencies))
-        found = [Quantity("frequency", self.frequencies, "Hz", (mode,))]
+        quantities = [Quantity("frequency", self.frequencies, "Hz", (mode,))]
         if self.damping is not None:
-            found.append(Quantity("damping ratio", self.damping, "", (mode,)))
+            quantities.append(Quantity("damping ratio", self.damping, "", (mode,)))
         if self.shapes is not None:
-            found.append(Quantity("shape", self.shapes, "", (Axis("channel", self.channels), mode), in_table=False))
-        return Report(found, f"{len(self.frequencies)} modes, {len(self.channels)} channels")
+            quantities.append(
+                Quantity("shape", self.shapes, "", (Axis("channel", self.channels), mode), in_table=False)
+            )
+        return Report(quantities, f"{len(self.frequencies)} modes, {len(self.channels)} channels")
 
 
-def _table_rows(found):
+def _table_rows(update):
     head = ("mode", "measured [Hz]", "before [Hz]", "after [Hz]", "MAC before", "MAC after")
-    if found.modes is None:
-        return found.summary(), [head]
-    columns = (found.modes.frequencies, *found.frequencies, *found.mac)
+    if update.modes is None:
+        return update.summary(), [head]
+    columns = (update.modes.frequencies, *update.frequencies, *update.mac)
     rows = [(str(k), *map(format_number, row)) for k, row in enumerate(zip(*map(np.asarray, columns), strict=True))]
-    return found.summary(), [head, *rows]
+    return update.summary(), [head, *rows]
 
 
 class ModelUpdate(Reported, eqx.Module):
@@ -112,8 +114,8 @@ class ModelUpdate(Reported, eqx.Module):
         stages = Axis("stage", ("before", "after"))
         mode = numbered("mode", self.frequencies.shape[-1])
         columns = (("frequency", self.frequencies, "Hz"), ("MAC", self.mac, ""))
-        found = [Quantity(*column, (stages, mode)) for column in columns]
-        return Report(found, summary, "" if self.ok else "the model is not determined", table=rows)
+        quantities = [Quantity(*column, (stages, mode)) for column in columns]
+        return Report(quantities, summary, "" if self.ok else "the model is not determined", table=rows)
 
     @property
     def ok(self) -> bool:
@@ -193,48 +195,51 @@ def update(
         noise["frf"] = frf_deviation
 
     def predict(u):
-        system, found = model(u), {}
+        system, predicted = model(u), {}
         if modes is not None:
-            found |= _predicted_modes(system, modes)[0]
+            predicted |= _predicted_modes(system, modes)[0]
         if frf is not None:
-            found["frf"] = _predicted_transfer(system, frf, residual, loss(u) if callable(loss) else loss)
-        return found
+            predicted["frf"] = _predicted_transfer(system, frf, residual, loss(u) if callable(loss) else loss)
+        return predicted
 
-    found = identify(predict, data, unknowns, bounds, deviations=noise, **options)
-    before, after = (_pairing(model, u, modes) for u in (unknowns, found.unknowns))
-    system = model(found.unknowns)
+    fit = identify(predict, data, unknowns, bounds, deviations=noise, **options)
+    before, after = (_pairing(model, u, modes) for u in (unknowns, fit.unknowns))
+    system = model(fit.unknowns)
     both = (np.stack([x, y]) for x, y in zip(before[1:], after[1:], strict=True))
-    return ModelUpdate(found, system, modes, after[0], *both)
+    return ModelUpdate(fit, system, modes, after[0], *both)
 
 
 def _predicted_modes(system, modes):
     """Frequencies and damping over the measured ones, shapes of the measured scale; pairs, frequencies, MAC."""
-    found = modes_of(system, damped=modes.damping is not None)
-    proper = ~found.is_rigid if found.roots is None else ~found.is_rigid & (found.roots.imag > 0)
+    computed = modes_of(system, damped=modes.damping is not None)
+    proper = ~computed.is_rigid if computed.roots is None else ~computed.is_rigid & (computed.roots.imag > 0)
     if modes.shapes is None:
-        ratios = found.frequencies[None, :] / modes.frequencies[:, None]
+        ratios = computed.frequencies[None, :] / modes.frequencies[:, None]
         likeness = jnp.exp(-jnp.abs(jnp.log(jnp.where(ratios > 0, ratios, 1e-9))))
     else:
-        kind = np.result_type(found.shapes.dtype, modes.shapes.dtype)
-        shapes, target = found.at(*modes.channels).astype(kind), jnp.asarray(_normalised(modes.shapes)).astype(kind)
+        kind = np.result_type(computed.shapes.dtype, modes.shapes.dtype)
+        shapes, target = (
+            computed.at(*modes.channels).astype(kind),
+            jnp.asarray(_normalised(modes.shapes)).astype(kind),
+        )
         likeness = mac(target, shapes)
     pairs = best_pairs(lax.stop_gradient(jnp.where(proper, likeness, -0.5)))
-    parts = {"frequency": found.frequencies[pairs] / modes.frequencies}
+    parts = {"frequency": computed.frequencies[pairs] / modes.frequencies}
     if modes.damping is not None:
-        parts["damping"] = found.damping_ratios[pairs] / modes.damping
+        parts["damping"] = computed.damping_ratios[pairs] / modes.damping
     if modes.shapes is None:
-        return parts, (pairs, found.frequencies[pairs], jnp.full(len(pairs), jnp.nan))
-    own = shapes[:, pairs]
-    scale = jnp.sum(jnp.conj(own) * target, 0) / jnp.sum(jnp.abs(own) ** 2, 0).astype(kind)
-    parts["shape"] = own * scale[None, :]
-    return parts, (pairs, found.frequencies[pairs], likeness[jnp.arange(len(pairs)), pairs])
+        return parts, (pairs, computed.frequencies[pairs], jnp.full(len(pairs), jnp.nan))
+    chosen = shapes[:, pairs]
+    scale = jnp.sum(jnp.conj(chosen) * target, 0) / jnp.sum(jnp.abs(chosen) ** 2, 0).astype(kind)
+    parts["shape"] = chosen * scale[None, :]
+    return parts, (pairs, computed.frequencies[pairs], likeness[jnp.arange(len(pairs)), pairs])
 
 
 def _predicted_transfer(system, frf, residual, loss):
     """Difference of computed and measured transfer functions, over the magnitude, or logarithm of their ratio."""
-    found = frequency_response(system, frf.omega, into=frf.inputs, out=frf.outputs, loss=loss).values
+    response = frequency_response(system, frf.omega, into=frf.inputs, out=frf.outputs, loss=loss).values
     measured = jnp.asarray(frf.values)
-    ratio = found * harmonic_rate(frf.omega, found) ** KINDS.index(frf.kind) / measured
+    ratio = response * harmonic_rate(frf.omega, response) ** KINDS.index(frf.kind) / measured
     return jnp.log(ratio) if residual == "logarithm" else ratio - 1
 
 

@@ -6,9 +6,12 @@ import numpy as np
 from jax import Array
 
 from ..checks import any_concrete, faults_if
+from ..drawings import Drawing, Path
 from ..typing import Convertible, Scalar
 from ._fields import number, optional_number
 from ._pitch_point_mesh import AbstractPitchPointMesh, PitchPoint, across, angle_about, within_a_tooth
+
+_AROUND = 49  # points of a drawn rim
 
 
 class BevelGear(AbstractPitchPointMesh):
@@ -60,13 +63,26 @@ class BevelGear(AbstractPitchPointMesh):
         angle = jnp.arctan2(jnp.dot(across(second, first), second), jnp.dot(first, second))
         return eqx.tree_at(lambda law: law.shaft_angle, self, angle, is_leaf=lambda x: x is None)
 
+    def _cone(self, angle):
+        """Angle [rad] of the cone of A: sin(c_A) / z_A = sin(c_B) / z_B, the two add to that of the axes."""
+        return jnp.arctan2(jnp.sin(angle), self.teeth[1] / self.teeth[0] + jnp.cos(angle))
+
+    def drawing(self) -> Drawing:
+        """The rims at the mean radii, with lines from them to the apex."""
+        angle = np.pi / 2 if self.shaft_angle is None else float(self.shaft_angle)
+        cones = float(self._cone(angle)), angle - float(self._cone(angle))
+        around = np.linspace(0.0, 2 * np.pi, _AROUND)
+        circle = np.column_stack([np.cos(around), np.sin(around), np.ones(_AROUND)])
+        line = np.concatenate([circle, np.zeros((1, 3)), circle[_AROUND // 2][None]])
+        sizes = ((r, r, r / np.tan(cone)) for r, cone in zip(np.asarray(self.radii), cones, strict=True))
+        return tuple(Path(line * size, frame) for frame, size in enumerate(sizes))
+
     def _pitch_point(self, rotations, positions):
         first, second = rotations[0, :, 2], rotations[1, :, 2]
         to_second, to_first = across(second, first), across(first, second)
         now = jnp.arctan2(jnp.dot(to_second, second), jnp.dot(first, second))
         cut = now if self.shaft_angle is None else self.shaft_angle
-        # sin(c_A) / z_A = sin(c_B) / z_B, the two angles add to that of the axes
-        cone = jnp.arctan2(jnp.sin(cut), self.teeth[1] / self.teeth[0] + jnp.cos(cut))
+        cone = self._cone(cut)
         apart = jnp.cos(cone) * to_second - jnp.sin(cone) * first
         tangent = jnp.cross(first, to_second)
         angle = angle_about(first, rotations[0, :, 0], to_second)

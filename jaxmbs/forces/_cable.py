@@ -9,8 +9,8 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
-from ..math._vector import VectorComponents, Vectors, cross, dot, norm
-from ..runtime import gather_static
+from ..math._vector import VectorComponents, cross, dot, norm
+from ..runtime import constant_product, gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._cable_drawing import middles
@@ -216,15 +216,15 @@ class CablePull(NamedTuple):
 
     Attributes:
         path: its way; rate: of its length [m/s].
-        on_places, on_turns: derivatives (n,) of the length by places and turns of the frames.
+        on_places, on_turns: derivatives (n, 3) of the length by places and turns of the frames.
         elastic: () tension without that of the damping; tension: () with it, the mean along the cable [N].
         tensions: (m,) of the spans; None without friction, where they are equal.
     """
 
     path: CablePath
     rate: Array
-    on_places: Vectors
-    on_turns: Vectors
+    on_places: Float[Array, "n 3"]
+    on_turns: Float[Array, "n 3"]
     elastic: Array
     tension: Array
     tensions: Array | None
@@ -246,13 +246,13 @@ class CablePull(NamedTuple):
                 pull = pull * layout.at_spans(past.wheel, 1.0)
                 both = gather_static(more, layout.before_free_wheels) + gather_static(more, layout.free_wheels)
                 straight = past.directions * (past.direct * both / 2)
-                force = force + layout.at_elements(straight, layout.before_free_wheels)
-                force = force - layout.at_elements(straight, layout.after_free_wheels)
+                force = force - constant_product(layout.beside_free_wheels, straight.rows)
             first, second = layout.ends(VectorComponents.of(frames.positions))
-            force = force + layout.after(pull) - layout.before(pull)
+            force = force - constant_product(layout.reaches - layout.begins, pull.rows)
             on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
-            moment = moment + layout.after(on_first) - layout.before(on_second)
-        return force.rows, moment.rows
+            moment = moment + constant_product(layout.begins, on_first.rows)
+            moment = moment - constant_product(layout.reaches, on_second.rows)
+        return force, moment
 
 
 class _PaidOut(Constant):

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..math._vector import Vectors, norm, unit
+from ..math._vector import Vectors, norm_and_unit
 from ..runtime import gather_static
 
 #: Length of the way over a wheel beyond the straight one up to which the passage is rounded, over the straight one.
@@ -49,7 +49,7 @@ def bypass(layout, places: Vectors, spans: Array, arc: Array, wrap: Array) -> By
     own, before, after = layout.free_wheels, layout.before_free_wheels, layout.after_free_wheels
     first, second = (jax.tree.map(lambda x, k=k: gather_static(x, k), places) for k in (before, after))
     between = second - first
-    length = norm(between)
+    length, directions = norm_and_unit(between)
     over = gather_static(spans, before) + gather_static(spans, own) + gather_static(arc, own)
     gain = over - length
     zone = ROUND * jnp.where(length > 0, length, 1.0)
@@ -59,4 +59,4 @@ def bypass(layout, places: Vectors, spans: Array, arc: Array, wrap: Array) -> By
     cube = v * v * v
     wheel = 1.0 - cube * (1.0 - 5.0 * u)
     direct = 1.0 - wheel - 4.0 * ROUND * u * u * cube
-    return Bypass(wheel, direct, length, unit(between), jnp.sum(gain * cube * v))
+    return Bypass(wheel, direct, length, directions, jnp.sum(gain * cube * v))

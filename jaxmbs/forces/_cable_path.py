@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..math._vector import Vectors, cross, dot, norm, unit
+from ..math._vector import Vectors, cross, dot, norm, norm_and_unit, unit
 from ..runtime import gather_static
 from ._cable_bypass import Bypass, bypass
 from ._common_tangent import common_tangents
@@ -73,9 +73,15 @@ class PathLayout(NamedTuple):
         """Indices of the points after them."""
         return (self.free_wheels + 1) % len(self.kinds)
 
+    @property
+    def beside_free_wheels(self) -> np.ndarray:
+        """Signs (n, k) of the elements after and before each of them."""
+        after, before = (np.eye(len(self.kinds))[:, k] for k in (self.after_free_wheels, self.before_free_wheels))
+        return after - before
+
     def at_spans(self, values, default: float):
         """Values (k,) of the free wheels at both of their spans (m,), the default at others; of a pytree."""
-        return self._spread(values, default, len(self.kinds) - (not self.is_closed), self.before_free_wheels)
+        return self._spread(values, default, self.num_spans, self.before_free_wheels)
 
     def at_elements(self, values, places: np.ndarray, default: float = 0.0):
         """Values (k,) of the free wheels at the elements `places` (k,), the default at others (n,); of a pytree."""
@@ -88,6 +94,26 @@ class PathLayout(NamedTuple):
             source[self.free_wheels] = np.arange(len(places))
         more = lambda x: jnp.concatenate([x, jnp.full((1, *x.shape[1:]), default, x.dtype)])
         return jax.tree.map(lambda x: gather_static(more(x), source), values)
+
+    @property
+    def leaves(self) -> np.ndarray:
+        """Ones (m,) where a span begins at a circle."""
+        return 1.0 - self.ends(self.elements("point"))[0]
+
+    @property
+    def begins(self) -> np.ndarray:
+        """Ones (n, m) at the element where each span begins."""
+        return np.eye(len(self.kinds))[:, : self.num_spans]
+
+    @property
+    def reaches(self) -> np.ndarray:
+        """Ones (n, m) at the element that each span reaches."""
+        return np.roll(np.eye(len(self.kinds)), -1, axis=1)[:, : self.num_spans]
+
+    @property
+    def num_spans(self) -> int:
+        """Number m of spans."""
+        return len(self.kinds) - (not self.is_closed)
 
     def ends(self, values):
         """Values (m,) of the elements where each span begins, and of those where it ends; of a pytree with leaves
@@ -220,16 +246,15 @@ def cable_path(layout: PathLayout, circles: Circles) -> CablePath:
     if "sphere" in layout.kinds:
         circles = circles._replace(axis=_axes_on_spheres(layout, circles))
     first, second = layout.ends(circles)
-    leaving, arriving = common_tangents(first, second, layout.has_two_circles)
+    leaving, arriving = common_tangents(first, second, None if layout.has_two_circles else layout.leaves)
     start, end = first.place + leaving * first.radius, second.place + arriving * second.radius
     wrap = _wraps(layout, circles, arriving, leaving)
     arc = circles.radius * wrap
     if "cylinder" in layout.kinds:
         start, end, arc = _climb_cylinders(layout, circles, start, end, arc)
-    span = end - start
-    spans = norm(span)
+    spans, directions = norm_and_unit(end - start)
     past = bypass(layout, circles.place, spans, arc, wrap) if len(layout.free_wheels) else None
-    return CablePath(start, end, spans, unit(span), wrap, arc, (leaving, arriving), circles.axis, past)
+    return CablePath(start, end, spans, directions, wrap, arc, (leaving, arriving), circles.axis, past)
 
 
 def _axes_on_spheres(layout, circles):

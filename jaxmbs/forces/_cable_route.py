@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..drawings import Drawing
-from ..math._vector import VectorComponents, Vectors, dot
+from ..math._vector import VectorComponents
 from ..runtime import gather_static
 from ..typing import Convertible, Scalar
 from ._base import PathKinematics
@@ -125,8 +125,8 @@ class CableRoute(eqx.Module):
 
     def length_and_slopes(
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
-    ) -> tuple[CablePath, Vectors, Vectors]:
-        """(path, derivatives (n,) of its length by the places and small turns of the frames)."""
+    ) -> tuple[CablePath, Float[Array, "n 3"], Float[Array, "n 3"]]:
+        """(path, derivatives (n, 3) of its length by the places and small turns of the frames)."""
         circles = self._circles(rotations, positions)
         path = cable_path(self.layout, circles)
         return path, *length_slopes(self.layout, circles, path)
@@ -146,11 +146,12 @@ class CableRoute(eqx.Module):
         path = cable_path(self.layout, circles)
         return path, path_margins(self.layout, circles, path)
 
-    def length_and_rate(self, frames: PathKinematics) -> tuple[CablePath, Scalar, Vectors, Vectors]:
+    def length_and_rate(
+        self, frames: PathKinematics
+    ) -> tuple[CablePath, Scalar, Float[Array, "n 3"], Float[Array, "n 3"]]:
         """(path, rate of its length, derivatives as of `length_and_slopes`)."""
         path, on_x, on_turn = self.length_and_slopes(frames.rotations, frames.positions)
-        velocity, spin = VectorComponents.of(frames.velocities), VectorComponents.of(frames.angular_velocities)
-        return path, jnp.sum(dot(on_x, velocity) + dot(on_turn, spin)), on_x, on_turn
+        return path, frames.power(on_x, on_turn), on_x, on_turn
 
     def _circles(self, rotations, positions):
         """The elements in world axes."""

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..math._vector import Vectors, cross, dot
@@ -26,19 +27,23 @@ class _Pairs(NamedTuple):
     b: Vectors
 
 
-def common_tangents(first, second, has_two_circles: bool) -> tuple[Vectors, Vectors]:
+def common_tangents(first, second, leaves: np.ndarray | None) -> tuple[Vectors, Vectors]:
     """Unit vectors (m,) from the axes of `Circles` to the points where a cable leaves the first and arrives at the
     second, zero at points.
 
     Args:
-        has_two_circles: False if one of each pair is a point (static).
+        leaves: where at least one of each pair is a point, ones (m,) where the first is a circle; else None.
     """
-    pairs = _Pairs(second.place - first.place, first.radius, second.radius, first.axis, second.axis)
-    return (_between_circles if has_two_circles else _of_parallel_axes)(pairs)
+    span = second.place - first.place
+    if leaves is None:
+        return _between_circles(_Pairs(span, first.radius, second.radius, first.axis, second.axis))
+    side = 2.0 * leaves - 1.0
+    normal = _tangent(span * side, first.radius + second.radius, first.axis + second.axis, -side)
+    return normal * leaves, normal * (1.0 - leaves)
 
 
 def _of_parallel_axes(k):
-    """The tangents if axes are parallel, or one of each pair is a point."""
+    """The tangents if axes are parallel."""
     same = jnp.sign(dot(k.a, k.b))  # +1 for an outer tangent, -1 for a crossing one
     return _tangent(k.span, k.r - same * k.q, k.a, -1.0), _tangent(-k.span, k.q - same * k.r, k.b, 1.0)
 

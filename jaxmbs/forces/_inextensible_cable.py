@@ -67,7 +67,7 @@ class InextensibleCable(CableRoute, AbstractRows):  # type: ignore[override]
     ) -> tuple[Float[Array, "1"], tuple[Float[Array, "1 n 6"], Float[Array, "1 0"]]]:
         """Both of the same path."""
         path, on_x, on_turn = self.length_and_slopes(rotations, positions)
-        force, moment = -on_x.rows, -on_turn.rows
+        force, moment = -on_x, -on_turn
         wrench = jnp.concatenate([moment + cross(positions, force), force], axis=1)
         left = jnp.reshape(self.free_length(t) - path.length, (1,))
         return left, (wrench[None], jnp.zeros((1, 0), positions.dtype))
@@ -77,7 +77,7 @@ class InextensibleCable(CableRoute, AbstractRows):  # type: ignore[override]
     ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Forces and moments (n, 3) on the frames, each about its origin, in world axes, at a tension of one."""
         _, on_x, on_turn = self.length_and_slopes(rotations, positions)
-        return -on_x.rows, -on_turn.rows
+        return -on_x, -on_turn
 
     def state(self, frames: PathKinematics, tension: Scalar) -> CableState:
         """The cable under a tension."""
@@ -91,7 +91,7 @@ class InextensibleCable(CableRoute, AbstractRows):  # type: ignore[override]
     def arrows(self, frames: PathKinematics, multipliers: Float[Array, "1"]) -> Arrows:
         """Forces on the bodies of all elements."""
         path, on_x, _ = self.length_and_slopes(frames.rotations, frames.positions)
-        return Arrows(middles(self.layout, path), -multipliers[0] * on_x.rows)
+        return Arrows(middles(self.layout, path), -multipliers[0] * on_x)
 
     def validity(self, frames: PathKinematics, multipliers: Float[Array, "1"]) -> dict[str, Margin]:
         """Margins of the path, and the tension [N]."""

@@ -5,12 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import faults_if, flag, not_positive
+from ..drawings import Cylinder, Drawing, Path, Wheel
 from ..friction import AbstractFriction, SmoothCoulomb
 from ..friction._places import as_optional_friction, place_faults
 from ..typing import Convertible, Scalar
 from ._fields import number, optional_number
 from ._old_friction import warn_of_old_name
 from ._pitch_point_mesh import AbstractPitchPointMesh, PitchPoint, angle_about, within_a_tooth
+
+_POINTS = 97  # of the drawn thread
 
 
 class WormGear(AbstractPitchPointMesh):
@@ -78,6 +81,14 @@ class WormGear(AbstractPitchPointMesh):
             warn_of_old_name("slip_speed of a WormGear", "friction=SmoothCoulomb(dynamic, transition_speed=)")
             self.friction = SmoothCoulomb(self.friction, transition_speed=self.slip_speed)
             self.slip_speed = None
+
+    def drawing(self) -> Drawing:
+        """The worm with a thread, as long as the wheel's radius, and the wheel, as wide as the worm."""
+        radius, length = float(self.radius), float(self.wheel_radius)
+        z = np.linspace(-length / 2, length / 2, _POINTS)
+        turn = z / radius / np.tan(float(self.lead_angle))
+        thread = radius * np.column_stack([np.cos(turn), np.sin(turn), z / radius])
+        return Cylinder(radius, length, 0), Path(thread, 0), Wheel(length, 2 * radius, 1)
 
     def _friction(self):
         return self.friction

@@ -85,6 +85,14 @@ def norm(a: Vectors) -> Array:
     return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
 
 
+def norm_and_unit(a: Vectors) -> tuple[Array, Vectors]:
+    """Both of the same root."""
+    square = dot(a, a)
+    positive = square > 0
+    length = jnp.sqrt(jnp.where(positive, square, 1.0))
+    return jnp.where(positive, length, 0.0), a * jnp.where(positive, 1.0 / length, 0.0)
+
+
 def unit(a: Vectors) -> Vectors:
     """Unit vectors, zero at zero."""
     square = dot(a, a)

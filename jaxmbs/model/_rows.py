@@ -7,10 +7,10 @@ from collections.abc import Container
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import numpy as np
 
 from ..joints._rows import AbstractRows
+from ..named_arrays import element_of
 
 
 class RowGroup(eqx.Module):
@@ -41,7 +41,7 @@ class RowGroup(eqx.Module):
             return None
         some = lambda each: tuple(each[k] for k in kept)
         places = tuple(tuple(int(number[k]) for k in own) for own in some(self.places))
-        law = self.law if len(kept) == len(self.names) else jax.tree.map(lambda x: x[kept], self.law)
+        law = self.law if len(kept) == len(self.names) else element_of(self.law, kept)
         return RowGroup(some(self.names), law, places, some(self.frames), some(self.columns), some(self.coordinates))
 
 
@@ -59,7 +59,7 @@ class RowElement(NamedTuple):
     @property
     def law(self) -> AbstractRows:
         """With the element's own numbers."""
-        return jax.tree.map(lambda x: x[self.number], self.group.law)
+        return element_of(self.group.law, self.number)
 
     @property
     def places(self) -> tuple[int, ...]:

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 from jaxtyping import Array, Float
 
 from ..blocks._base import AbstractBlock
 from ..blocks._readings import AbstractReading
+from ..named_arrays import element_of
 from ..typing import ScalarLike
 
 
@@ -66,7 +66,7 @@ class BlocksAt(NamedTuple):
 
     def one(self, element: "BlockElement") -> tuple[AbstractBlock, Array, dict[str, Array]]:
         """(block, inputs, states) of one of them."""
-        return jax.tree.map(lambda x: x[element.number], (self.block, self.u, self.s))
+        return element_of((self.block, self.u, self.s), element.number)
 
 
 class Signals(NamedTuple):
@@ -91,7 +91,7 @@ class BlockElement(NamedTuple):
     @property
     def block(self) -> AbstractBlock:
         """With the element's own numbers."""
-        return jax.tree.map(lambda x: x[self.number], self.group.block)
+        return element_of(self.group.block, self.number)
 
 
 def block_elements(groups: tuple[BlockGroup, ...]) -> list[BlockElement]:

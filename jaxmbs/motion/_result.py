@@ -1,5 +1,6 @@
 """Assembly of the `Motion` from the integrated rows: states on the constraints, accounts and the result code."""
 
+import functools
 from typing import Any
 
 import jax
@@ -8,6 +9,7 @@ import numpy as np
 from jax import Array, lax
 
 from ..assembly._state import State
+from ..constraints._closures import with_directions
 from ..dynamics._validity import has_ends, is_outside
 from ..math._nan import nan_where
 from ..model._changes import Changes
@@ -44,77 +46,85 @@ def motion_of(
     """
     (equations, events, _), (ts, t1) = args, times
     reached, reached_y, arrived = end_of_motion(final, y0, t1, args)
-    hybrid = isinstance(equations, HybridEquations)
+    is_hybrid = isinstance(equations, HybridEquations)
     account: Any = None
-    if hybrid:
+    if is_hybrid:
         account = equations.account(reached_y[2])
         final = with_rows_after_events(final, ts, num_actions(account.numbers))
     times, ys, ended = saved_rows(final, ts, (reached, reached_y), args)
-    psi, p, work = ys
-    parts = 3 if hybrid else 2  # the quadratures say which numbers a row has
-    there = (reached, *reached_y[:parts])
+    parts = 3 if is_hybrid else 2  # the quadratures say which numbers a row has
+    saved, there = (times, *ys[:parts]), (reached, *reached_y[:parts])
     if equations.follows_rows:  # the constraints alone determine coordinates, and their derivative
-        psi, there = lax.stop_gradient(psi), (reached, lax.stop_gradient(reached_y[0]), *reached_y[1:parts])
-
-    def sample(row):
-        t, psi, p, *quadratures = row
-        equations = args.equations.in_mode(*quadratures) if quadratures else args.equations
-        if events is not None or not lands_on_times:
-            psi, _ = equations.project_position(t, psi)
-        system, at = equations.system, equations.at(t, psi, p)
-        ends: list | None = [] if has_ends(system) else None
-        observed = observe(system, at, ends)
-        outside = None if ends is None else is_outside(system, at, ends)
-        return (psi, at.u, at.internal, Changes.of(system, places)), observed, outside
-
-    # rows that are not saved, or not finite, are evaluated at the last state: so the derivative of what is lost meets
-    # all parameters as NaN, and that of what is kept is not harmed
-    gone = ~(jnp.all(jnp.isfinite(psi), axis=1) & jnp.all(jnp.isfinite(p), axis=1))
-    filled = [masked(ended | gone, x, x1) for x, x1 in zip((times, *(psi, p, work)[:parts]), there, strict=True)]
-    first = (start.t, *y0[:parts])
-    sides: Any = None
-    used: Any = None
-    if hybrid:
-        sides, used = rows_of_sides(equations, final, account, there)
-    rows = tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, there, strict=True))
-    if sides is not None:
-        rows = jax.tree.map(lambda x, more: jnp.concatenate([x, more]), rows, sides)
-    found, observed, outside = map_chunked(sample, rows)
+        saved, there = ((t, lax.stop_gradient(psi), *rest) for t, psi, *rest in (saved, there))
+    gone = ~(jnp.all(jnp.isfinite(saved[1]), axis=1) & jnp.all(jnp.isfinite(saved[2]), axis=1))
+    together = _together((start.t, *y0[:parts]), saved, there, ended | gone)
+    if is_hybrid:
+        of_sides, used = rows_of_sides(equations, final, account, there)
+        together = jax.tree.map(lambda x, more: jnp.concatenate([x, more]), together, of_sides)
+    closes = events is not None or not lands_on_times
+    found, observed, outside = map_chunked(functools.partial(_evaluate, args, places, closes), together)
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
-    structure = equations.system.topology.structure
-    if hybrid:
+    if is_hybrid:
         split = lambda a, b: jax.tree.map(lambda x: x[a:b], (found, observed))
         (found_sides, observed_sides), (found, observed) = split(len(times) + 2, None), split(None, len(times) + 2)
+
     lost = jnp.concatenate([gone, ~arrived[None]])
     found = jax.tree.map(lambda x: jnp.concatenate([x[:1], nan_where(lost, x[1:])]), found)
+    structure = equations.system.topology.structure
     end = _states(reached, jax.tree.map(lambda x: x[-1], found), observed[2][-1], structure)
     found, observed = jax.tree.map(lambda x: x[:-1], (found, observed))
     states = _states(times, jax.tree.map(lambda x: x[1:], found), observed[2][1:], structure)
-    work, acting = _work(equations, work, names)
+    work, acting = _work(equations, ys[2], names)
     diagnostics = diagnose(equations.system, observed, masked(ended, work, jnp.nan), final, acting)
     code = _code_of_end(final, events)
     code, lost = result_code(code, states, diagnostics, observed, ended, open_at_start, ts)
-    if equations.follows_rows:
+    code, kept = _with_limits(code, equations.follows_rows, outside)
+    states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
+    if events is None:
+        return Motion(ts, states, code, diagnostics, end, None)
+    sides = None
+    if is_hybrid:
+        observed = jax.tree.map(lambda x, more: jnp.concatenate([x[:1], more]), observed, observed_sides)
+        accounts = diagnose(equations.system, observed, _work(equations, of_sides[3], names)[0], final, acting)
+        actions = jnp.where(ended, len(used) + 1, num_actions(equations.account(ys[2]).numbers))
+        sides = sides_of(_states(of_sides[0], found_sides, observed_sides[2], structure), accounts, used, actions)
+    record = event_record(names, account, final, reached, code == Status.EVENT, sides)
+    return Motion(times, states, code, diagnostics, end, record)
+
+
+def _together(first, saved, end, gone):
+    """Rows (1 + T + 1, ...) of the start, the saved times and the end.
+
+    Rows that are gone are the end's: so the derivative of what is lost meets all parameters as NaN, and that of what
+    is kept is not harmed.
+    """
+    filled = (masked(gone, x, x1) for x, x1 in zip(saved, end, strict=True))
+    return tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, end, strict=True))
+
+
+def _evaluate(args, places, closes, row):
+    """The numbers of a state at a row, those of the accounts, and True if a part is beyond the end of its model."""
+    t, psi, p, *quadratures = row
+    equations = args.equations.in_mode(*quadratures) if quadratures else args.equations
+    if closes:
+        psi, _ = equations.project_position(t, psi)
+    system, at = equations.system, equations.at(t, psi, p)
+    if any(group.law.has_ends for group in system.rows):  # whose loads need the rates of all rows
+        at = with_directions(system, at, values=True)
+    ends: list | None = [] if has_ends(system) else None
+    observed = observe(system, at, ends)
+    outside = None if ends is None else is_outside(system, at, ends)
+    return (psi, at.u, at.internal, Changes.of(system, places)), observed, outside
+
+
+def _with_limits(code, follows_rows, outside):
+    """The status, that of models beyond their ends too, and True if the end of the motion is kept."""
+    if follows_rows:
         code = jnp.where((code == Status.STEP_SIZE) | (code == Status.FAILED), Status.INCONSISTENT, code)
     kept = succeeded(code) | (code == Status.ENERGY)
     if outside is not None:
         code = jnp.where(succeeded(code) & jnp.any(outside), Status.VALIDITY, code)
-    states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
-    if hybrid:
-        accounts = diagnose(
-            equations.system,
-            jax.tree.map(lambda x, more: jnp.concatenate([x[:1], more]), observed, observed_sides),
-            _work(equations, sides[3], names)[0],
-            final,
-            acting,
-        )
-        actions = jnp.where(ended, len(used) + 1, num_actions(equations.account(ys[2]).numbers))
-        states_there = _states(sides[0], found_sides, observed_sides[2], structure)
-        sides = sides_of(states_there, accounts, used, actions)
-    record = None
-    if events is not None:
-        record = event_record(names, account, final, reached, code == Status.EVENT, sides)
-    return Motion(ts if events is None else times, states, code, diagnostics, end, record)
+    return code, kept
 
 
 def _states(t, found, residual, structure):

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -26,7 +25,7 @@ from ..model._internal_states import replace_field
 from ..model._system import System
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
-from ..ode._options import check_memory, check_options, make_options
+from ..ode._options import check_memory, check_options, make_options, solver_or_default
 from ..ode._save_times import save_times, valid_times
 from ..runtime import as_host_array, jit, note, progress_bar
 from ..signal_flow._sampling import refuse_sampled, sample_periods
@@ -114,27 +113,12 @@ def simulate(
     """
     check_single_state(system, state)
     check_in_force(system, state)
-    system = with_changes(system, state)
-    if formulation is None and _is_prescribed(system, state):
-        formulation = Prescribed
-    if formulation is None and system.friction is not None:
-        formulation = Velocity  # friction needs the accelerations, and they are all that this one needs
-    if formulation in ("independent", Independent):
-        system = with_mobility_at(system, state)
+    system, solver = with_changes(system, state), solver_or_default(solver)
+    system, chosen = _with_formulation(system, state, formulation, solver, dt)
     events = as_events(event, system, state, max_events)
-    solver = diffrax.Dopri8() if solver is None else solver
-    chosen = choose_formulation(formulation, solver, dt)
-    if chosen is Prescribed:
-        _check_prescribed(system, state)
     check_options(solver, controller, dt, rtol, atol, gradient, loop)
-    if system.has_constraints:
-        check_memory(solver, "the projection onto the constraints")
-    if events is not None and any(events[0].acts):
-        check_memory(solver, "the action of an event")
-        _check_acting(chosen, loop)
+    _check_formulation(system, state, chosen, solver, events, loop)
     t0, dtype, periods = state.t, state.coordinates.dtype, sample_periods(system)
-    if periods is not None:
-        _check_sampling(system, solver, loop)
     ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else as_host_array(t1)
     options = make_options(
@@ -157,7 +141,39 @@ def simulate(
         motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
-    motion = with_jam(system, motion)
+    return _with_verdict(system, with_jam(system, motion), t0, throw)
+
+
+def _with_formulation(system, state, formulation, solver, dt):
+    """The system and the class of the formulation: the one asked for, or that of what the system has.
+
+    Systems without freedom follow their rows.  Friction needs the accelerations, all that `Velocity` needs.
+    """
+    if formulation is None and _is_prescribed(system, state):
+        formulation = Prescribed
+    elif formulation is None and system.friction is not None:
+        formulation = Velocity
+    if formulation in ("independent", Independent):
+        system = with_mobility_at(system, state)
+    return system, choose_formulation(formulation, solver, dt)
+
+
+def _check_formulation(system, state, chosen, solver, events, loop):
+    """Raises: ModelError, ValueError for a formulation, solver or loop that constraints, actions of events or sampled
+    blocks do not go with."""
+    if chosen is Prescribed:
+        _check_prescribed(system, state)
+    if system.has_constraints:
+        check_memory(solver, "the projection onto the constraints")
+    if events is not None and any(events[0].acts):
+        check_memory(solver, "the action of an event")
+        _check_acting(chosen, loop)
+    if sample_periods(system) is not None:
+        _check_sampling(system, solver, loop)
+
+
+def _with_verdict(system, motion, t0, throw):
+    """The motion.  Raises: SimulationError where it failed, if it shall throw; warns of stiffening."""
     note(lambda: motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)

@@ -187,17 +187,7 @@ def integrate_equations(
         meter=diffrax.TqdmProgressMeter() if options.progress and not ON_TAPE.value else diffrax.NoProgressMeter(),
         checkpoints=options.checkpoints,
     )
-    # a later start: what flows for less time
-    late = 2.0 * start - t0
-    begin, y0 = y0, attach_time_derivative(y0, late, start, args.equations)
-    if clock is not None and samples_start is None:
-        begin = _first_sample(t0, begin, args, late, start)
-    elif clock is not None:
-        due = clock.is_sample(start)
-        sampled = _sample(start, y0, args, due, clock.first - 1)  # type: ignore[operator]
-        begin = jax.tree.map(lambda new, old: jnp.where(jnp.any(due), new, old), sampled, y0)
-    else:
-        begin = y0
+    begin, y0 = _start(args, y0, t0, start, clock, samples_start is None)
     if options.loop == "diffeqsolve":
         state = integrate_by_diffeqsolve(problem, begin, start, first_step, args, options.gradient)
     elif options.gradient == "reverse":
@@ -205,6 +195,19 @@ def integrate_equations(
     else:
         state = integrate(problem, begin, start, first_step, args)
     return problem, with_start(state, y0, problem, start), y0
+
+
+def _start(args, y0, t0, fixed, clock, is_first):
+    """y0 at a fixed time of the same value as t0: after the samples that are due there, and before them."""
+    late = 2.0 * fixed - t0  # a later start: what flows for less time
+    then = attach_time_derivative(y0, late, fixed, args.equations)
+    if clock is None:
+        return then, then
+    if is_first:
+        return _first_sample(t0, y0, args, late, fixed), then
+    due = clock.is_sample(fixed)
+    sampled = _sample(fixed, then, args, due, clock.first - 1)
+    return jax.tree.map(lambda new, old: jnp.where(jnp.any(due), new, old), sampled, then), then
 
 
 def _clock(t0, periods, samples_start):

@@ -54,6 +54,11 @@ class Options(NamedTuple):
     loop: str
 
 
+def solver_or_default(solver: Any) -> Any:
+    """The solver, by default Dopri8: at a relative tolerance of 1e-9 order eight takes the fewest evaluations."""
+    return diffrax.Dopri8() if solver is None else solver
+
+
 def check_options(
     solver: Any, controller: Any, dt: Any, rtol: Any, atol: Any, gradient: Any, loop: Any = LOOPS[0]
 ) -> None:

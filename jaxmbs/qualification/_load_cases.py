@@ -62,18 +62,18 @@ class LoadCase(Reported, eqx.Module):
         if faults:
             raise ModelError(faults, "the load case")
         self.name, self.factor = name, jnp.asarray(factor, float)
-        found = _extremes(name, loads, names, times, sigmas)
-        self.names, self.unit = found.names, found.unit
-        self.highest, self.lowest = found.highest, found.lowest
-        self.at_highest, self.at_lowest = found.at_highest, found.at_lowest
+        extremes = _extremes(name, loads, names, times, sigmas)
+        self.names, self.unit = extremes.names, extremes.unit
+        self.highest, self.lowest = extremes.highest, extremes.lowest
+        self.at_highest, self.at_lowest = extremes.at_highest, extremes.at_lowest
 
     def report(self) -> Report:
         component = (Axis("component", self.names),)
-        found = {"highest": self.highest, "lowest": self.lowest}
+        loads = {"highest": self.highest, "lowest": self.lowest}
         places = {"place of highest": self.at_highest, "place of lowest": self.at_lowest} if self.unit else {}
         return Report(
             [
-                *(Quantity(*pair, "SI", component) for pair in found.items()),
+                *(Quantity(*pair, "SI", component) for pair in loads.items()),
                 *(Quantity(*pair, self.unit, component) for pair in places.items()),
                 Quantity("factor", self.factor),
             ],
@@ -180,11 +180,11 @@ class Envelope(Reported, eqx.Module):
         columns = {"highest": self.highest, "lowest": self.lowest, "limit": self.limits}
         places = {"place of highest": self.at_highest, "place of lowest": self.at_lowest}
         cases = {"case of highest": self.case_highest, "case of lowest": self.case_lowest}
-        found = [
+        quantities = [
             *(Quantity(*pair, "SI", component) for pair in columns.items()),
             *(Quantity(*pair, "", component) for pair in (places | cases).items()),
         ]
-        return Report(found, summary, table=rows)
+        return Report(quantities, summary, table=rows)
 
     @property
     def limits(self) -> Float[Array, " components"]:
@@ -219,8 +219,8 @@ def load_envelope(cases: Iterable[LoadCase]) -> Envelope:
     wrong = [case for case in cases if not isinstance(case, LoadCase)]
     faults += [f"{case!r} is no LoadCase" for case in wrong]
     if not faults:
-        own = [case.name for case in cases]
-        faults += [f"two load cases are named {name!r}" for name in repeated(own)]
+        names = [case.name for case in cases]
+        faults += [f"two load cases are named {name!r}" for name in repeated(names)]
         faults += [f"{case.name!r} has other components" for case in cases if case.names != cases[0].names]
     if faults:
         raise ModelError(faults, "the load cases")

@@ -82,10 +82,10 @@ class Coordinates(eqx.Module):
         rows, labels = system.outputs(*self.names)
         power = KINDS.index(self.kind)
         x = terms.relative[power] if self.relative else terms.total(power)
-        found = x @ rows.T.astype(x.dtype)
+        values = x @ rows.T.astype(x.dtype)
         if not self.relative:
-            found = found + terms.ground[power] @ _beyond_coordinates(system, rows, labels).T
-        return found, labels if len(labels) > 1 else ("",)
+            values = values + terms.ground[power] @ _beyond_coordinates(system, rows, labels).T
+        return values, labels if len(labels) > 1 else ("",)
 
 
 def _beyond_coordinates(system, rows, labels):
@@ -115,12 +115,12 @@ class BondForces(eqx.Module):
         self.bonds = distinct_names("bonds", bonds) or None
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
-        found = reactions(system, _Answer(terms))
-        names = list(found) if self.bonds is None else self.bonds
+        loads = reactions(system, _Answer(terms))
+        names = list(loads) if self.bonds is None else self.bonds
         for name in names:
-            place_of("bond", name, found)
-        labels = [f"{name} {label}" if len(names) > 1 else label for name in names for label in found[name].labels]
-        return jnp.concatenate([found[name].on_first for name in names], axis=-1), tuple(labels)
+            place_of("bond", name, loads)
+        labels = [f"{name} {label}" if len(names) > 1 else label for name in names for label in loads[name].labels]
+        return jnp.concatenate([loads[name].on_first for name in names], axis=-1), tuple(labels)
 
 
 class BaseForces(eqx.Module):
@@ -132,10 +132,10 @@ class BaseForces(eqx.Module):
         rows = jnp.asarray(terms.base)
         x = terms.strained(0).astype(terms.lag.dtype) + terms.lag
         mass = terms.total(2) @ system.mass[rows].T
-        found = x @ system.stiffness[rows].T.astype(x.dtype) + mass.astype(x.dtype)
+        forces = x @ system.stiffness[rows].T.astype(x.dtype) + mass.astype(x.dtype)
         if system.damping is not None:
-            found = found + (terms.strained(1) @ system.damping[rows].T).astype(x.dtype)
-        return found - terms.forces[..., rows].astype(x.dtype), tuple(system.label(k) for k in terms.base)
+            forces = forces + (terms.strained(1) @ system.damping[rows].T).astype(x.dtype)
+        return forces - terms.forces[..., rows].astype(x.dtype), tuple(system.label(k) for k in terms.base)
 
 
 class Recovery(eqx.Module):
@@ -166,11 +166,11 @@ class Recovery(eqx.Module):
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
         x = terms.strained(0) if self.kind == "displacement" else terms.total(2)
         function = self.function if callable(self.function) else lambda x: jnp.asarray(self.function, x.dtype) @ x
-        found = jax.vmap(lambda x: jnp.ravel(function(x)))(x)
-        labels = self.labels or (tuple(map(str, range(found.shape[1]))) if found.shape[1] > 1 else ("",))
-        if len(labels) != found.shape[1]:
-            raise ModelError([f"{len(labels)} labels for {found.shape[1]} values of a Recovery"], "the output")
-        return found, labels
+        values = jax.vmap(lambda x: jnp.ravel(function(x)))(x)
+        labels = self.labels or (tuple(map(str, range(values.shape[1]))) if values.shape[1] > 1 else ("",))
+        if len(labels) != values.shape[1]:
+            raise ModelError([f"{len(labels)} labels for {values.shape[1]} values of a Recovery"], "the output")
+        return values, labels
 
 
 Output = Coordinates | BondForces | BaseForces | Recovery
@@ -212,7 +212,7 @@ def output_rows(outputs: Mapping[str, Output], system: LinearSystem, terms: Term
     """Values (cases, k) of all outputs, and their names."""
     parts, names = [], []
     for name, output in outputs.items():
-        found, labels = output.values(system, terms)
-        parts.append(found.astype(terms.lag.dtype))
+        values, labels = output.values(system, terms)
+        parts.append(values.astype(terms.lag.dtype))
         names += [f"{name} {label}".strip() for label in labels]
     return jnp.concatenate(parts, axis=-1), tuple(names)

@@ -44,7 +44,7 @@ def signals_and_blocks(
 
     Args: starts: at the states that the blocks start with.
     """
-    values, drivers, found = measured_at(system, at), drivers_of(system.blocks), []
+    values, drivers, blocks = measured_at(system, at), drivers_of(system.blocks), []
     for k, group in enumerate(system.blocks):
         block = driven_block(group, drivers, values)
         u = block_inputs(group, values, at.t) if not group.is_early else no_inputs(group, at)
@@ -53,12 +53,12 @@ def signals_and_blocks(
             for name, value in s.items():
                 values.add([f"{block_name}.{name}" for block_name in group.names], value)
         values.add(group.names, block_outputs(group, block, u, s, at))
-        found.append(BlocksAt(group, block, u, s))
-    for k, (group, *_) in enumerate(found):
+        blocks.append(BlocksAt(group, block, u, s))
+    for k, (group, *_) in enumerate(blocks):
         if group.is_early:
             block = driven_block(group, drivers, values)
-            found[k] = found[k]._replace(block=block, u=block_inputs(group, values, at.t))
-    return values, found
+            blocks[k] = blocks[k]._replace(block=block, u=block_inputs(group, values, at.t))
+    return values, blocks
 
 
 def block_states(at: Configuration, k: int) -> dict[str, Array]:
@@ -93,13 +93,13 @@ def driven_block(group: BlockGroup, drivers, values: SignalValues) -> Any:
 
 def _driven_fields(names, law, drivers, values):
     """Values (n, ...) by name of the fields of laws or blocks that other blocks drive."""
-    found = {}
+    fields = {}
     for field in law.inputs:
         sources = [drivers.get(f"{name}.{field}") for name in names]
         if all(source is not None for source in sources):
             known = all(source[0] in values for source in sources)
-            found[field] = _values_of(values, sources) if known else jnp.zeros(len(sources))
-    return found
+            fields[field] = _values_of(values, sources) if known else jnp.zeros(len(sources))
+    return fields
 
 
 def _values_of(values, sources):
@@ -117,10 +117,10 @@ def block_inputs(group: BlockGroup, values: SignalValues, t) -> Array:
         np.concatenate([np.zeros(0, int), *(_entries(values, name, read) for read in reads)])
         for name, reads in zip(group.names, group.reads, strict=True)
     ]
-    found = values.take(np.concatenate(places))
+    inputs = values.take(np.concatenate(places))
     if group.mix is not None:
-        found = constant_product(_mixing(group.mix), found)
-    return found.reshape(len(group.names), *(() if group.size is None else (group.size,)))
+        inputs = constant_product(_mixing(group.mix), inputs)
+    return inputs.reshape(len(group.names), *(() if group.size is None else (group.size,)))
 
 
 def _function_name(name, k):
@@ -134,11 +134,11 @@ def _entries(values, name, read):
 
 def _mixing(mix):
     """Matrix (inputs of all blocks, all that they read) of the factors of each block."""
-    rows, columns = sum(len(own) for own in mix), sum(len(own[0]) for own in mix)
+    rows, columns = sum(len(factors) for factors in mix), sum(len(factors[0]) for factors in mix)
     matrix, row, column = np.zeros((rows, columns)), 0, 0
-    for own in mix:
-        matrix[row : row + len(own), column : column + len(own[0])] = own
-        row, column = row + len(own), column + len(own[0])
+    for factors in mix:
+        matrix[row : row + len(factors), column : column + len(factors[0])] = factors
+        row, column = row + len(factors), column + len(factors[0])
     return matrix
 
 
@@ -150,14 +150,14 @@ def no_inputs(group: BlockGroup, at):
 def _start(group, block, u, at):
     def of_one(block, u, period):
         given = block.start(u, at.t)
-        found = {
+        starts = {
             name: jnp.broadcast_to(jnp.asarray(given.get(name, 0.0), at.psi.dtype), shape)
             for name, shape, _ in group.internal
         }
         if period is not None:
-            output = block.sample(u, found, at.t, period)[0]
-            found["output"] = jnp.asarray(output, at.psi.dtype).reshape(group.shape)
-        return found
+            output = block.sample(u, starts, at.t, period)[0]
+            starts["output"] = jnp.asarray(output, at.psi.dtype).reshape(group.shape)
+        return starts
 
     return of_each(group, of_one, block, u, group.period)
 
@@ -185,13 +185,13 @@ def with_idle_blocks(system: System) -> System:
 
 def block_rates(blocks: Iterable[BlocksAt], at: VelocityKinematics) -> list[Array]:
     """Rates of the states of each group of blocks that has some, in one vector each, in the order of the records."""
-    found = []
+    rates = []
     for group, block, u, s in blocks:
         if group.period is not None:
-            found.append(jnp.zeros(len(group.names) * group_size(group), at.psi.dtype))
+            rates.append(jnp.zeros(len(group.names) * group_size(group), at.psi.dtype))
         elif group.internal:
-            found.append(join_states(group, _rates_of_group(group, block, u, s, at)))
-    return found
+            rates.append(join_states(group, _rates_of_group(group, block, u, s, at)))
+    return rates
 
 
 def _rates_of_group(group, block, u, s, at):
@@ -205,7 +205,7 @@ def _rates_of_group(group, block, u, s, at):
 def block_starts(system: System, at: VelocityKinematics) -> list[Array]:
     """Initial values of the states of each group of blocks, at a configuration with those of laws."""
     blocks = signals_and_blocks(system, at, starts=True)[1]
-    return [join_states(found.group, found.s) for found in blocks if found.group.internal]
+    return [join_states(each.group, each.s) for each in blocks if each.group.internal]
 
 
 def with_inputs(system: System, values: Mapping[str, Any], replace: bool) -> System:
@@ -227,5 +227,5 @@ def with_inputs(system: System, values: Mapping[str, Any], replace: bool) -> Sys
 
 def _input(group, element, function, value, replace):
     """A field of a group's law or block with a value for one element."""
-    here = jnp.arange(len(group.names)) == group.names.index(element)
-    return Input(function, jnp.where(here, value, 0.0), here & replace)
+    chosen = jnp.arange(len(group.names)) == group.names.index(element)
+    return Input(function, jnp.where(chosen, value, 0.0), chosen & replace)

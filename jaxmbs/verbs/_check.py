@@ -1,13 +1,10 @@
 """`check`: a report on a model."""
 
-from typing import Any, overload
+from typing import Any
 
-from ..linear._check import Check
 from ..linear._check import check as linear_check
-from ..linear._system import LinearSystem
 from ..model._entry_points import check_system
 from ..model._system import System
-from ..typing import ArrayLike
 from ._dispatch import dispatch
 
 
@@ -15,16 +12,6 @@ def describe(system: System) -> str:
     """Bodies, joints, loops, freedoms and redundant constraints of a mechanism, as text."""
     check_system(system)
     return system.describe()
-
-
-@overload
-def check(system: System) -> str: ...
-
-
-@overload
-def check(
-    system: LinearSystem, about: ArrayLike = (0.0, 0.0, 0.0), tolerance: float = 1e-6, throw: bool = False
-) -> Check: ...
 
 
 @dispatch(describe, linear_check)

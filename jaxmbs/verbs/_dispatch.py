@@ -3,23 +3,63 @@
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import ParamSpec, Protocol, TypeVar, overload
 
 from ..coupling._measured_network import MeasuredNetwork
 from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..model._entry_points import check_precision
 
-Verb = TypeVar("Verb", bound=Callable[..., Any])
+# the calls of a mechanism, of a linear system and of a measured network, and what they return
+M = ParamSpec("M")
+L = ParamSpec("L")
+N = ParamSpec("N")
+X = TypeVar("X", covariant=True)
+Y = TypeVar("Y", covariant=True)
+Z = TypeVar("Z", covariant=True)
+
+
+class _OfTwo(Protocol[M, X, L, Y]):
+    """Either call of a verb, as type checkers see it."""
+
+    @overload
+    def __call__(self, *args: M.args, **options: M.kwargs) -> X: ...
+
+    @overload
+    def __call__(self, *args: L.args, **options: L.kwargs) -> Y: ...
+
+
+class _OfThree(Protocol[M, X, L, Y, N, Z]):
+    """Each call of a verb that networks of measured components have too."""
+
+    @overload
+    def __call__(self, *args: M.args, **options: M.kwargs) -> X: ...
+
+    @overload
+    def __call__(self, *args: L.args, **options: L.kwargs) -> Y: ...
+
+    @overload
+    def __call__(self, *args: N.args, **options: N.kwargs) -> Z: ...
+
+
+@overload
+def dispatch(of_mechanism: Callable[M, X], of_linear: Callable[L, Y]) -> Callable[[Callable], _OfTwo[M, X, L, Y]]: ...
+
+
+@overload
+def dispatch(
+    of_mechanism: Callable[M, X], of_linear: Callable[L, Y], of_measured: Callable[N, Z]
+) -> Callable[[Callable], _OfThree[M, X, L, Y, N, Z]]: ...
 
 
 def dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable | None = None) -> Callable:
-    """Decorator of a verb: calls go to the function of the first argument's type, and `help` documents each of them.
+    """Decorator of a verb: calls go to the function of the first argument's type, whose signature type checkers see,
+    and `help` documents each of them.
 
     Args: of_measured: of a network with measured components; None where it has no answer.
     """
 
-    def decorate(verb: Verb) -> Verb:
+    def decorate(verb: Callable) -> Callable:
         implementation = functools.singledispatch(of_mechanism)
 
         @implementation.register(LinearSystem)
@@ -42,7 +82,7 @@ def dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable 
         entries = [_entry("a mechanism", of_mechanism), _entry("a linear system", of_linear)]
         entries += [_entry("a network with measured components", of_measured)] if of_measured else []
         dispatched.__doc__ = "\n\n".join([str(inspect.getdoc(verb)), *entries])
-        return dispatched  # type: ignore[return-value]
+        return dispatched
 
     return decorate
 

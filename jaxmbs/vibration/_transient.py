@@ -28,7 +28,7 @@ from ..ode._integrate import (
     solves_stages,
     status_of,
 )
-from ..ode._options import check_event, check_options, make_options
+from ..ode._options import check_event, check_options, make_options, solver_or_default
 from ..ode._save_times import save_times, valid_times
 from ..ode._stages_of_equations import shared_diagonal
 from ..runtime import as_array, as_dtype, jit, progress_bar
@@ -79,10 +79,10 @@ def simulate(
             that gives such without the axis of times.
         laws: laws between coordinates.
         dt: fixed step [s]; without it steps adapt to rtol, atol (displacements and velocities).
-        solver: of diffrax, default Dopri8; `diffrax.Kvaerno5()` where frequencies of no interest are high, whose
-            stages are solved with one inverse, the same for equal steps, as those of `ImplicitMidpoint()`; at fixed
-            steps `Gauss4()`, `ImplicitMidpoint()` or `SemiImplicitEuler()`.  Without laws `ModalSuperposition(...)`,
-            at equal steps of time: no error of integration and far cheaper.
+        solver: of diffrax, by default as for mechanisms; `diffrax.Kvaerno5()` where frequencies of no interest are
+            high, whose stages are solved with one inverse, the same for equal steps, as those of
+            `ImplicitMidpoint()`; at fixed steps `Gauss4()`, `ImplicitMidpoint()` or `SemiImplicitEuler()`.  Without
+            laws `ModalSuperposition(...)`, at equal steps of time: no error of integration and far cheaper.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
         rtol: of each step, default 1e-9 (3e-4 in single precision), as for mechanisms; 1e-6 of implicit solvers.
         atol: of each step, default 1e-12 (6e-6 in single precision): less than for mechanisms, as displacements of
@@ -106,7 +106,7 @@ def simulate(
     laws = tuple(laws)
     forces = None if isinstance(forces, Mapping) and not forces else forces
     modal = solver if isinstance(solver, ModalSuperposition) else None
-    solver = diffrax.Dopri8() if solver is None or modal else solver
+    solver = solver_or_default(None if modal else solver)
     check_options(solver, controller, dt, rtol, atol, gradient)
     system = system if _keeps_blocks(system, modal, solver) else system.to_dense()
     t0, x0 = _start(system, start, ts)
@@ -114,26 +114,21 @@ def simulate(
     t1 = ts[-1] if t1 is None else as_dtype(t1, ts.dtype)
     if forces is not None and not callable(forces):
         _check_samples(t0, ts, t1)
-    if isinstance(system.stiffness, BlockMatrix):
-        condensation = BlockCondensation.of(system)
-    else:
-        condensation = condense_massless(system, damped=modal is None or modal.ratios is None)
+    condensation = _condensation(system, modal)
     if condensation.light:
         _check_light(system, condensation, laws, forces, ts)
     if modal is not None:
         _check_modal(start, laws, forces, (dt, controller, event))
         return _in_modes(system, condensation, ts, forces, modal)
     check_event(event, LinearState(t0, *x0), "s.displacement[0]")
-    if isinstance(solver, diffrax.AbstractImplicitSolver):
-        usual = IMPLICIT_TOLERANCES[system.dtype.itemsize]
-        rtol, atol = (usual[k] if given is None else given for k, given in enumerate((rtol, atol)))
+    rtol, atol = _tolerances(solver, rtol, atol, system.dtype)
     options = make_options(
         solver,
         controller,
         span=(t0, t1),
         dt=dt,
         rtol=rtol,
-        atol=ATOL[system.dtype.itemsize] if atol is None else atol,
+        atol=atol,
         gradient=gradient,
         max_steps=max_steps,
         lands_on_times=not interpolate,
@@ -146,6 +141,20 @@ def simulate(
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(_explain(motion, float(np.asarray(t0))), motion)
     return motion
+
+
+def _condensation(system, modal):
+    """The system without its rows without mass; of modes with given ratios its damping is of no use."""
+    if isinstance(system.stiffness, BlockMatrix):
+        return BlockCondensation.of(system)
+    return condense_massless(system, damped=modal is None or modal.ratios is None)
+
+
+def _tolerances(solver, rtol, atol, dtype):
+    """(rtol, atol): those given, or else the usual ones of the solver; None for rtol leaves it to `make_options`."""
+    implicit = isinstance(solver, diffrax.AbstractImplicitSolver)
+    usual = IMPLICIT_TOLERANCES[dtype.itemsize] if implicit else (None, ATOL[dtype.itemsize])
+    return tuple(usual[k] if given is None else given for k, given in enumerate((rtol, atol)))
 
 
 def _keeps_blocks(system, modal, solver):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..drawings import Ball, Box, Cylinder, Drawing, Symbol, Thread, Wheel
 from ..model._topology import JointRecord
+from ..named_arrays import elements_of
 from ..runtime import jit
 
 _MARGIN = 0.1  # of the extent of the trajectory, by which surfaces without ends reach beyond what passes over them
@@ -37,24 +38,19 @@ def things(system) -> list[Thing]:
     joints = {joint.first_velocity: joint for joint in system.topology.joints if joint.num_velocities}
     found = []
     for group in system.forces:
-        for k, (name, law) in enumerate(_each(group.names, group.law)):
+        for k, (name, law) in enumerate(elements_of(group.names, group.law)):
             joint = joints.get(group.first[k]) if group.port.is_on_joint else None
             frames = group.port.frames_of(group, k) if joint is None else joint.frames
             found += [Thing(name, law.drawing(), frames, joint)] if frames else []
     for group in system.closures:
-        kinds = zip(_each(group.names, group.kind), group.first, group.second, strict=True)
+        kinds = zip(elements_of(group.names, group.kind), group.first, group.second, strict=True)
         found += [Thing(name, kind.drawing(), (a, b)) for (name, kind), a, b in kinds]
     for group in system.rows:
-        laws = zip(_each(group.names, group.law), group.frames, strict=True)
+        laws = zip(elements_of(group.names, group.law), group.frames, strict=True)
         found += [Thing(name, law.drawing(), frames) for (name, law), frames in laws if frames]
     for group in system.elastic:
         found += [Thing(n, group.body.drawing(), f) for n, f in zip(group.names, group.frames, strict=True)]
     return [thing for thing in found if thing.shapes]
-
-
-def _each(names, stacked):
-    """Names with the law of each, of stacked ones."""
-    return [(name, jax.tree.map(lambda x, k=k: x[k], stacked)) for k, name in enumerate(names)]
 
 
 class ShapePoses(NamedTuple):

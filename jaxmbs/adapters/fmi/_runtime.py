@@ -81,14 +81,14 @@ class FmuInstance:
     def evaluate(self):
         """Results of z.  Where the loops do not close from the last accepted step, the last pose found serves."""
         try:
-            found = self.run(self.at, self.z)
-            if not found[-1] <= self.about["closed"] and np.all(np.isfinite(self.results[self.unknown : -1])):
+            results = self.run(self.at, self.z)
+            if not results[-1] <= self.about["closed"] and np.all(np.isfinite(self.results[self.unknown : -1])):
                 again = self.z.copy()
                 again[self.known :] = self.results[self.unknown : -1]
-                found = self.run(self.at, again)
-            if not found[-1] <= self.about["closed"]:
-                return self.refuse(found)
-            self.results[:] = found
+                results = self.run(self.at, again)
+            if not results[-1] <= self.about["closed"]:
+                return self.refuse(results)
+            self.results[:] = results
             return OK
         except Exception:  # noqa: BLE001
             return self.report_error()
@@ -103,10 +103,10 @@ class FmuInstance:
 
     def differentiate(self, name, num_seeds, number):
         try:
-            found = self.run(self.program(name), np.concatenate([self.z, self.seed[:num_seeds]]))
-            if not np.all(np.isfinite(found)):
+            slopes = self.run(self.program(name), np.concatenate([self.z, self.seed[:num_seeds]]))
+            if not np.all(np.isfinite(slopes)):
                 return self.say(f"derivatives at t = {self.z[0]:g} are not finite", DISCARD)
-            self.sensitivity[:number] = found
+            self.sensitivity[:number] = slopes
             return OK
         except Exception:  # noqa: BLE001
             return self.report_error()
@@ -114,13 +114,13 @@ class FmuInstance:
     def step(self):
         """z after a step of the length seed[0]; where it fails z stays."""
         try:
-            found = self.run(self.program("step"), np.append(self.z, self.seed[0]))
-            if found[-1] != 0:
-                words = self.about["results"].get(str(int(found[-1])), "the motion failed")
-                if found[-1] == self.about["outside"]:
-                    words = self.faults(found[:-1]) or self.faults(self.z) or words
+            numbers = self.run(self.program("step"), np.append(self.z, self.seed[0]))
+            if numbers[-1] != 0:
+                words = self.about["results"].get(str(int(numbers[-1])), "the motion failed")
+                if numbers[-1] == self.about["outside"]:
+                    words = self.faults(numbers[:-1]) or self.faults(self.z) or words
                 return self.say(f"the step of {self.seed[0]:g} s from t = {self.z[0]:g} failed: {words}", DISCARD)
-            self.z[:] = found[:-1]
+            self.z[:] = numbers[:-1]
             return OK
         except Exception:  # noqa: BLE001
             return self.report_error()
@@ -139,14 +139,14 @@ class FmuInstance:
         told = zip(self.about["ends"], values, strict=True)
         return "; ".join(f"{what}, by {-x:.3g} {unit}, at {z[0]:.6g} s" for (what, unit), x in told if x < 0)
 
-    def refuse(self, found):
+    def refuse(self, results):
         """The message of results that are not finite, or of loops that do not close."""
-        bad = [name for name, x in zip(self.about["unknowns"], found, strict=False) if not np.isfinite(x)]
+        bad = [name for name, x in zip(self.about["unknowns"], results, strict=False) if not np.isfinite(x)]
         given = [name for name, x in zip(self.about["knowns"], self.z, strict=False) if not np.isfinite(x)]
         if given:
             text = f"{', '.join(given)}: not finite"
-        elif np.isfinite(found[-1]):
-            text = f"the loops do not close at t = {self.z[0]:g}: a residual of {found[-1]:.1e} remains"
+        elif np.isfinite(results[-1]):
+            text = f"the loops do not close at t = {self.z[0]:g}: a residual of {results[-1]:.1e} remains"
         else:
             text = f"not finite at t = {self.z[0]:g}: {', '.join(bad) or 'the closing of the loops'}"
         return self.say(text, DISCARD)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 
-import jax
 import numpy as np
 
 from ...analysis._linearise import column_names
@@ -10,6 +9,7 @@ from ...checks import distinct_names, place_of, repeated
 from ...errors import ModelError
 from ...model._signals import block_named
 from ...model._system import System
+from ...named_arrays import element_of
 from ...signal_flow._signal_names import check_input_fields, input_fields, signal_names
 from ...typing import ScalarLike
 from ._description import Variable
@@ -51,7 +51,7 @@ def input_values(system: System, names: tuple[str, ...], t: ScalarLike) -> np.nd
 def _law_in(group, element):
     """The law of one element of a group."""
     k = group.names.index(element)
-    return jax.tree.map(lambda x: x[k], group.law)
+    return element_of(group.law, k)
 
 
 def variables_of(flat: FlatMechanism, start: np.ndarray, units: Mapping[str, str]) -> list[Variable]:

@@ -13,6 +13,7 @@ from ...builder import SystemBuilder
 from ...checks import no_such
 from ...elements import DIRECTIONS
 from ...linear import LinearSystem
+from ...named_arrays import element_of
 from ...runtime import as_array
 from ._annotations import alternatives, describe_annotation, is_array, matches
 from ._registry import ROWS, class_of, function_of, registered_names
@@ -26,7 +27,7 @@ def _structure(given):
     elements, names = {}, given["names"]
     for name, group in given["groups"].items():
         count = 0 if group.shared else len(group.nodes)
-        each = [jax.tree.map(lambda x, k=k: x[k], group.element) for k in range(count)]
+        each = [element_of(group.element, k) for k in range(count)]
         elements[name] = (group.element if group.shared else each, [[names[n] for n in row] for row in group.nodes])
     held: dict = {}
     for node, direction in given["held"]:

@@ -40,8 +40,8 @@ def _by_parts(equation, args):
         if k and params.get("fill_value", 0) is None:
             params["fill_value"] = 0.0  # of what is filled in, NaN, the real part alone is
         given = [x[k] if isinstance(x, Pair) else x for x in args]
-        found = equation.primitive.bind(*given, **params)
-        return found if equation.primitive.multiple_results else [found]
+        results = equation.primitive.bind(*given, **params)
+        return results if equation.primitive.multiple_results else [results]
 
     outputs = zip(part(0), part(1), equation.outvars, strict=True)
     return [Pair(x, y) if is_complex(variable.aval) else x for x, y, variable in outputs]
@@ -186,8 +186,8 @@ def root(x: Pair) -> Pair:
 
 @rule("rsqrt")
 def _rsqrt(equation, args):
-    found = root(args[0])
-    return quotient(_real(lax.full_like(found.real, 1.0)), found)
+    y = root(args[0])
+    return quotient(_real(lax.full_like(y.real, 1.0)), y)
 
 
 @rule("integer_pow")
@@ -198,9 +198,9 @@ def _integer_pow(equation, args):
         if left & 1:
             result = x if result is None else product(result, x)
         x, left = product(x, x), left >> 1
-    one = _real(lax.full_like(x.real, 1.0))
-    result = one if result is None else result
-    return quotient(one, result) if y < 0 else result
+    unit = _real(lax.full_like(x.real, 1.0))
+    result = unit if result is None else result
+    return quotient(unit, result) if y < 0 else result
 
 
 @rule("pow")
@@ -224,8 +224,8 @@ def _tangents(equation, args):
     """tan(x) = -i tanh(i x)."""
     (x,) = args
     is_circular = equation.primitive.name == "tan"
-    found = _tanh(times_i(x) if is_circular else x)
-    return Pair(found.imag, -found.real) if is_circular else found
+    y = _tanh(times_i(x) if is_circular else x)
+    return Pair(y.imag, -y.real) if is_circular else y
 
 
 def _tanh(x):
@@ -265,8 +265,8 @@ def _inverse(equation, args):
     """By roots of 1 - x and 1 + x.  Source: Kahan, Branch cuts for complex elementary functions (1987)."""
     (x,), name = args, equation.primitive.name
     if name == "asinh":  # asinh(x) = -i asin(i x)
-        found = _asin(times_i(x))
-        return Pair(found.imag, -found.real)
+        y = _asin(times_i(x))
+        return Pair(y.imag, -y.real)
     if name == "asin":
         return _asin(x)
     first, second = root(Pair(1.0 - x.real, -x.imag)), root(Pair(1.0 + x.real, x.imag))
@@ -291,8 +291,8 @@ def _inverse_tangents(equation, args):
     is_circular = equation.primitive.name == "atan"
     x = times_i(x) if is_circular else x
     first, second = _logarithm_beside_one(x), _logarithm_beside_one(Pair(-x.real, -x.imag))
-    found = Pair(0.5 * (first.real - second.real), 0.5 * (first.imag - second.imag))
-    return Pair(found.imag, -found.real) if is_circular else found
+    y = Pair(0.5 * (first.real - second.real), 0.5 * (first.imag - second.imag))
+    return Pair(y.imag, -y.real) if is_circular else y
 
 
 @rule("reduce_prod")
@@ -304,8 +304,8 @@ def _product_along(equation, args):
     while (number := x.real.shape[0]) > 1:
         half = number // 2
         low, high, rest = (Pair(*(part[cut] for part in x)) for cut in _thirds(half))
-        found = product(low, high)
-        x = Pair(*(jnp.concatenate(pair) for pair in zip(found, rest, strict=True)))
+        products = product(low, high)
+        x = Pair(*(jnp.concatenate(pair) for pair in zip(products, rest, strict=True)))
     if not number:
         return _real(jnp.ones(shape))
     return Pair(x.real[0], x.imag[0])
@@ -334,8 +334,8 @@ def _sort(equation, args):
     """Complex numbers by their real parts, then by the imaginary ones."""
     parts = [part for x in args for part in (x if isinstance(x, Pair) else (x,))]
     keys = sum(2 if isinstance(x, Pair) else 1 for x in args[: equation.params["num_keys"]])
-    found = iter(equation.primitive.bind(*parts, **(dict(equation.params) | {"num_keys": keys})))
-    return [Pair(next(found), next(found)) if isinstance(x, Pair) else next(found) for x in args]
+    parts = iter(equation.primitive.bind(*parts, **(dict(equation.params) | {"num_keys": keys})))
+    return [Pair(next(parts), next(parts)) if isinstance(x, Pair) else next(parts) for x in args]
 
 
 # ------------------------------------------------------------------------------------------------- by NumPy and SciPy
@@ -383,5 +383,5 @@ def _by_host(equation, args):
     pairs = sum(isinstance(x, Pair) << k for k, x in enumerate(args))
     mode = int((HOST_PRIMITIVES | _COMPLEX_ALONE)[name](equation.params))
     wide = tuple(shape for shape, number in zip(shapes, numbers, strict=True) for _ in range(number))
-    found = iter(host.bind(*given, name=name, mode=mode, pairs=pairs, shapes=wide))
-    return [Pair(next(found), next(found)) if number == 2 else next(found) for number in numbers]
+    parts = iter(host.bind(*given, name=name, mode=mode, pairs=pairs, shapes=wide))
+    return [Pair(next(parts), next(parts)) if number == 2 else next(parts) for number in numbers]
