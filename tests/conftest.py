@@ -12,8 +12,6 @@ import jax
 import pytest
 from jaxtyping import install_import_hook
 
-from .cpu_seconds import dear_tests
-
 gc.set_threshold(5_000, 20, 200)  # of what tracing makes hardly a thing is garbage; looking for it took a twentieth
 
 jax.config.update("jax_enable_x64", True)
@@ -64,14 +62,17 @@ def _compile_cheaply():
     )
 
 
+def pytest_ignore_collect(collection_path, config):
+    """Do not import files without the mark that is asked for: a test has it from its own file, or from the zoo."""
+    kind = config.option.markexpr
+    if kind in KINDS and collection_path.match("test_*.py"):
+        text = collection_path.read_text(encoding="utf-8")
+        return True if f"mark.{kind}" not in text and "of_all(" not in text else None
+    return None
+
+
 @pytest.hookimpl(tryfirst=True)  # before pytest chooses by marks
 def pytest_collection_modifyitems(items):
-    dear = dear_tests()
-    for item in items:
-        if item.nodeid in dear:
-            item.own_markers[:] = [mark for mark in item.own_markers if mark.name not in KINDS]
-            if not any(item.get_closest_marker(kind) for kind in KINDS):  # a mark of the whole file stays
-                item.add_marker("long")
     several = [item.nodeid for item in items if sum(item.get_closest_marker(k) is not None for k in KINDS) > 1]
     if several:
         raise pytest.UsageError(f"a test has one of the marks {', '.join(KINDS)}: {', '.join(several)}")

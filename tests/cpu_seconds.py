@@ -1,12 +1,13 @@
-"""CPU seconds of every test, and the list of those too dear for each change, `tests/dear_tests.txt`.
+"""CPU seconds of every test, by folder, and those of quick and slow tests that are to be long ones.
 
     CPU_LOG=cpu python -m pytest -p tests.cpu_seconds              # writes cpu.gw0, cpu.gw1
-    CPU_LOG=cpu python -m pytest -m slow -p tests.cpu_seconds
-    python -m tests.cpu_seconds cpu 1.5                            # adds to the list what took more than 1.5 s
+    python -m tests.cpu_seconds cpu                                # number and seconds of each folder
+    python -m tests.cpu_seconds cpu 1.5                            # tests of more than 1.5 s
 
 CPU seconds, unlike those of a clock, do not depend on what else the machine does.
 """
 
+import collections
 import os
 import sys
 import time
@@ -14,11 +15,6 @@ from pathlib import Path
 
 import pytest
 
-DEAR = Path(__file__).parent / "dear_tests.txt"
-#: Rules that every change is held to, whatever they cost; and published numbers, which may cost twice as much.
-KEPT = ("tests/test_program_size.py", "tests/test_manual.py::test_page_runs[start/first", "tests/test_words.py")
-KEPT += ("tests/test_typing.py", "tests/test_wheel.py")
-PUBLISHED = "tests/cases/"
 _file = None
 
 
@@ -32,23 +28,23 @@ def pytest_runtest_protocol(item):
     print(f"{time.process_time() - start:.3f} {item.nodeid}", file=_file, flush=True)
 
 
-def dear_tests() -> set[str]:
-    """Names of the tests in the list."""
-    lines = DEAR.read_text(encoding="utf-8").splitlines()
-    return {line for line in lines if line and not line.startswith("#")}
+def _seconds(log: str) -> dict[str, float]:
+    """Seconds of each test in the files of a log."""
+    lines = [line for path in Path(log).parent.glob(f"{Path(log).name}.*") for line in path.read_text().splitlines()]
+    return {name: float(seconds) for seconds, name in (line.split(" ", 1) for line in lines)}
 
 
-def main(log: str, most: float) -> None:
-    """Add to the list the tests of the logs that took more than `most` CPU seconds."""
-    found = set()
-    for path in Path(log).parent.glob(f"{Path(log).name}.*"):
-        for line in path.read_text().splitlines():
-            seconds, name = line.split(" ", 1)
-            bound = 2 * most if name.startswith(PUBLISHED) else most
-            found |= {name} if float(seconds) > bound and not name.startswith(KEPT) else set()
-    head = [line for line in DEAR.read_text(encoding="utf-8").splitlines() if line.startswith("#")]
-    DEAR.write_text("\n".join([*head, *sorted(dear_tests() | found)]) + "\n", encoding="utf-8")
+def main(log: str, most: float | None = None) -> None:
+    """Print a table of folders, or the tests that took more than `most` CPU seconds."""
+    if most is not None:
+        print("\n".join(f"{s:8.1f} {name}" for name, s in sorted(_seconds(log).items()) if s > most))
+        return
+    folders: dict[str, list[float]] = collections.defaultdict(list)
+    for name, seconds in _seconds(log).items():
+        folders[Path(name.split("::")[0]).parts[1].removesuffix(".py")].append(seconds)
+    for folder, seconds in sorted(folders.items()):
+        print(f"| {folder} | {len(seconds)} | {sum(seconds):.0f} |")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]))
+    main(sys.argv[1], *map(float, sys.argv[2:]))

@@ -212,6 +212,7 @@ def test_second_derivatives_of_a_motion():
     np.testing.assert_allclose(hessian, hessian.T, atol=1e-9)
 
 
+@pytest.mark.long
 def test_gravity_is_a_parameter():
     """The start of a fall: d(acceleration)/d(gravity) by hand."""
 

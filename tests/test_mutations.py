@@ -4,6 +4,8 @@ import ast
 import importlib.util
 from pathlib import Path
 
+import pytest
+
 FILE = Path(__file__).parent.parent / "benchmarks" / "mutations.py"
 SPEC = importlib.util.spec_from_file_location("mutations", FILE)
 MUTATIONS = importlib.util.module_from_spec(SPEC)
@@ -17,6 +19,7 @@ def test_every_place_is_there_once():
     assert {entry["rule"] for entry in entries} == {"physics", "derivative", "option"}
 
 
+@pytest.mark.long
 def test_every_mutant_is_a_program_and_another_one():
     for entry in MUTATIONS.mutants():
         text = (FILE.parent.parent / "jaxmbs" / entry["file"]).read_text(encoding="utf-8")

@@ -1,8 +1,7 @@
 """A test file bears the name of the file that it tests, or stands in a folder of tests that cross the rooms."""
 
+import re
 from pathlib import Path
-
-from .cpu_seconds import dear_tests
 
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "jaxmbs"
@@ -70,8 +69,14 @@ def test_a_lost_name_is_noticed():
     assert subject(Path("motion/test_options_forward_mode")).name == "_options.py"
 
 
-def test_dear_tests_exist():
-    pairs = [name.split("[")[0].split("::") for name in dear_tests()]
-    texts = {file: (TESTS.parent / file).read_text(encoding="utf-8") for file, *_ in pairs}
-    gone = [f"{file}::{name}" for file, name in pairs if f"def {name}(" not in texts[file]]
-    assert not gone, f"strike them out of dear_tests.txt: {gone}"
+def test_promises_are_held_by_tests_that_exist():
+    """Each line of the table of promises in CONTRIBUTING names a folder, a file or a test of a file."""
+    table = (TESTS.parent / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("<!-- promises -->")[2]
+    rows = [line.split("|") for line in table.partition("\n#")[0].splitlines() if line.startswith("|")][2:]
+    assert len(rows) > 20
+    for row in rows:
+        held = re.findall(r"`([^`]+)`", row[3])
+        assert held, f"no test holds {row[1]}"
+        for place, _, name in (each.partition("::") for each in held):
+            assert (TESTS / place).exists(), place
+            assert not name or f"def {name}(" in (TESTS / place).read_text(encoding="utf-8"), f"{place}::{name}"

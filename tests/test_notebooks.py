@@ -12,14 +12,8 @@ FOLDER = Path(__file__).parent.parent / "notebooks"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
 
 
-LONG = ("02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12", "14", "15", "16", "17", "18", "19")
-
-
-def _marked(script):
-    return pytest.param(script, marks=pytest.mark.long if script.name[:2] in LONG else pytest.mark.slow)
-
-
-@pytest.mark.parametrize("script", [_marked(s) for s in SCRIPTS if s.name[:2] != "13"], ids=lambda path: path.stem)
+@pytest.mark.long
+@pytest.mark.parametrize("script", [s for s in SCRIPTS if s.name[:2] != "13"], ids=lambda path: path.stem)
 def test_notebook_runs(script, monkeypatch):
     plt.switch_backend("Agg")
     monkeypatch.setenv("JAXMBS_FAST", "1")

@@ -39,7 +39,7 @@ def test_traced_times_that_are_no_numbers_have_a_status():
     assert np.isfinite(angles[0]).all() and np.isnan(angles[1:]).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_traced_times_that_do_not_rise_stop_no_other_lane():
     system = bar()
 
@@ -53,7 +53,7 @@ def test_traced_times_that_do_not_rise_stop_no_other_lane():
     assert np.isfinite(angles[0]).all() and np.isnan(angles[1]).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steps_that_blow_up_are_no_success():
     """D12: Euler at half a second whirls the pendulum up; dt = 2 s is no better with a good method."""
     system = bar()
@@ -67,6 +67,7 @@ def test_steps_that_blow_up_are_no_success():
             mbs.simulate(system, start, **options)
 
 
+@pytest.mark.long
 def test_small_errors_and_rest_are_success():
     system = bar()
     rest = mbs.State.at(system, pin=-np.pi / 2)

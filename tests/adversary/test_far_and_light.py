@@ -80,7 +80,7 @@ def test_a_motion_far_out_takes_the_steps_of_home():
     np.testing.assert_allclose(motions[1].states.coordinates[:, 3:], motions[0].states.coordinates[:, 3:], atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_body_force_sees_its_place_in_the_world():
     """A spring to the world origin, written by the user as a load at a frame."""
 

@@ -24,6 +24,7 @@ def refused(file, content, reason="fault"):
         READERS[file.suffix](file)
 
 
+@pytest.mark.long
 def test_mutated_files(tmp_path):
     assert sum(tried(300, 1, tmp_path).values()) == 300
 
@@ -45,7 +46,7 @@ def test_twenty_thousand_mutated_files(tmp_path):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)))
 def test_any_bytes(tmp_path, content):
@@ -67,6 +68,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(model=JSON, kind=st.sampled_from(["SystemBuilder", "Table", "Coupler", "Structure", "Limit", "Pose", None]))
 def test_any_json(tmp_path, model, kind):

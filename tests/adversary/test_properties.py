@@ -161,7 +161,7 @@ def test_momenta_of_a_floating_tree_are_kept(seed):
     assert np.max(np.abs(rates)) < 1e-10 * (1.0 + float(size)) * float(jnp.sum(system.mass))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @MANY
 @given(seed=SEEDS)
 def test_accelerations_do_not_depend_on_the_world_frame(seed):

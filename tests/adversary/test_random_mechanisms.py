@@ -117,7 +117,8 @@ def tree_gaps(seed, first, setting="plain", lanes=LANES):
     return worst
 
 
-@pytest.mark.parametrize("seed", [TREES[0], *(pytest.param(s, marks=pytest.mark.long) for s in TREES[1:])])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", TREES)
 @FEW
 @given(first=SEEDS, setting=st.sampled_from(["plain", "fast"]))
 def test_trees_against_pinocchio(seed, first, setting):

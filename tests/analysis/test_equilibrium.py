@@ -70,7 +70,7 @@ def test_a_loop_hangs_in_its_lowest_position():
     np.testing.assert_allclose(mbs.forward_dynamics(system, found.state)[0], 0.0, atol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steady_rotation_of_a_governor():
     """A bob hinged on a shaft that spins at w stands at cos x = g / (w^2 l); it needs no driving torque."""
     b = mbs.SystemBuilder()
@@ -99,7 +99,7 @@ def test_efforts_that_hold_a_steady_motion():
     np.testing.assert_allclose(found.efforts, [0.3 * 6.0], rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_equilibrium_is_said():
     """A sphere of no support falls for ever."""
     b = mbs.SystemBuilder()

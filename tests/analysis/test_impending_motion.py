@@ -32,6 +32,7 @@ def up(system, joint, speed=1.0):
     return mbs.State.at(system, velocities={joint: speed})
 
 
+@pytest.mark.long
 def test_block_on_an_incline():
     angle, mu, ratio = 0.4, 0.3, 1.5
     system = incline(angle, mu, ratio)
@@ -44,6 +45,7 @@ def test_block_on_an_incline():
     assert found.efficiency == pytest.approx(1.0 / (1.0 + mu * ratio / np.tan(angle)), rel=1e-12)
 
 
+@pytest.mark.long
 def test_screw_jack_locks_itself():
     tangent = LEAD / (2 * np.pi * RADIUS)
     system = jack(MU)

@@ -35,7 +35,7 @@ def upper_half(linear):
     return np.sort_complex(values[values.imag > 0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_quarter_car_eigenvalues():
     system = models.quarter_car(road=0.0)
     linear = mbs.linearise(system, mbs.State.at(system))
@@ -50,7 +50,7 @@ def test_half_car_eigenvalues():
     np.testing.assert_allclose(upper_half(linear), np.sort_complex(HALF_CAR), rtol=0, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_half_car_transmissibility():
     """Heave and pitch over the road under the front wheel: the tyre's spring times the response to a force."""
     system = models.half_car(road_front=0.0)
@@ -255,7 +255,7 @@ def test_gyroscopic_part_of_a_spinning_rotor():
     np.testing.assert_allclose(linear.mass, np.diag([0.2, 0.2, J]), atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_support_that_accelerates():
     """A pendulum on a driven lift weighs `m (g + a)`: the drive's second derivative is in the stiffness."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -G))
@@ -269,7 +269,7 @@ def test_a_support_that_accelerates():
     np.testing.assert_allclose(linear.mass, [[2.0 * 0.8**2 + 0.01]], rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_bead_on_a_rotor_that_is_driven():
     """Its spring holds it softer by `m Omega^2`: the rate of the drive is in the stiffness."""
     b, k, m, rate = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 80.0, 2.0, 3.0
@@ -283,7 +283,7 @@ def test_a_bead_on_a_rotor_that_is_driven():
     np.testing.assert_allclose(linear.stiffness, [[k - m * rate**2]], rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ratio_and_frequency_of_a_damped_mass():
     b, k, c, m = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 80.0, 3.0, 5.0
     b.body("mass", mass=m)

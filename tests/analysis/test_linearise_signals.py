@@ -10,7 +10,7 @@ from jaxmbs import blocks, forces
 from tests import motor_loop
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_closed_poles_and_the_response_from_target_to_signals():
     system = motor_loop.build()
     state = mbs.State.at(system)

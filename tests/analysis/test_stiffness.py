@@ -77,6 +77,7 @@ def antagonists(tension, width=0.1, length=0.5):
     return b.build()
 
 
+@pytest.mark.long
 def test_preload_changes_stiffness_by_the_closed_form():
     """A radial spring has no elastic share; its tension T gives K = T a L / (L - a), negative when it pushes."""
     for tension in (50.0, -50.0):
@@ -176,6 +177,7 @@ def test_every_share_by_hand():
     assert min(np.max(np.abs(share)) for share in (K.antagonistic, K.gravity, K.sources)) > 0.5
 
 
+@pytest.mark.long
 def test_a_spring_of_no_length_keeps_its_stiffness():
     """Its net force is zero, its KIC undefined; a point between two slides still feels K in both directions."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))

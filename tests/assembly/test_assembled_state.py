@@ -65,6 +65,7 @@ def check_undeformed(system, state):
             np.testing.assert_allclose(state.velocities[..., joint.velocities], 0.0, atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_beam_in_a_loop_keeps_its_shape():
     system = four_bar("beam")
     state = mbs.State.at(system, A=0.7, guess=GUESS, velocities={"A": RATE})

@@ -95,7 +95,7 @@ def central(f, h):
     return np.stack([(f(POINT + s) - f(POINT - s)) / (2 * h) for s in h * np.eye(5)], axis=-1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_assembled_coordinates(system):
     """Reverse mode for both angles, so vmap of the adjoint too."""
     both = jax.jit(lambda x: (solved(system, x), jax.jacrev(lambda y: solved(system, y))(x)))
@@ -104,7 +104,7 @@ def test_derivatives_of_assembled_coordinates(system):
     np.testing.assert_allclose(slope, central(truth, 1e-6), rtol=1e-7, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_of_assembled_coordinates(system):
     """Forward over forward, along one direction of all parameters, against the closed form."""
     direction = np.array([0.3, 0.1, -0.2, 0.4, 1.0])
@@ -123,6 +123,7 @@ def test_second_derivatives_of_assembled_coordinates(system):
     np.testing.assert_allclose(curvature, (line[2] - 2 * line[1] + line[0]) / h**2, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.long
 def test_traced_states_have_the_rates_of_their_drives():
     """In a trace as on the host: `A u = -f_t`."""
     b = mbs.SystemBuilder()
@@ -162,7 +163,8 @@ def slider_truth(angle):
     return -lean - angle, 0.3 * np.cos(angle) + np.cos(lean)
 
 
-@pytest.mark.parametrize("signal", [pytest.param(s, marks=pytest.mark.slow) for s in SIGNALS])
+@pytest.mark.long
+@pytest.mark.parametrize("signal", SIGNALS)
 def test_a_search_begins_where_the_drive_is(signal):
     """The others are guessed exactly; from a crank at zero five of these closed on the other branch."""
     first = slider_crank(SIGNALS[signal](jnp.asarray(1.0)))
@@ -183,6 +185,7 @@ def test_a_search_begins_where_the_drive_is(signal):
     np.testing.assert_allclose([place(float(angle))[0] for angle in on_host], slider_truth(on_host)[1], atol=1e-9)
 
 
+@pytest.mark.long
 def test_driven_slides_begin_where_they_are_driven_and_guesses_come_first():
     system = slider_crank(slide=lambda t: 1.1 + 0.1 * t)
     for sign in (1.0, -1.0):
@@ -235,7 +238,7 @@ def on_axes(law):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", CONES)
 def test_rows_without_a_slope_where_all_is_zero(kind):
     """A cone, regular but at its tip."""

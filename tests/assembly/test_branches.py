@@ -111,7 +111,7 @@ def test_random_four_bars_arrive_or_say_that_they_cannot(bars):
     assert np.max(off(D, wanted)[ok]) < 1e-8 and np.all(np.isnan(D[~ok]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_end_of_a_branch_is_said(bars, rest):
     """The rocker has limits; an exact one from the triangle in which crank and coupler are in line."""
     last = np.arccos((1.0 + 0.75**2 - (1.1 + 0.42) ** 2) / (2.0 * 0.75))
@@ -126,6 +126,7 @@ def test_the_end_of_a_branch_is_said(bars, rest):
     assert np.all(np.isnan(states.coordinates[1:])) and np.all(np.isnan(states.branch[1:]))
 
 
+@pytest.mark.long
 def test_a_parallelogram_turns_through_its_flat_poses():
     """Branches cross there: it stays a parallelogram, and the change of its sign is told."""
     system = four_bar((2.0, 1.0, 2.0, 1.0))
@@ -164,6 +165,7 @@ def watt_angles(angle, first, second):
     return np.stack([np.angle(C - B) - angle, D, np.angle(F - E) - D, np.angle(F - 1.8 - 0.1j)])
 
 
+@pytest.mark.long
 def test_the_four_branches_of_a_six_bar():
     system, turn, signs = watt(), 0.7 + np.linspace(0.0, 2.0 * np.pi, 37), []
     for first in (1.0, -1.0):
@@ -251,6 +253,7 @@ def test_cut_joints_and_held_ones_are_followed():
     np.testing.assert_allclose(off(knee(system.coordinates(cut)), angles), 0.0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_where_the_redundancy_turns_there_is_no_sign():
     """Bennett's loop is followed through a whole turn all the same: tan(J0 / 2) tan(J1 / 2) is constant."""
     system = bennett().build()
@@ -262,7 +265,7 @@ def test_where_the_redundancy_turns_there_is_no_sign():
     np.testing.assert_allclose(product, product[0], rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_states_without_loops_and_by_hand_have_no_signs(bars, rest):
     b = mbs.SystemBuilder()
     b.body("bob", 1.0, (1.0, 0.0, 0.0))
@@ -315,7 +318,7 @@ def test_a_batch_says_where_the_branch_changes(bars, rest):
     assert np.all(mbs.batch(swept, {"angle": np.array([0.0])}, progress=False).status == mbs.Status.BRANCH)
 
 
-@pytest.mark.parametrize("traced", [False, True])
+@pytest.mark.parametrize("traced", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_signs_of_determinants(traced):
     random = np.random.default_rng(2)
     sizes = (3, 1, 4, 2)

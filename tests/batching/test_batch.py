@@ -172,7 +172,7 @@ def test_a_design_that_is_not_finite():
     assert "3 designs, 2 ok" in found.summary() and "not finite" in found.summary()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_status_is_the_worst_of_the_motions():
     def fake(result):
         return eqx.tree_at(lambda m: m.result, _motion(), jnp.asarray(result))

@@ -11,6 +11,7 @@ from jaxmbs.design import pareto, propagate_uncertainty, sensitivities, toleranc
 from jaxmbs.runtime import _batch_program as batch_program
 from jaxmbs.runtime import _jit as compiling
 from jaxmbs.runtime import without_tricks
+from tests.marks import cases
 
 DESIGN, BOX = {"a": 1.0, "b": 2.0}, {"a": (0.1, 3.0), "b": (0.1, 3.0)}
 
@@ -63,12 +64,13 @@ def kinds(monkeypatch):
     return asked
 
 
-@pytest.mark.parametrize("question", QUESTIONS.values(), ids=QUESTIONS)
-def test_both_kinds_give_the_same_answer(question, kinds):
+@pytest.mark.parametrize("name", cases(QUESTIONS, long=["pareto"]))
+def test_both_kinds_give_the_same_answer(name, kinds):
+    question = QUESTIONS[name]
     with without_tricks("tape"):
         found = question("quick")
     # the small program of one search is optimised, since it runs dozens of times
-    is_search = question in (QUESTIONS["L-BFGS-B"], QUESTIONS["SLSQP"])
+    is_search = name in ("L-BFGS-B", "SLSQP")
     assert kinds == ({"quick", "full"} if is_search else {"quick"})
     again = question("full")
     assert kinds == {"quick", "full"}

@@ -44,6 +44,7 @@ def swing(design):
 DESIGNS = {"mass": np.linspace(1.0, 2.0, 5), "angle": np.array([0.1, 0.5, np.nan, 1.0, 1.5])}
 
 
+@pytest.mark.long
 def test_few_designs_on_tapes_are_as_compiled(compiled):
     found = batch(swing, DESIGNS)
     assert not compiled

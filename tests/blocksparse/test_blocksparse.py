@@ -29,9 +29,11 @@ def dense_solution(A, right):
     return jnp.linalg.solve(full, right.reshape(n * b, -1)).reshape(right.shape)
 
 
-@pytest.mark.parametrize(
-    "graph", [pytest.param(g, marks=pytest.mark.slow) if g in ("chain", "ring", "binary tree") else g for g in GRAPHS]
-)
+MARKS = dict.fromkeys(("chain", "ring"), pytest.mark.slow)
+MARKS |= dict.fromkeys(("binary tree", "ladder", "grid", "random"), pytest.mark.long)
+
+
+@pytest.mark.parametrize("graph", [pytest.param(g, marks=MARKS.get(g, ())) for g in GRAPHS])
 def test_every_graph_is_solved(graph):
     """Definite, with three columns; the transposed solve of the unsymmetric kind comes with its gradient below."""
     pattern = bs.Pattern(GRAPHS[graph][0], SIZE, GRAPHS[graph][1])
@@ -40,17 +42,8 @@ def test_every_graph_is_solved(graph):
     np.testing.assert_allclose(x, dense_solution(A, right), atol=1e-13)
 
 
-OFTEN_ALIKE = [("ldl", "float32"), ("lu", "float32"), ("lu", "complex128")]
-
-
-@pytest.mark.parametrize(
-    "kind, dtype",
-    [
-        pytest.param(kind, dtype, marks=pytest.mark.slow if (kind, dtype) in OFTEN_ALIKE else ())
-        for dtype in TOLERANCE
-        for kind in ("cholesky", "ldl", "lu")
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("kind, dtype", [(kind, dtype) for dtype in TOLERANCE for kind in ("cholesky", "ldl", "lu")])
 def test_every_kind_in_every_precision(kind, dtype):
     """Complex "cholesky" is left out: complex symmetric matrices are not positive definite."""
     if (kind, dtype) == ("cholesky", "complex128"):
@@ -137,6 +130,7 @@ def test_many_children_are_merged_in_groups():
 
 
 # ------------------------------------------------------------------------------------------- small blocks
+@pytest.mark.long
 def test_blocks_of_different_sizes():
     sizes = {"base": 3, "arm": 1, "mast": 4, "tip": 2}
     pattern = bs.Pattern.from_graph(sizes, [("base", "arm"), ("mast", "arm"), ("mast", "tip"), ("tip", "base")])
@@ -159,6 +153,7 @@ def _solution_and_log(factor, right):
     return bs.solve(factor, right), bs.log_determinant(factor)[1]
 
 
+@pytest.mark.long
 def test_inertia_counts_the_frequencies_below():
     """A chain of masses between walls: eigenvalues 4 sin^2(j pi / 2(n + 1)) in closed form."""
     n = 40
@@ -179,7 +174,8 @@ def small():
     return pattern, right_hand_side(pattern)
 
 
-@pytest.mark.parametrize("kind", ["cholesky", pytest.param("ldl", marks=pytest.mark.slow), "lu"])
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["cholesky", "ldl", "lu"])
 def test_derivatives_of_a_solution(kind, small):
     """jvp, vjp and their second orders against differences; equal to those of a dense solve."""
     pattern, right = small
@@ -204,7 +200,7 @@ def test_derivatives_of_a_solution(kind, small):
         np.testing.assert_allclose(slope, (at(1e-5) - at(-1e-5)) / 2e-5, rtol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
     """Factor once, solve twice, each solution of the other: exact gradients, not those of a frozen matrix."""
     pattern, right = small
@@ -227,9 +223,8 @@ def test_the_gradient_through_a_stored_factor_is_that_of_a_fresh_solve(small):
             assert np.abs(np.asarray(b)).max() > 1e-3
 
 
-@pytest.mark.parametrize(
-    "kind", ["ldl", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("cholesky", "lu"))]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["ldl", "cholesky", "lu"])
 def test_derivatives_of_the_log_determinant(kind, small):
     pattern, _ = small
     A, direction = matrix(pattern, kind), matrix(pattern, kind, seed=5)
@@ -263,6 +258,7 @@ def test_batches_over_values_right_hand_sides_and_both(small):
 
 
 # ------------------------------------------------------------------------------------------------ the rest
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["cholesky", "lu"])
 def test_as_a_lineax_solver(kind, small):
     pattern, right = small
@@ -346,6 +342,7 @@ def test_wrong_use_is_told(call, message):
     assert message in str(error.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["cholesky", "ldl"])
 def test_unsymmetric_diagonal_blocks(kind):
     """Symmetric kinds refuse them, in a trace by values that are not finite; "lu" solves them and their transpose."""
@@ -378,6 +375,7 @@ def test_unsymmetric_elements_are_told():
         bs.assemble(pattern, [[0, 1]], jnp.array([[1.0, -0.5], [-1.0, 1.0]]).reshape(1, 2, 2, 1, 1))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["lu", "ldl"])
 def test_sign_of_a_determinant_whose_rows_change_places(kind):
     """Pivots off the diagonal of a block: each exchange of rows turns the sign."""

@@ -12,6 +12,7 @@ import jaxmbs as mbs
 from jaxmbs import viz
 from jaxmbs.bondgraph._layout import layout, text_of
 from jaxmbs.bondgraph._views import VIEWS
+from tests import marks
 from tests.bondgraph import cases
 
 
@@ -36,7 +37,7 @@ def test_graphs_are_large_enough_to_test(graphs):
     assert len(graphs["arm detailed"].elements) > 30
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", marks.cases(NAMES, long=["crank detailed"]))
 def test_nothing_overlaps(graphs, name):
     places = layout(graphs[name])
     for (a, p), (b, q) in combinations(places.boxes.items(), 2):
@@ -127,7 +128,7 @@ def test_plot_power(swing, by):
     assert np.max(np.abs(below["missing"])) < 1e-3 * np.max(accounts.kinetic)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_plot_power_faults(swing):
     with pytest.raises(ValueError, match="by must be"):
         viz.plot_power(*swing[1:], by="body", ax=Figure().add_subplot())

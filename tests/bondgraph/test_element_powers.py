@@ -103,6 +103,7 @@ def test_domains_and_gradients(moved):
     np.testing.assert_allclose(slope, 2 * 1.5 * current + 0.02 * 2.0 * state.velocities[-1], rtol=1e-12)
 
 
+@pytest.mark.long
 def test_a_motor_on_a_wheel():
     """Its gyrator passes the torque on; the graph inside has an electric side, in integral causality."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))

@@ -93,7 +93,7 @@ def test_wholly_driven_mechanism_along_its_motion():
     assert set(graph.dependent) == {"I:crank", "m:crank", "I:rod", "m:rod", "m:slider"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_powers_differentiate():
     system = cases.slider_crank()
     state, stiffness = cases.slider_crank_state(system), system.forces[0].law.stiffness

@@ -40,6 +40,7 @@ def test_tangents_of_a_circle_are_exact():
     np.testing.assert_allclose(jax.jit(_tangents)(jnp.array(arc)), exact, atol=1e-14)
 
 
+@pytest.mark.long
 def test_declared_parts():
     b = cantilever()
     names = [f"rod.{k}" for k in range(5)]

@@ -136,6 +136,7 @@ def test_laws_on_every_joint_of_a_loop_split_a_body(at):
             np.testing.assert_allclose(ours, theirs, atol=1e-7)
 
 
+@pytest.mark.long
 def test_a_drive_is_never_cut():
     system = four_bar(drive=lambda t: 0.7 + t, cut=None)
     assert "A" not in system.topology.cut_joints
@@ -149,6 +150,7 @@ def test_a_drive_is_never_cut():
 
 
 # ------------------------------------------------------------------------------------------------- frames
+@pytest.mark.long
 def test_at_places_both_frames():
     """A double pendulum declared by world points equals one declared by frames in the bodies."""
     R = rotation_about((0, 0, 1), 0.4)
@@ -171,6 +173,7 @@ def test_at_places_both_frames():
     np.testing.assert_allclose(mbs.position(one, rest, "lower"), tip, atol=1e-12)
 
 
+@pytest.mark.long
 def test_named_frames_serve_everywhere():
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     b.body("arm", mass=1.0, com=(0.5, 0.0, 0.0), inertia=np.ones(3))
@@ -190,6 +193,7 @@ def test_named_frames_serve_everywhere():
 
 
 # --------------------------------------------------------------------------------------------------- welds
+@pytest.mark.long
 def test_a_chain_of_welds_is_one_body():
     """Three welded rods swing as the combined body; the last hangs on a welded plate of the ground."""
     rod = mbs.inertia.rod(1.0, 0.4)
@@ -217,6 +221,7 @@ def test_a_chain_of_welds_is_one_body():
 
 
 # ------------------------------------------------------------------------------------------ equal topology
+@pytest.mark.long
 def test_equal_models_share_compiled_code():
     """Other numbers, one topology: of a rebuild with `like`, and of a model with other masses on its own."""
     one = four_bar()
@@ -250,6 +255,7 @@ def test_a_traced_loop_needs_like():
         jax.jit(lambda length: four_bar((1.0, length, 0.9, 0.7)).mass)(0.3)
 
 
+@pytest.mark.long
 def test_traced_trees_build_alone():
     def period_squared(length):
         b = mbs.SystemBuilder(gravity=DOWN_Y)

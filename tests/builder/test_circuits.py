@@ -40,7 +40,7 @@ def rates_of(system, state):
     return {name: float(x) for name, x in zip(state.internal.entries, found, strict=True)}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_flows_are_summed_into_the_nodes():
     valve = H.Valve(5e-4, 3.5e6)
     system = lift(valve, lambda t: 0.5 + t)
@@ -73,7 +73,7 @@ def steady_lift(rated_flow, spool):
     return fsolve(balance, [15.0, 5.0, 5.0, 0.1], xtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_steady_lift_balances_flows_and_forces():
     system = lift(H.Valve(5e-4, 3.5e6, laminar=1e2), 0.5)
     motion = mbs.simulate(system, mbs.State.at(system), t1=2.0, ts=np.array([0.0, 2.0]), rtol=1e-8, atol=1e-8)
@@ -108,7 +108,7 @@ def alone():
     return b
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_pump_charges_an_accumulator_by_the_polytropic_law():
     """The gas gives way to the oil that the pump delivers."""
     gas = H.Accumulator(2e-3, 5e6, exponent=1.2, pressure=5.02e6, dead_volume=1e-9)
@@ -124,7 +124,7 @@ def test_a_pump_charges_an_accumulator_by_the_polytropic_law():
     np.testing.assert_allclose(motion.internal("gas.p"), pressure, rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_line_and_volumes_swing_at_their_natural_frequency():
     """Two volumes on a line: `omega^2 = E A (1/V1 + 1/V2) / (rho l)`."""
     line = H.Line(2.0, 0.012, viscosity=1e-8)

@@ -47,7 +47,7 @@ def test_the_gear_turns_the_rotor():
     np.testing.assert_allclose(slope, -TORQUE * RATIO**2 / (ARM + RATIO**2 * ROTOR) ** 2, rtol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_its_parent_bears_its_gyroscopic_moment():
     """A turntable about x with an arm about z: the momentum of arm and rotor about z turns with it."""
     b, rate, spin = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 0.7, 1.5

@@ -93,7 +93,7 @@ def test_accelerations_at_the_start():
     check(accelerations, ACCELERATIONS, 1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_swing():
     system = models.chain_10()
     motion = run(system, mbs.State.at(system, START), TIMES, rtol=1e-12, atol=1e-12)

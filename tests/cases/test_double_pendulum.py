@@ -1,6 +1,7 @@
 """D1, double pendulum of two points: Landau-Lifshitz; heyoka Taylor series, tolerance 1e-17."""
 
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -27,6 +28,7 @@ RATES = np.array(
 TOLERANCE = np.array([[1e-9], [1e-9], [1e-9], [1e-7]])  # mildly chaotic: nothing beyond 5 s
 
 
+@pytest.mark.long
 def test_double_pendulum():
     system = models.double_pendulum()
     motion = run(system, mbs.State.at(system, shoulder=np.pi / 2, elbow=0.0), TIMES, rtol=1e-12, atol=1e-12)

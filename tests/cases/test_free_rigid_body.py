@@ -45,7 +45,8 @@ ROTATION = np.array(
 START = (0.01, 2.0, 0.02)  # angular velocity in body axes; the axes start along the world's
 
 
-@pytest.mark.parametrize("kind", ["free", pytest.param("spherical", marks=pytest.mark.slow)])
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["free", "spherical"])
 def test_free_rigid_body(kind):
     system = models.free_rigid_body(kind)
     rest = [0.0, 0.0, 0.0] if kind == "free" else []

@@ -144,6 +144,7 @@ def _rows(system, state):
     return rows / scale[:, None], scale
 
 
+@pytest.mark.long
 def test_leg_lengths(rigid):
     system, state = rigid
     heads = np.stack([np.asarray(mbs.position(system, state, f"head_{i}")) for i in range(6)])
@@ -174,6 +175,7 @@ def test_inverse_dynamics_gives_the_same_forces(rigid):
     check(np.linalg.solve(rows.T, efforts), PUSH, 1e-8)
 
 
+@pytest.mark.long
 def test_leg_rates_of_a_moving_platform():
     system = models.gough_platform("none")
     rates = np.concatenate([TWIST[:3], models.GOUGH_ROTATION.T @ TWIST[3:]])

@@ -22,7 +22,7 @@ STEP = np.array(
 NAMES = ("heave", "pitch", "tyre_front", "tyre_rear")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_road_step_under_the_front_wheel():
     system = models.half_car()
     start = dict.fromkeys(NAMES, 0.0)
@@ -30,7 +30,7 @@ def test_road_step_under_the_front_wheel():
     check(coordinates(system, motion, *NAMES), STEP, 1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_share_of_the_corners_does_not_matter():
     end = []
     for corner in (165.0, 40.0):

@@ -48,6 +48,7 @@ def test_a_step_of_the_road():
     np.testing.assert_allclose(heights, STEP * np.array(truth), atol=1e-9)
 
 
+@pytest.mark.long
 def test_its_poles():
     system = quarter_car()
     A = np.asarray(mbs.linearise(system, mbs.State.at(system)).state_space.A)

@@ -173,6 +173,7 @@ def test_forward_dynamics():
     check(accelerations, ACCELERATIONS, 1e-8)
 
 
+@pytest.mark.long
 def test_fall_from_rest(arm):
     system, _ = arm
     motion = run(system, _state(system, np.zeros(7)), TIMES, rtol=1e-12, atol=1e-12)

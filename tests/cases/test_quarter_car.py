@@ -1,6 +1,7 @@
 """F1, quarter car over a road step of 0.05 m: exact matrix exponential."""
 
 import numpy as np
+import pytest
 
 import jaxmbs as mbs
 
@@ -20,6 +21,7 @@ STEP = np.array(
 )
 
 
+@pytest.mark.long
 def test_road_step():
     system = models.quarter_car()
     state = mbs.State.at(system, tyre=0.0, suspension=0.0)

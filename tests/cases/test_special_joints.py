@@ -113,7 +113,7 @@ def test_gear_pair(accelerations):
     np.testing.assert_allclose(accelerations["gear_2_pin"], -a / 3.0, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hinged_pendulum(accelerations):
     np.testing.assert_allclose(accelerations["hinge"], -G / 0.7 * np.sin(0.5), rtol=1e-12)
 
@@ -135,6 +135,7 @@ def test_bead_on_a_wire_and_on_a_plane(accelerations):
         np.testing.assert_allclose(accelerations[name], np.r_[expected, np.zeros(3)], atol=1e-9)
 
 
+@pytest.mark.long
 def test_bead_on_a_parabola(accelerations):
     """Mass 1 along x, 0.5 along z = x^2: (1 + 0.5 (2x)^2) a + 0.5 2x 2 v^2 = -0.5 g 2x."""
     x, v = 0.4, 0.2

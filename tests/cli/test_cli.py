@@ -139,6 +139,7 @@ def test_an_interrupt_leaves_no_half_file(folder):
     assert sorted(os.listdir(folder)) == ["arm.urdf", "loops.xml", "motion.csv", "pendulum.urdf"]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_interrupt_that_python_drops_still_counts(tmp_path, monkeypatch):
     """Raised in a callback of the garbage collector, where Python drops exceptions; nothing is written after it."""

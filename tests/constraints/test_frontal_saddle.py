@@ -31,7 +31,10 @@ def row():
     return system, at, jax.jit(lambda state: mbs.forward_dynamics(system, state)[0])
 
 
-@pytest.mark.parametrize("distance, error", [(1.0, 1e-13), (1e-2, 1e-12), (1e-3, 1e-11), (1e-4, 1e-7), (1e-5, 0.02)])
+@pytest.mark.parametrize(
+    "distance, error",
+    [pytest.param(1.0, 1e-13, marks=pytest.mark.long), (1e-2, 1e-12), (1e-3, 1e-11), (1e-4, 1e-7), (1e-5, 0.02)],
+)
 def test_accelerations_beside_the_singular_pose(row, distance, error):
     """Level cranks are singular; the dense solver errs 1e-10 at 1e-3 rad, and by 0.8 of the value at 1e-5."""
     _, at, accelerations = row
@@ -63,6 +66,7 @@ def test_gradient_is_that_of_differences(row):
     np.testing.assert_allclose(slope, (value(1.0 + h) - value(1.0 - h)) / (2.0 * h), rtol=1e-7)
 
 
+@pytest.mark.long
 def test_batches(row):
     _, at, accelerations = row
     states = jax.tree.map(lambda *x: jnp.stack(x), *(at(angle) for angle in (-0.4, 0.3, 1.2)))

@@ -32,6 +32,7 @@ def phi_of(system, state):
     return state.coordinates[np.asarray(first.independent_columns(system))]
 
 
+@pytest.mark.long
 def test_rows_and_their_slopes():
     """Where the loop is closed the residual is zero, and the rows of velocity are its slopes; Gi keeps them."""
     system, state = LOOP.system, LOOP.state
@@ -47,6 +48,7 @@ def test_rows_and_their_slopes():
     np.testing.assert_allclose(A[:, q] @ first.internal_kic(system, state), -A[:, p], atol=1e-12)
 
 
+@pytest.mark.long
 def test_internal_kic_is_the_derivative_of_the_closed_loop():
     system, state = FOUR_BAR.system, FOUR_BAR.state
     q = jax.jit(lambda phi: moved(system, state, phi)[first.dependent_columns(system)])
@@ -69,7 +71,7 @@ def test_internal_kic_transposed_carries_efforts_without_loss_of_power():
     np.testing.assert_allclose((Gi.T @ tau) @ phi_dot, tau @ q_dot, rtol=1e-10)
 
 
-@of_all(without=("drive", "elastic"))
+@of_all(without=("drive", "elastic"), quick=("tree",), slow=())
 def test_body_kic_gives_the_bodies_velocities(specimen):
     found = kinematics(specimen)
     for name in specimen.system.topology.body_names:
@@ -77,7 +79,9 @@ def test_body_kic_gives_the_bodies_velocities(specimen):
             np.testing.assert_allclose(found.K[kind][name] @ found.phi_dot, expected[name], atol=1e-10)
 
 
-@pytest.mark.parametrize("specimen", [FOUR_BAR, LOOP, SPECIMENS["tree"]], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "specimen", [pytest.param(FOUR_BAR, marks=pytest.mark.long), LOOP, SPECIMENS["tree"]], ids=lambda s: s.name
+)
 def test_translational_kic_is_the_derivative_of_positions(specimen):
     system, state = specimen.system, specimen.state
     name, com = system.topology.body_names[-1], system.com[-1]
@@ -113,7 +117,7 @@ def test_internal_kic_second_is_the_second_derivative_of_the_loop():
     np.testing.assert_allclose(second.internal_kic_second(system, state), exact, rtol=1e-10)
 
 
-@of_all()
+@of_all(slow=("rolling",))
 def test_body_kic_second_vector_form_equals_forward_mode(specimen):
     forward, vector = kinematics(specimen).forward, kinematics(specimen).vector
     assert np.max(np.abs(forward)) > 0.1
@@ -131,6 +135,7 @@ def test_second_kic_symmetries(specimen):
         np.testing.assert_allclose(r - np.swapaxes(r, 0, 2), turn, atol=1e-11)
 
 
+@pytest.mark.long
 def test_kic_rate_is_the_change_of_the_kic_along_the_motion():
     system, state = LOOP.system, LOOP.state
     K, H = mbs.constraints.kic(system, state), mbs.constraints.kic_second(system, state)
@@ -153,6 +158,7 @@ for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _LEVI_CIVITA[i, j, k], _LEVI_CIVITA[i, k, j] = 1.0, -1.0
 
 
+@pytest.mark.long
 def test_point_kic_at_a_centre_of_mass_is_the_bodys():
     system, state = LOOP.system, LOOP.state
     K, H = mbs.constraints.kic(system, state), mbs.constraints.kic_second(system, state)

@@ -48,10 +48,8 @@ def test_rows_without_a_matrix(name, holds):
         np.testing.assert_allclose(b, a, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.slow if name == "four_bar" else pytest.mark.long) for name in LOOPS],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", LOOPS)
 def test_independent_motions(name):
     """Velocities and positions by the independent ones."""
     specimen = SPECIMENS[name]
@@ -131,6 +129,7 @@ def _named(system, psi):
     return {name: float(psi[k]) for k, (name, *_) in enumerate(system.topology.structure)}
 
 
+@pytest.mark.long
 def test_the_rank_of_a_singular_pose_is_less():
     """A flat parallelogram has one freedom more."""
     system, at = row_of(12)

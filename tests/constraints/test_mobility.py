@@ -63,6 +63,7 @@ def for_work():
     return lift(guess={**POSE, "slide": SLIDE})
 
 
+@pytest.mark.long
 def test_state_reports_another_mobility_than_the_build(drawn_flat):
     assert drawn_flat.topology.mobility == 2
     with pytest.warns(UserWarning, match=r"mobility 1 at this pose, and 2 .*build\(guess"):
@@ -140,6 +141,7 @@ def test_driven_lift_is_solved_not_integrated():
     assert motion.diagnostics.num_steps < 50  # the spring is stiff: integrated, it takes hundreds
 
 
+@pytest.mark.long
 def test_guess_of_a_joint_begins_every_search():
     angles = dict(zip("ABD", four_bar_angles(0.7), strict=True))
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))

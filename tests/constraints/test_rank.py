@@ -9,7 +9,8 @@ import jaxmbs as mbs
 from jaxmbs.constraints._rank import constraint_rank
 from tests.models import bennett, four_bar, four_bar_state
 
-SIZES = [(5, 3, 2), (2, 3, 2), (6, 3, 1), (12, 3, 0), (1, 3, 1), (40, 3, 3)]
+SIZES = [(5, 3, 2), (2, 3, 2), (6, 3, 1), (12, 3, 0), (1, 3, 1)]
+SIZES += [pytest.param(40, 3, 3, marks=pytest.mark.long)]
 
 
 @pytest.mark.parametrize("rows, columns, rank", SIZES)

@@ -90,7 +90,8 @@ def test_energy_and_dissipation(name):
         assert lost <= 1e-12
 
 
-@parametrise
+@pytest.mark.long
+@pytest.mark.parametrize("name", PAIRS)
 def test_derivatives_in_every_regime(name):
     """To 1e-8 of differences; grazing, steps are short, as the force starts with a high power."""
     for depth, speed in itertools.product(DEPTHS, SPEEDS):

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from jaxmbs.contact import HuntCrossley, hertz_stiffness
 
 
+@pytest.mark.long
 def test_restitution_of_the_first_integral():
     integral = lambda a, v: v / a - np.log1p(a * v) / a**2
     for a, v in ((0.2, 0.8), (0.6, 0.8), (0.02, 0.5), (5.0, 3.0)):
@@ -38,6 +39,7 @@ def test_force_is_the_slope_of_the_energy_and_smooth():
     np.testing.assert_allclose(deep.force(5e-3, 0.0), 1e5 * 4.5e-3)
 
 
+@pytest.mark.long
 def test_the_force_never_pulls():
     law = HuntCrossley(1e5, damping=2.0)
     rates = jnp.linspace(-3.0, 1.0, 401)
@@ -48,6 +50,7 @@ def test_the_force_never_pulls():
     assert np.all((np.asarray(force) - 1e5 * 1e-3**1.5) * np.asarray(rates) >= 0.0)
 
 
+@pytest.mark.long
 def test_derivatives_by_parameters():
     def force(k, n, a, w):
         return jnp.stack([HuntCrossley(k, n, a, w).force(d, 0.3) for d in (-1e-3, 0.0, 1e-4, 2e-3)])

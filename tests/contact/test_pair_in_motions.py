@@ -80,6 +80,7 @@ def test_the_error_of_such_a_motion_says_so_and_its_places_have_derivatives():
     np.testing.assert_allclose(jax.jacrev(places)(SPEED, "reverse"), wanted, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_sphere_passes_through_another():
     """The force has no direction where the centres meet; beyond it is as on the way in, and the speed comes back."""
     reach, speed = 0.1, 1.2 * 0.1 * RATE
@@ -124,7 +125,9 @@ TILTS = {  # pair, its place apart from the surface, unit, and the margin by the
 }
 
 
-@pytest.mark.parametrize("name", [pytest.param("roller", marks=pytest.mark.long), "journal"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("roller", marks=pytest.mark.long), pytest.param("journal", marks=pytest.mark.long)]
+)
 def test_axes_tilt_and_come_back(name):
     """The angle is a sine, whose rate at the start is its largest angle; the parts are apart all the time."""
     pair, place, margin, words = TILTS[name]

@@ -43,7 +43,7 @@ def by_scipy():
     return y[:, :5].T, (m @ a + C @ y[:, 5:].T + k @ y[:, :5].T)[outer]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_bases_against_scipy():
     """All modes of the interior: exact; the gradient by the stiffness against differences."""
 

@@ -61,6 +61,7 @@ def dual(made, load):
     return solution[total - NODES * SIZE : total].reshape(NODES, SIZE), -solution[total:].reshape(-1, SIZE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["cholesky", "ldl"])
 def test_displacements_and_reactions(kind):
     """Static, and complex dynamic stiffness; seven floating components, two that are held."""
@@ -77,6 +78,7 @@ def test_displacements_and_reactions(kind):
         assert inner.shape == (len(g.nodes), INNER)
 
 
+@pytest.mark.long
 def test_gradient_by_the_components():
     """Square sum of the reactions by one stiffness of every kind, against differences."""
     made, load = groups()

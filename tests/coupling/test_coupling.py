@@ -17,6 +17,7 @@ from jaxmbs.vibration import modes
 from jaxmbs.vibration._modal_equations import modal_motion
 from jaxmbs.vibration._modes import natural_modes
 from tests.dual_assembly import dual_reactions
+from tests.marks import cases
 from tests.structural_matrices import beam, chain, component, kw
 
 K, M = beam(8)
@@ -49,13 +50,13 @@ def coupled():
     return every(K, M)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", cases(KINDS, long=["craig_bampton"], rest=pytest.mark.slow))
 def test_frequencies_of_the_uncut_beam(kind):
     exact = scipy.linalg.eigh(*(np.asarray(A) for A in WHOLE), eigvals_only=True)[:4]
     np.testing.assert_allclose(coupled()[kind], exact, rtol=KINDS[kind][1])
 
 
+@pytest.mark.long
 def test_massless_joints_are_condensed():
     """Two free halves by MacNeal: the joint has no mass and is condensed exactly."""
 
@@ -92,6 +93,7 @@ def test_blocks_of_the_coupled_equations():
     np.testing.assert_allclose(assembly.mass[:2, 18:], T.T @ M_[:, inner + 2] @ Phi, atol=1e-9)
 
 
+@pytest.mark.long
 def test_blocks_where_both_are_relative():
     """(12), every block by NumPy: the interface's stiffness is the sum of both condensed ones, here not zero."""
     rows, B, P = (14, 15), beam(8, fixed=2), beam(8, EI=0.7)
@@ -143,6 +145,7 @@ def exact_reactions(omega, load):
     return (np.asarray(K) * (1 + 0.02j) - omega**2 * np.asarray(M))[:2] @ right
 
 
+@pytest.mark.long
 def test_reactions_primal_dual_and_exact():
     """Harmonic section forces in the middle of the clamped beam, its tip loaded; all modes kept."""
     omega, tip = 20.0, jnp.zeros(18).at[16].set(1.0)
@@ -197,6 +200,7 @@ def test_section_forces_over_time():
     np.testing.assert_allclose(found, exact, atol=5e-3 * np.max(np.abs(exact)))
 
 
+@pytest.mark.long
 def test_reactions_by_the_block_sparse_engine():
     """A frame of five beams with a loop and a bushing, harmonic: reactions are those of the dual assembly."""
     ends = ((-1, 0), (0, 1), (1, 2), (2, 3), (0, 3))
@@ -259,7 +263,7 @@ def test_redundant_bonds_are_counted_and_named():
     assert determinacy(fine, pins=rigid_bond("a")).redundant == 39
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_of_a_reaction():
     """Static section force of a propped beam by the stiffness of its halves, a batch, against differences."""
 

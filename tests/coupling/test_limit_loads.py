@@ -39,6 +39,7 @@ def carrier():
     return K, M, modes
 
 
+@pytest.mark.long
 def test_one_pair_is_the_joined_system():
     """One mass on a spring, carrying one mass on a spring: frequencies and the answer to an impulse, exactly."""
     impulse, t = 0.7, 0.37
@@ -61,6 +62,7 @@ def test_one_pair_is_the_joined_system():
     np.testing.assert_allclose(found[0, 0], q[1], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_a_loaded_mode_has_the_payload_already():
     """One mass on a spring that bears the payload as a rigid body: the pair is the joined system, 3.854 rad/s
     the lower frequency; the same modes called those of the carrier alone are another machine's."""
@@ -75,6 +77,7 @@ def test_a_loaded_mode_has_the_payload_already():
         modal_pairs(np.array([1.0]), np.array([[3.0]]), load, loaded=True)
 
 
+@pytest.mark.long
 def test_pairs_on_an_interface_of_two_coordinates():
     """A beam on the tip of another, joined in displacement and slope: each pair (32) by NumPy."""
     J, times = np.array([0.7, -0.4, 0.3]), np.array([1e-6, 0.02, 0.3, 1.1])
@@ -106,6 +109,7 @@ def test_pairs_on_an_interface_of_two_coordinates():
     assert set(signs.ravel()) == {-1.0, 1.0}
 
 
+@pytest.mark.long
 def test_peaks_bound_the_responses_of_all_pairs():
     @jax.jit
     def both(J):
@@ -158,7 +162,7 @@ def cases():
     return all_ways(jnp.asarray(LENGTHS))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_sum_against_the_transient(cases):
     """Payload's first mode under 8 pulses: the absolute sum holds, roots of squares fall short in half of them.
 
@@ -193,6 +197,7 @@ def oscillation(w, ratio, load):
     return scipy.signal.lsim(system, load, STEP * np.arange(len(load)))[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [1, 5])
 def test_transient_and_sums_by_numpy(cases, case):
     """What `cases` compares, done over: the joined chain mode by mode, and every pair by its 2 x 2 matrices."""
@@ -235,6 +240,7 @@ def test_interface_that_holds_too_much_is_refused():
         modal_pairs(jnp.ones(1), jnp.ones((2, 1)), reduce(component(K, M, (0, 3)), CraigBampton(2)))
 
 
+@pytest.mark.long
 def test_peak_response_to_a_half_sine():
     """Against the closed form after the pulse; the impulse of equal peak."""
     w, T = 3.0, 0.4

@@ -42,7 +42,7 @@ def rig():
     return measured("mast", "root", "end", "middle x", kind="accelerance")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_measured_mass_on_a_modelled_spring():
     """`H = 1 / (k - (m + n) w^2)` with the measured mass m, which the bond pushes by `-m w^2 H`."""
     k, m, n, omega = 300.0, 2.0, 0.5, np.array([5.0, 9.0, 20.0])
@@ -99,7 +99,7 @@ def test_two_measured_ones_and_one_direction():
     assert noisy.values.shape == (3, 2, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradient_by_a_model_beside_a_measurement(rig):
     """Jitted, by the stiffness of the stage, against differences."""
 

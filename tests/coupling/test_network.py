@@ -100,7 +100,8 @@ def shaken(stiffness, axes, linear_solver="auto"):
     return net.expand(response.displacement), mbs.reactions(net, response), net
 
 
-@pytest.mark.parametrize("linear_solver", ["dense", pytest.param("multifrontal", marks=pytest.mark.slow)])
+@pytest.mark.long
+@pytest.mark.parametrize("linear_solver", ["dense", "multifrontal"])
 def test_every_bond_against_one_dense_model(linear_solver):
     """Harmonic displacements, forces of all bonds, and their balance."""
     moved, found, _ = shaken(jnp.asarray(STIFFNESS), jnp.asarray(AXES), linear_solver)
@@ -138,6 +139,7 @@ def test_amplitudes_are_those_of_the_transfer_functions():
         mbs.vibration.harmonic_response(net, omega, {"pannel.edge z": 1.0})
 
 
+@pytest.mark.long
 def test_a_network_shows_its_components_and_bonds():
     """A table that fits a screen, of a part too; with traced numbers, shapes."""
     net = network(STIFFNESS, AXES)
@@ -153,6 +155,7 @@ def test_a_network_shows_its_components_and_bonds():
     jax.eval_shape(lambda k: repr(network(k, AXES)) and k, jnp.asarray(STIFFNESS))
 
 
+@pytest.mark.long
 def test_gradient_and_batch_by_a_mount():
     """Size of the pin's force by the mount's stiffness, many at once, against differences."""
 
@@ -166,7 +169,7 @@ def test_gradient_and_batch_by_a_mount():
     np.testing.assert_allclose(slope[0], (value[2] - value[1]) / 2e-3, rtol=3e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("linear_solver", ["dense", "multifrontal"])
 def test_loads_of_a_network_that_nothing_holds(linear_solver):
     """Pushed through the middle of two equal parts, the first takes half: inertia relief."""
@@ -179,6 +182,7 @@ def test_loads_of_a_network_that_nothing_holds(linear_solver):
     np.testing.assert_allclose(found["weld"].force, -push / 2, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("linear_solver", ["dense", "multifrontal"])
 def test_determinate_and_redundant_bonds_by_name(linear_solver):
     """A chain clamped at one end, with a hinge, held by a ball joint at the other; beams with and without a prop."""

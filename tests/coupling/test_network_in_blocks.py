@@ -221,6 +221,7 @@ def test_motion_with_rows_without_mass():
 
 
 # -------------------------------------------------------------------------------------------------------- the choice
+@pytest.mark.long
 def test_choice_by_size():
     """Dense below the break-even, in blocks above it; both can be asked for, and other names are refused."""
     assert tuning.NETWORK_BONDS <= 24
@@ -242,7 +243,7 @@ def test_choice_by_size():
         )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_unsymmetric_component():
     """A follower force makes a stiffness unsymmetric: it is solved by LU, also where it is traced."""
     K, M = beam(2)

@@ -24,6 +24,7 @@ def on_four_mounts(com=(0.0, 0.0, 0.0), feet=FEET, mass=MASS, inertia=INERTIA):
     return connect({"block": block}, bonds)
 
 
+@pytest.mark.long
 def test_modes_of_a_block_on_four_mounts():
     """Feet in the plane of the centre: bounce `4 k/m`, roll `4 k_z b^2/I_x`, yaw `4 (k_x b^2 + k_y a^2)/I_z`."""
     kx, ky, kz = MOUNT
@@ -70,6 +71,7 @@ def test_the_weight_is_shared_by_levers():
     np.testing.assert_allclose(slope, (moved[0] - moved[1]) / 2e-4, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_modes_by_mass_inertia_and_centre():
     """The slope of all squares of frequencies together, against differences."""
 
@@ -150,6 +152,7 @@ def test_a_flap_on_two_bearings_and_a_spring():
     assert report.redundant == 0 and report.free_motions == 0
 
 
+@pytest.mark.long
 def test_traced_bonds_that_hold_twice_give_no_number():
     """What is refused where places are known is NaN where they are traced."""
     bonds = {"a": hinge("flap.left", free="rx ry rz"), "b": rigid_bond("flap.right y")}
@@ -293,6 +296,7 @@ def test_the_block_of_a_mechanism():
     np.testing.assert_allclose(mbs.modes(net).omega, np.sort(found)[::2], rtol=1e-8)
 
 
+@pytest.mark.long
 def test_turned_and_moved_bodies():
     """A block turned or moved with its mounts has the same frequencies; its points turn with it."""
     block = RigidBody(mass=MASS, com=(0.1, 0.0, 0.2), inertia=INERTIA, points=FEET)
@@ -321,7 +325,7 @@ def test_a_rigid_body_beside_measured_components():
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_welded_bodies_share_a_push_by_mass():
     """Inertia relief of what has no stiffness at all; their mass, centre and inertia together."""
     parts = {

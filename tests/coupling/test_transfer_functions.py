@@ -37,7 +37,7 @@ TREE = RING[:2]
 @pytest.mark.parametrize(
     ("pairs", "enough"),
     [
-        pytest.param(RING, TREE, marks=pytest.mark.slow),
+        pytest.param(RING, TREE, marks=pytest.mark.long),
         pytest.param([*TREE, TREE[0]], TREE, marks=pytest.mark.long),
         pytest.param([("p a", "q a"), ("q a", "p a"), ("q a", "r a")], TREE, marks=pytest.mark.long),
         pytest.param([*TREE, ("p a", None), ("r a", None)], [*TREE, ("p a", None)], marks=pytest.mark.long),
@@ -103,7 +103,7 @@ def test_elastic_rings():
     np.testing.assert_allclose(*slopes, rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_measured_rings_and_single_precision():
     """`regular` keeps no more singular values than the pairs have; single precision and a batch of designs."""
     exact = couple(parts(), TREE).values

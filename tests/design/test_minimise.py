@@ -42,7 +42,13 @@ def test_rosenbrock(gradient):
 
 @pytest.mark.parametrize(
     ("optimiser", "steps"),
-    [(None, 50), ("L-BFGS-B", 50), (optax.adam(0.1), 600), (optax.sgd(0.2), 200), (optax.lbfgs(), 50)],
+    [
+        (None, 50),
+        ("L-BFGS-B", 50),
+        (optax.adam(0.1), 600),
+        (optax.sgd(0.2), 200),
+        pytest.param(optax.lbfgs(), 50, marks=pytest.mark.long),
+    ],
 )
 @pytest.mark.parametrize("gradient", ["reverse", "forward"])
 def test_active_bounds(optimiser, steps, gradient):

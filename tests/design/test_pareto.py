@@ -38,6 +38,7 @@ def test_a_front_that_bends_inwards():
     np.testing.assert_allclose(front.first, np.sqrt([0.0, 0.25, 0.5, 0.75, 1.0]), atol=1e-4)
 
 
+@pytest.mark.long
 def test_ends_are_best_in_both_aims():
     """y is free for the second aim alone: the end of the front has it at zero all the same."""
     for aims in ((near, lambda d: (d["x"] + 1.0) ** 2), (lambda d: (d["x"] - 1.0) ** 2, far)):
@@ -50,7 +51,7 @@ def test_ends_are_best_in_both_aims():
 WAVES = [lambda d, a=a: jnp.sin(a * d["x"] + a) + 0.1 * (d["x"] - a) ** 2 for a in (2.0, 3.0, 4.0)]
 
 
-@pytest.mark.parametrize("aims", [(0, 1), (1, 2), (2, 0), (1, 1)])
+@pytest.mark.parametrize("aims", [(0, 1), (1, 2), pytest.param((2, 0), marks=pytest.mark.long), (1, 1)])
 @pytest.mark.parametrize("start", [-3.0, 4.0])
 def test_no_point_is_beaten_by_another(aims, start):
     """Of aims with many valleys, where searches end in different ones; of an aim and itself, one point."""
@@ -66,6 +67,7 @@ def test_an_aim_without_least_value_has_no_front(aims):
         pareto(*aims, {"x": 0.3, "y": 0.5}, points=5, progress=False)
 
 
+@pytest.mark.long
 def test_one_program_for_all_points():
     traced = []
 

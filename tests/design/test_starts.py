@@ -12,6 +12,7 @@ from jax import numpy as jnp
 from jaxmbs.design import Limit
 from jaxmbs.design import _multistart as meeting
 from jaxmbs.design import minimise as minimise_with_bar
+from tests.marks import cases
 
 minimise = functools.partial(minimise_with_bar, progress=False)
 OPTIMISERS = [None, optax.adam(0.05)]
@@ -27,7 +28,7 @@ def first(x):
     return {"x": np.array(x), "y": np.tile([0.3, -0.2], (len(x), 1))}
 
 
-@pytest.mark.parametrize("optimiser", OPTIMISERS)
+@pytest.mark.parametrize("optimiser", cases(OPTIMISERS, long=OPTIMISERS[1:]))
 def test_the_best_start_wins_and_all_are_kept(optimiser):
     best = minimise(two_wells, first([1.1, -0.5, 0.9]), optimiser=optimiser, steps=400, starts="stacked")
     assert best.design["x"] == pytest.approx(-1.0241, abs=1e-3) and best.design["y"].shape == (2,)
@@ -49,7 +50,7 @@ def test_each_start_goes_as_it_would_alone(optimiser):
         assert found.reason == alone.reason
 
 
-@pytest.mark.parametrize("optimiser", OPTIMISERS)
+@pytest.mark.parametrize("optimiser", cases(OPTIMISERS, long=OPTIMISERS[1:]))
 def test_impossible_starts_are_left_out(optimiser):
     best = minimise(two_wells, first([-3.0, 0.5, -0.5]), optimiser=optimiser, steps=300, starts="stacked")
     assert best.design["x"] == pytest.approx(-1.0241, abs=1e-2)
@@ -87,6 +88,7 @@ def test_a_leaf_as_long_as_there_are_starts_is_one_design(number):
     np.testing.assert_allclose(best.design["x"], np.arange(4.0), atol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("optimiser", ["SLSQP", "trust-constr"])
 def test_searches_with_limits_side_by_side(optimiser):
     """Each as it would alone, though one ends long before the others."""

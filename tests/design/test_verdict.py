@@ -41,6 +41,7 @@ def test_an_optimum_outside_of_validity_is_none(deepest, outside, options):
     assert found.ok is not outside and found.reason.startswith("outside of a model's validity") is outside
 
 
+@pytest.mark.long
 def test_a_status_in_a_derivative_or_a_batch_leaks_no_number():
     """What is noted inside of another trace is left out, not kept from it."""
     system = ball(5e-4)

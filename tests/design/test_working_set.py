@@ -34,7 +34,8 @@ def sum_of(design):
 
 
 @pytest.mark.parametrize(
-    ("optimiser", "gradient"), [(None, "reverse"), (None, "forward"), ("trust-constr", "forward")]
+    ("optimiser", "gradient"),
+    [(None, "reverse"), (None, "forward"), pytest.param("trust-constr", "forward", marks=pytest.mark.long)],
 )
 def test_a_line_over_a_circle(optimiser, gradient):
     """-x - 2 y in x^2 + y^2 <= 2 is least at sqrt(2/5) (1, 2), and falls by sqrt(5/8) per unit of the limit."""
@@ -57,6 +58,7 @@ def test_a_limit_that_is_not_active_has_no_price():
     assert best.limit("height").margin == pytest.approx(np.sqrt(1.6) - 1.0, rel=1e-5)
 
 
+@pytest.mark.long
 def test_forward_derivatives_take_all_constraints_from_the_start():
     """A hundred tangents of the circle: reverse mode begins with some, forward mode has them for nothing."""
     angle = np.linspace(0.0, np.pi / 2, 100)
@@ -162,6 +164,7 @@ def test_the_rod_of_a_slider_crank():
     assert np.count_nonzero(pin.prices) == np.count_nonzero(stable.prices) == 1
 
 
+@pytest.mark.long
 def test_aggregated_limits_stay_on_the_safe_side():
     soft = [mbs.Limit(limit.name, limit.value, upper=limit.upper, sharpness=400.0) for limit in (PIN, STABLE)]
     best = minimise(rod_over_a_turn, *ROD, limits=soft, gradient="forward")
@@ -196,7 +199,7 @@ def weight(areas):
     return 0.1 * jnp.sum(areas * LENGTHS), {"stress": stresses, "displacements": rest.displacement}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_bars_under_stress_and_displacement():
     """5 060.85 lb, published; the prices are the multipliers of the case over the limits."""
     limits = [mbs.Limit("stress", "stress", -25e3, 25e3), mbs.Limit("displacement", "displacements", -2.0, 2.0)]
@@ -337,7 +340,7 @@ def test_where_a_search_starts_does_not_matter(objective, start):
     assert best.value == pytest.approx(min(float(objective({"m": 4.0})), float(objective({"m": 5.0}))), rel=1e-6)
 
 
-@pytest.mark.parametrize("optimiser", [None, "trust-constr"])
+@pytest.mark.parametrize("optimiser", [None, pytest.param("trust-constr", marks=pytest.mark.long)])
 def test_limits_that_contradict_each_other(optimiser):
     """2 and 4 are missed alike at 8/3, wherever the search starts."""
     limits = [mbs.Limit("low", lambda d: d["m"], upper=2.0), mbs.Limit("high", lambda d: d["m"], lower=4.0)]

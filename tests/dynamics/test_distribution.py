@@ -38,15 +38,15 @@ def test_two_drives_share_weight_and_torque(swap):
     assert any(joint.is_hidden for joint in system.topology.joints)
 
 
+@pytest.mark.long
 def test_one_drive_takes_the_torque():
     _, loads = shaft(drives=("front",))
     np.testing.assert_allclose([loads[n].force[1] for n in ("front", "back")], 9.81, rtol=1e-9)
     np.testing.assert_allclose([loads[n].moment[2] for n in ("front", "back")], [4.886, 0.0], atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "swap", [pytest.param(False, marks=pytest.mark.slow), pytest.param(True, marks=pytest.mark.slow)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("swap", [False, True])
 def test_springs_without_stiffness_change_nothing(swap):
     """The shaft swings down; both bearings carry the half."""
     _, plain = shaft(swap=swap)

@@ -20,7 +20,7 @@ of_free_motions = of_all(without=("drive", "rolling"), quick=("tree",), slow=("f
 of_free_motions_slowly = of_all(without=("drive", "rolling"), quick=(), slow=())
 
 
-@of_free_motions
+@of_free_motions_slowly
 def test_inertia_field_is_the_projected_mass_matrix(specimen):
     of = fields(specimen)
     np.testing.assert_allclose(of.I_star, of.Gamma.T @ of.mass @ of.Gamma, rtol=1e-10, atol=1e-12)
@@ -28,7 +28,7 @@ def test_inertia_field_is_the_projected_mass_matrix(specimen):
     np.testing.assert_allclose(0.5 * of.phi_dot @ of.I_star @ of.phi_dot, of.kinetic, rtol=1e-10)
 
 
-@of_all(without=("drive", "rolling", "ball"), quick=("tree",), slow=("four_bar",))
+@of_all(without=("drive", "rolling", "ball"), quick=("tree",), slow=())
 def test_gyristor_fields_differ_and_their_efforts_agree(specimen):
     """Where coordinates are integrals of their velocities; with one of them there is but one field."""
     of = fields(specimen)
@@ -103,6 +103,7 @@ def test_spring_port_from_the_spring_vector():
     assert np.max(np.abs(G_C - G_hat)) > 1e-2
 
 
+@pytest.mark.long
 def test_resistance_takes_power():
     phi_dot, R, e_R = fields(LOOP).phi_dot, fields(LOOP).R, fields(LOOP).e_R
     q_C, G_hat = springs.spring_vector(LOOP.system, LOOP.state, "arm", "block")
@@ -112,6 +113,7 @@ def test_resistance_takes_power():
     assert e_R @ phi_dot < 0.0
 
 
+@pytest.mark.long
 def test_multipliers_of_the_momentum_pull_with_the_rate_of_their_rows():
     """`A_dot^T sigma`, by the derivative of the rows along the motion."""
     system = LOOP.system

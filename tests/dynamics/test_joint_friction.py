@@ -56,6 +56,7 @@ def pendulum_rate(t, y):
     return [w, a]
 
 
+@pytest.mark.long
 def test_drawer_of_two_bearings():
     system = drawer(0.15)
     state = mbs.State.at(system, velocities={"guide": 1.0})
@@ -93,6 +94,7 @@ def test_drawer_pushed_by_a_hand_jams_at_half_its_length_over_the_arm():
     assert not loads.ok and np.isnan(loads["push"].effort[0])
 
 
+@pytest.mark.long
 def test_screw_that_raises_a_load():
     lead, diameter, load, mu = 0.006, 0.03, 5000.0, 0.12
     b = mbs.SystemBuilder(gravity=(0, 0, 0))
@@ -143,6 +145,7 @@ def by_kind(kind, **numbers):
     return b.build()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kind, numbers, load, effort, velocity",
     [

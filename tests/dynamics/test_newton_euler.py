@@ -24,9 +24,8 @@ jitted = jax.jit(
 )
 
 
-@pytest.mark.parametrize(
-    "kinds, seed", [("simple", 0), pytest.param("simple", 1, marks=pytest.mark.slow), ("balls", 2)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("kinds, seed", [("simple", 0), ("simple", 1), ("balls", 2)])
 def test_random_trees_against_pinocchio(kinds, seed):
     links = rs.random_links(seed, KINDS[kinds])
     system, model = rs.build(links), rs.pinocchio_model(links)
@@ -52,6 +51,7 @@ def test_inverse_dynamics_undoes_forward_dynamics_with_forces():
     np.testing.assert_allclose(needed, np.asarray(mass) @ np.ones(9), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.long
 def test_kinetic_energy_is_half_the_momentum_times_the_velocity():
     links = rs.random_links(2, KINDS["balls"])
     system, model = rs.build(links), rs.pinocchio_model(links)
@@ -79,7 +79,8 @@ def _program(n, branched):
     return [len(lowered.as_text().splitlines()) for lowered in (value, gradient)]
 
 
-@pytest.mark.parametrize("branched", [pytest.param(False, marks=pytest.mark.slow), True], ids=["chain", "branched"])
+@pytest.mark.long
+@pytest.mark.parametrize("branched", [False, True], ids=["chain", "branched"])
 def test_the_program_does_not_grow_with_the_tree(branched):
     """As many operations for 80 bodies as for 20, forward and reverse; up to a dozen take their sums by products."""
     assert _program(20, branched) == _program(80, branched)
@@ -101,6 +102,7 @@ def two_loops(ratio):
     return b.build()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ratio", [1e-3, 1e-6, 1e-8])
 def test_light_and_heavy_loops_move_alike(ratio):
     """Accelerations under gravity do not depend on the scale of the masses."""

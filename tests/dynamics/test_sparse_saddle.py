@@ -193,7 +193,7 @@ SYSTEMS = {
     "ring of 12": lambda: closed_ring(12),
     "beams that fly": lambda: _with(chain_of_beams(3, mbs.Spherical(), gravity=DOWN_Y, elements=2)[0]),
 }
-KEPT, ELASTIC = ("four-bar in motion",), ("beams", "beams that fly")
+ELASTIC = ("beams", "beams that fly")
 
 #: Where the dense way itself has fewer digits: its residual there is 1e-7 of the load on the ring, ours 1e-14.
 LOOSER = {"singular pose": 1e-8, "ring of 12": 1e-6}
@@ -221,14 +221,16 @@ def _cases():
     for name in SYSTEMS:
         for method in ("frontal", "multifrontal"):
             if method == "multifrontal" or name not in ELASTIC:
-                yield pytest.param(name, method, marks=pytest.mark.slow if name in KEPT else pytest.mark.long)
+                yield name, method
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name, method", list(_cases()))
 def test_as_the_dense_way(name, method):
     assert_same(*SYSTEMS[name](), rtol=LOOSER.get(name, 1e-9), method=method)
 
 
+@pytest.mark.long
 def test_methods_that_are_refused():
     with pytest.raises(ValueError, match="method must be one of 'auto', .*, got 'sparse'"):
         mbs.reactions(*planar_loop(), method="sparse")

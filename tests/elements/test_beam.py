@@ -143,6 +143,7 @@ def test_one_clamped_beam_under_line_load(release, arm, expected):
     np.testing.assert_allclose(stress[0], units[1] * expected[1] * 0.02 / IZ, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_shear_release_and_offset():
     """Timoshenko's tip deflection; a pin inside a clamped beam; a tip mass carried by an arm."""
     L, P, k = 1.5, 7.0, 0.6
@@ -181,6 +182,7 @@ def test_mass_on_a_bushing():
     np.testing.assert_allclose(C, np.diag([1.0, 2, 3, 4, 5, 6]), atol=1e-15)
 
 
+@pytest.mark.long
 def test_gradients_and_batches_of_a_cantilever(cantilever):
     """Tip deflection by modulus and length, many lengths at once, in closed form."""
     nodes = np.asarray(cantilever.positions) / 1.5

@@ -95,7 +95,7 @@ def test_mass_properties_of_a_rod_a_plate_and_a_brick():
     np.testing.assert_allclose(np.diag(R.T @ M @ R), 1.5 * np.array([1, 1, 1, 1 / 6, 1 / 6, 1 / 6]), rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["thick_beam", "triangle", "quadrilateral", "hexahedron"])
 def test_gradients(name):
     """By every number of the element and every position, against differences."""
@@ -119,6 +119,7 @@ def test_gradients(name):
         np.testing.assert_allclose(slope @ direction, d, rtol=2e-6)
 
 
+@pytest.mark.long
 def test_single_precision():
     for name in ("thick_beam", "triangle", "quadrilateral", "hexahedron"):
         element, nodes, _ = CASES[name]

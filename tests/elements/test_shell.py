@@ -46,6 +46,7 @@ def split(quads):
     return [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SHELLS)
 def test_patch_of_shells(kind):
     """Membrane 1333, 1333, 400; bending 0.667, 0.667, 0.200, on five distorted elements."""
@@ -110,7 +111,9 @@ def shell_structure(kind, n, place, held, *numbers, flip=False):
     return Structure(nodes, {"p": (SHELLS[kind](*numbers), cells)}, directions), index
 
 
-@pytest.mark.parametrize(("kind", "tolerance"), [("triangle", 0.055), ("quadrilateral", 0.02)])
+@pytest.mark.parametrize(
+    ("kind", "tolerance"), [pytest.param("triangle", 0.055, marks=pytest.mark.long), ("quadrilateral", 0.02)]
+)
 def test_cooks_membrane(kind, tolerance):
     """Tip of the tapered panel in shear: 23.96 (Cook, J. Struct. Div. ASCE 100 (1974) 1851-1863)."""
     held = lambda index: [(index[0], "x y rz"), (index, "z rx ry")]
@@ -122,7 +125,7 @@ def test_cooks_membrane(kind, tolerance):
     np.testing.assert_allclose(solve(structure, load)[index[-1, 4], 1], 23.96, rtol=tolerance)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "tolerance"), [("triangle", 0.02), ("quadrilateral", 0.005)])
 def test_thin_clamped_plate_under_pressure(kind, tolerance):
     """0.00126532 p a^4 / D at the centre (Timoshenko and Woinowsky-Krieger), a/t = 1000: no shear locking."""

@@ -55,6 +55,7 @@ ASSEMBLED[:, 3:, 3:] += ZB
 AB = transfer(ASSEMBLED, list("abcdefg"))
 
 
+@pytest.mark.long
 def test_coupling_is_the_inverse_of_the_assembled_matrices():
     joined = couple({"A": A, "B": B}, PAIRS)
     names = ["A a", "A b", "A c", "A d", "A e", "B f", "B g"]
@@ -144,7 +145,7 @@ def test_weights_know_the_worse_sensors():
     assert error(jnp.array([1.0, 1.0, 100.0, 100.0])) < 0.1 * error(None)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_free_response_from_measured_support_forces():
     """Whatever the supports are, their measured forces take them out; their forces need not even be linear."""
     Z = net(4, 7)
@@ -160,6 +161,7 @@ def test_free_response_from_measured_support_forces():
     close(weighted.receptance, np.linalg.inv(Z))
 
 
+@pytest.mark.long
 def test_weights_of_runs():
     """Noise on the motions: the weighted least squares of NumPy, run by run; a worthless run has no say."""
     r = np.random.default_rng(13)
@@ -173,7 +175,7 @@ def test_weights_of_runs():
     close(free_response(spoiled, F, weights=w).receptance, np.stack(exact))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_known_rig_is_taken_out():
     free, rig = net(5, 4), np.diag([0.0, 30.0, 0.0, 40.0, 0.0])
     Z_rig = rig[None] * (1 + 0.02j) - OMEGA[:, None, None] ** 2 * 0.1 * (rig > 0)
@@ -227,6 +229,7 @@ def test_virtual_point():
     close(weighed, motion @ np.linalg.pinv(Rf.T))
 
 
+@pytest.mark.long
 def test_virtual_point_of_an_interface_that_stretches():
     """A seventh coordinate: what the block and its one flexible motion do is a 7 by 7 inverse."""
     r = np.random.default_rng(9)
@@ -249,6 +252,7 @@ def test_virtual_point_of_an_interface_that_stretches():
         virtual_point(measured, point, sensors, impacts, flexible=turned)
 
 
+@pytest.mark.long
 def test_gradient_of_decoupling_and_of_truncation():
     """Size of the recovered component by every entry of the assembled one, against differences; also truncated."""
 
@@ -283,11 +287,13 @@ def test_regular_inverse_and_its_derivative(shape, rank, noise):
     close(change, (f(1e-6) - f(-1e-6)) / 2e-6, 1e-6)
 
 
+@pytest.mark.long
 def test_repeated_singular_values_have_a_derivative():
     change = jax.jvp(lambda A: regularised_inverse(A), (jnp.eye(3) * 2,), (jnp.ones((3, 3)),))[1]
     close(change, -np.ones((3, 3)) / 4)
 
 
+@pytest.mark.long
 def test_single_precision():
     low = [TransferFunctions(OMEGA, c.values.astype(np.complex64), c.outputs, c.inputs) for c in (A, B)]
     joined = couple(dict(zip("AB", low, strict=True)), PAIRS)
@@ -297,6 +303,7 @@ def test_single_precision():
     assert removed.values.dtype == np.complex64
 
 
+@pytest.mark.long
 def test_many_designs_at_once():
     """The rig's stiffness as a batch."""
     stiffness = jnp.array([10.0, 25.0])
@@ -349,6 +356,7 @@ def test_faults_are_told(call, told):
         call()
 
 
+@pytest.mark.long
 def test_gradient_from_elements_to_coupled_transfer_functions():
     """Chains reduced, turned to transfer functions, coupled: value and gradient are those of the joined inverse."""
     omega = jnp.array([0.4, 1.3, 2.2])

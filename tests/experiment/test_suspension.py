@@ -88,6 +88,7 @@ def harmonic_balance(cubic):
     return found
 
 
+@pytest.mark.long
 def test_levels_of_a_structure_that_stiffens():
     """Fig. 5, for each level: what is measured is the balance of harmonics, and differs as that does."""
     cubic = 3e5
@@ -101,6 +102,7 @@ def test_levels_of_a_structure_that_stiffens():
     assert np.max(told) > 0.05
 
 
+@pytest.mark.long
 def test_levels_of_a_linear_structure():
     found = measured(0.0)
     np.testing.assert_allclose(found, harmonic_balance(0.0), rtol=1e-4)
@@ -136,6 +138,7 @@ def test_a_stiff_suspension_is_told():
         check_suspension(two_masses(), {"a": 90.0})
 
 
+@pytest.mark.long
 def test_ratio_has_a_gradient_and_batches():
     """By the stiffness of the supports, ten of them at once: `d ratio / d s = ratio / (2 s)`."""
 

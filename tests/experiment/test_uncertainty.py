@@ -51,7 +51,7 @@ def drive(force, rate):
     return jnp.concatenate([start[None], lax.scan(advance, start, (force[:-1], force[1:]))[1]])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_amplitudes_of_a_known_sweep():
     """Amplitudes that change linearly along the sweep come out exactly; noise as predicted."""
     t = jnp.asarray(np.arange(4000) / 200.0)
@@ -148,6 +148,7 @@ def test_error_bars_of_the_free_structure():
     assert np.mean(np.abs(mean - found) < 4 * np.sqrt(of_mean)) > 0.98
 
 
+@pytest.mark.long
 def test_error_bars_of_a_number():
     """Largest response over frequency (a smooth maximum), by one adjoint; against samples."""
     omega, clean = measurements()
@@ -163,6 +164,7 @@ def test_error_bars_of_a_number():
     assert abs(np.mean(samples) - value) < np.sqrt(predicted)
 
 
+@pytest.mark.long
 def test_error_bars_through_decoupling_and_a_known_rig():
     """Truncated decoupling and the taking out of a rig, against samples."""
     omega = np.linspace(10.0, 80.0, 9)

@@ -47,6 +47,7 @@ def measured():
     return MeasuredModes(np.sqrt(values[:6]) / (2 * np.pi), shapes[PLACES, :6] * scale, CHANNELS)
 
 
+@pytest.mark.long
 def test_modes_that_cross_find_their_partners():
     found = experiment.update(model, FIRST, modes=measured())
     for name, value in TRUTH.items():
@@ -57,6 +58,7 @@ def test_modes_that_cross_find_their_partners():
     assert np.all(found.mac[0] < 1 - 1e-4) and "MAC after" in str(found)
 
 
+@pytest.mark.long
 def test_the_derivative_of_the_residuals():
     """The Jacobian at the first values against differences: pairs are constants."""
     found = experiment.update(model, FIRST, modes=measured(), steps=1)
@@ -74,6 +76,7 @@ def test_the_derivative_of_the_residuals():
         np.testing.assert_allclose(x.jacobian[:6, k], expected, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.long
 def test_frequencies_alone_leave_a_direction_unseen():
     """Of all stiffnesses and masses only the ratio counts."""
 
@@ -87,6 +90,7 @@ def test_frequencies_alone_leave_a_direction_unseen():
     assert np.all(np.isnan(found.mac)) and found.doubtful == ()
 
 
+@pytest.mark.long
 def test_damping_ratios_are_fitted():
     """Stiffness-proportional damping: ratios `c w / 2` in closed form."""
     modes = measured()
@@ -97,6 +101,7 @@ def test_damping_ratios_are_fitted():
         np.testing.assert_allclose(found.identification.unknowns[name], value, rtol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("residual", ["logarithm", "difference"])
 @pytest.mark.parametrize("kind", ["receptance", "accelerance"])
 def test_transfer_functions_from_a_file(tmp_path, kind, residual):
@@ -120,6 +125,7 @@ def test_transfer_functions_from_a_file(tmp_path, kind, residual):
         assert abs(errors.unknowns[name] - value) < 4 * errors.standard_error(name) < 0.02 * value
 
 
+@pytest.mark.long
 def test_a_mode_without_partner_is_in_doubt():
     modes = measured()
     wrong = np.array(modes.shapes)

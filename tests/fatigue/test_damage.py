@@ -38,6 +38,7 @@ def test_corrections_in_tension(mean, amplitude):
     np.testing.assert_allclose(damage(one(2, 3), SN(1e6, 4.0), mean, ultimate), amplitude**4 / 1e6, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_corrections_in_compression():
     sn = SN(1e6, 4.0)
     np.testing.assert_allclose(damage(one(2, -3), sn, "goodman", 10.0), (2 / 1.3) ** 4 / 1e6)
@@ -61,6 +62,7 @@ def test_amplitudes_and_ranges():
     np.testing.assert_allclose(damage(ASTM, SN(1e6, 3.0)) * 8, damage(ASTM, SN(1e6, 3.0, ranges=True)))
 
 
+@pytest.mark.long
 def test_equivalent_load():
     np.testing.assert_allclose(equivalent_load(ASTM, 3.0, 4.0, ranges=True), (1094.0 / 4) ** (1 / 3), rtol=1e-12)
     np.testing.assert_allclose(2 * equivalent_load(ASTM, 3.0), equivalent_load(ASTM, 3.0, ranges=True))

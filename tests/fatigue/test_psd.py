@@ -20,6 +20,7 @@ def test_overall_level_of_the_published_spectrum():
     np.testing.assert_allclose(table.scale(-10 * np.log10(2)).rms / 9.80665, 9.995388317033177, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_area_of_any_slope_against_quadrature():
     for slope in (-1.0, -1.0 + 1e-6, -3.0, 0.0, 2.3):
         table = psd_table([10.0, 40.0], [2.0, 2.0 * 4.0**slope], "N^2/Hz")
@@ -39,6 +40,7 @@ def test_units_and_sides():
     assert one.quantity == "force" and psd_table(*GSFC).quantity == "acceleration"
 
 
+@pytest.mark.long
 def test_derivative_by_levels_and_frequencies():
     def area(f, S):
         return psd_table(f, S, "N^2/Hz").mean_square
@@ -73,6 +75,7 @@ def test_moments(order):
     )
 
 
+@pytest.mark.long
 def test_narrow_band_and_silence():
     narrow = psd_table(20 + 1e-7 * np.arange(3), [1e-3, 1.0, 1e-3], unit=None)
     np.testing.assert_allclose(narrow.moment(4) / narrow.moment(0), 20.0**4, rtol=1e-7)

@@ -198,7 +198,11 @@ def test_bad_input():
 
 @pytest.mark.parametrize(
     ("held", "names"),
-    [({}, "'0' x, '0' y"), ({0: "x y z"}, "'0' rx"), ({0: "x y z rx", N: "y"}, "'0' ry")],
+    [
+        ({}, "'0' x, '0' y"),
+        pytest.param({0: "x y z"}, "'0' rx", marks=pytest.mark.long),
+        pytest.param({0: "x y z rx", N: "y"}, "'0' ry", marks=pytest.mark.long),
+    ],
     ids=["nothing", "a ball", "a hinge"],
 )
 def test_what_moves_without_strain_is_named(held, names):

@@ -49,7 +49,7 @@ def both(structure):
     return dense, [b.to_dense() for b in blocks]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_block_form_is_the_dense_form():
     """The same matrices, held and absent coordinates set aside."""
     structure = mixed()
@@ -67,6 +67,7 @@ def test_block_form_is_the_dense_form():
     assert not np.any(K6[np.ix_(rest, rows)]) and not np.any(M6[rest])
 
 
+@pytest.mark.long
 def test_single_precision():
     """Blocks of a structure cast as a whole."""
     single = jax.tree.map(lambda leaf: leaf.astype(jnp.float32), mixed())
@@ -115,6 +116,7 @@ def test_block_solve_gradient_and_batch():
         np.testing.assert_allclose(slope, (ahead - behind) / 2e-6, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_reactions_of_elements_balance():
     """At every free node the elements' forces, as `k_e x`, add up to the load; all of them balance as a whole."""
     structure = mixed()

@@ -87,7 +87,7 @@ def test_bonds_of_the_pieces_carry_the_reactions_of_the_joints():
         np.testing.assert_allclose(bond.on_first, wanted, atol=1e-8 * np.abs(wanted).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_at_rest_the_load_is_the_weight():
     structure = piece()
     component = assembled()
@@ -101,6 +101,7 @@ def test_at_rest_the_load_is_the_weight():
     np.testing.assert_allclose(load, wanted, atol=1e-12)
 
 
+@pytest.mark.long
 def test_mass_properties_against_the_check_of_the_substructure():
     component = assembled()
     mass, centre, inertia = mass_properties(component)
@@ -127,6 +128,7 @@ def test_a_load_along_a_motion_and_its_gradient():
     np.testing.assert_allclose(both(1.0)[1], slope, rtol=1e-7)
 
 
+@pytest.mark.long
 def test_wrong_names_are_refused_in_one_report():
     component = assembled(bob=False)
     bare = LinearSystem(mass=component.mass, stiffness=component.stiffness, coordinates=component.coordinates)
@@ -149,7 +151,7 @@ def test_wrong_names_are_refused_in_one_report():
         mass_properties(bare)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_frames_of_elastic_bodies_are_refused():
     system, _ = chain_of_beams(2, mbs.Revolute("y"))
     component = assembled(bob=False)

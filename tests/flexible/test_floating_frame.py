@@ -48,6 +48,7 @@ def state(flying):
     return random_state(flying, size=1e-3, speed=2.0)
 
 
+@pytest.mark.long
 def test_rigid_inertia_is_that_of_a_rod(whole):
     mass, length = 2700 * 4e-4, 1.0
     inertia = np.asarray(whole.body.inertia[:6, :6])
@@ -279,12 +280,14 @@ def test_a_block_of_solids_held_by_its_faces():
         rigid_node(block, "left", ["right"])
 
 
+@pytest.mark.long
 def test_pictures_leave_the_modes_out(flying):
     shown = body_frames(flying.topology)
     assert shown[flying.topology.body_names.index("arm.modes")] == []
     assert len(shown[flying.topology.body_names.index("arm.0")]) >= 2
 
 
+@pytest.mark.long
 def test_faults_are_said():
     frame = elastic_beam(elements=2, num_modes=0)
     with pytest.raises(mbs.ModelError, match="no such node"):

@@ -139,6 +139,7 @@ def test_no_warning_of_what_is_there():
     assert stiffening(system, mbs.State.at(system)) == {}
 
 
+@pytest.mark.long
 def test_bad_input():
     structure, other = beam_structure(1.0, 2), beam_structure(1.0, 3)
     with pytest.raises(mbs.ModelError, match="stiffening needs the finite elements"):

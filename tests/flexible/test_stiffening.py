@@ -10,6 +10,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.flexible import stiffening
 from tests.flexible.beams import chain_of_beams
+from tests.marks import cases
 
 FIRST = 3.51601526824726  # of a cantilever, in units of sqrt(EI / m) / l^2
 #: First lag frequencies of rotating cantilevers by dimensionless speed: Wright, Smith, Thresher and Wang (1982).
@@ -27,8 +28,7 @@ def spinning(system, speed):
     return mbs.State.at(system, velocities={"root": speed * UNIT})
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("speed", list(LAG))
+@pytest.mark.parametrize("speed", cases(LAG, long=[0.25], rest=pytest.mark.slow))
 def test_estimate_against_the_frequencies_of_blades(blade, speed):
     """Without stiffening the squared lag frequency is `w_1^2 - Omega^2`; the estimate is what lacks, to a quarter."""
     estimate = stiffening(blade, spinning(blade, speed))["part0"]

@@ -67,6 +67,7 @@ def test_loads_stack(name):
     np.testing.assert_allclose(together, wanted, rtol=1e-13, atol=1e-15)
 
 
+@pytest.mark.long
 def test_networks_keep_arrays_as_leaves():
     network = eqx.nn.MLP(2, 2, 4, 1, key=jax.random.key(0))
     law = F.GeneralisedEffort(lambda_of(network))

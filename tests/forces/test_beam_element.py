@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from jaxmbs.forces import BeamElement, BeamSection
 from jaxmbs.math._rotation import rotation_matrix
@@ -18,6 +19,7 @@ def energy(law, vector, d, step):
     return law.potential(rotation_matrix(step[3:]) @ rotation_matrix(vector), d + step[:3], 0.0)
 
 
+@pytest.mark.long
 def test_wrench_is_minus_the_gradient_of_the_energy():
     vector, d = jnp.array([0.4, -0.9, 1.1]), jnp.array([0.6, 0.2, -0.1])
     wrench = jnp.concatenate(jax.jit(BeamElement.wrench)(LAW, rotation_matrix(vector), d, STILL, STILL, 0.0))
@@ -26,6 +28,7 @@ def test_wrench_is_minus_the_gradient_of_the_energy():
     np.testing.assert_allclose(wrench, [-(a - b) / (2 * h) for a, b in ends], rtol=1e-7, atol=1e-6)
 
 
+@pytest.mark.long
 def test_constant_bending_is_exact():
     """Half a turn but a little, by one element: the moment is E I curvature, without a force."""
     angle = 3.0
@@ -35,6 +38,7 @@ def test_constant_bending_is_exact():
     np.testing.assert_allclose(moment, [0, 0, -4.0 * angle / LENGTH], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_cantilever_of_one_element_is_exact_for_small_loads():
     """Tip stiffness: `P l^3 / (3 E I) + P l / G A` under a force, slope `P l^2 / (2 E I)`."""
     K = jax.jacfwd(lambda s: -jnp.concatenate(LAW.wrench(rotation_matrix(s[3:]), s[:3] + d, STILL, STILL, 0.0)))
@@ -47,6 +51,7 @@ def test_a_cantilever_of_one_element_is_exact_for_small_loads():
     np.testing.assert_allclose(flexibility[3, 3], LENGTH / 2, rtol=1e-10)
 
 
+@pytest.mark.long
 def test_damping_dissipates():
     law = BeamElement(LAW.stiffness, LAW.screw, damping=0.01)
     assert law.dissipates and not LAW.dissipates

@@ -26,6 +26,7 @@ def poses(a, b, shaft):
     return jnp.stack([about("z", a), tilted @ about("z", jnp.pi + b)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shaft", [np.pi / 2, 1.2])
 def test_forces_of_the_textbook(shaft):
     law = BevelGear((20, 40), 2e-3, ALPHA, STIFFNESS, transition=1e-9)
@@ -42,6 +43,7 @@ def test_forces_of_the_textbook(shaft):
     np.testing.assert_allclose([moment[0, 2], moment[1] @ axis], [-0.02 * tangential, -0.04 * tangential], rtol=1e-8)
 
 
+@pytest.mark.long
 def test_wheels_turn_many_times_against_each_other_and_have_play():
     law = BevelGear((20, 40), 2e-3, ALPHA, STIFFNESS, backlash=1e-5, transition=1e-9)
     turns = 2 * np.pi * np.array([7 + 3 / 20, -(3 + 23 / 40)])
@@ -51,6 +53,7 @@ def test_wheels_turn_many_times_against_each_other_and_have_play():
         assert (np.abs(force).max() > 0.1) == pressed
 
 
+@pytest.mark.long
 def test_effort_is_minus_the_derivative_of_the_energy():
     law = BevelGear((20, 40), 2e-3, ALPHA, STIFFNESS, backlash=2e-5)
 
@@ -67,6 +70,7 @@ def test_effort_is_minus_the_derivative_of_the_energy():
     np.testing.assert_allclose(slope[:2], [moment[0, 2], moment[1] @ axis], rtol=2e-3)
 
 
+@pytest.mark.long
 def test_slopes_against_differences():
     home = {"module": 2e-3, "pressure_angle": ALPHA, "stiffness": 1e7, "backlash": 1e-5, "damping": 100.0}
     spin = jnp.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])

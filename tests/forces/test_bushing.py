@@ -7,6 +7,7 @@ import pytest
 
 from jaxmbs.forces import Bushing
 from jaxmbs.math._rotation import rotation_matrix
+from tests.marks import cases
 
 _ROOT = np.roll(np.random.default_rng(3).normal(size=(6, 6)), 3, axis=(0, 1))
 FULL = Bushing(_ROOT @ _ROOT.T, damping=0.1 * _ROOT.T @ _ROOT, preload=[3.0, 0.0, -1.0, 1.0, -2.0, 0.5])
@@ -18,7 +19,6 @@ VECTORS = {
     "series": (0.2, 0.0, 0.0),
 }
 VECTORS |= {"medium": (0.9, -0.4, 1.1), "large": (-1.8, 1.9, 1.2)}
-poses = pytest.mark.parametrize("vector", [jnp.array(v) for v in VECTORS.values()], ids=VECTORS)
 
 
 @jax.jit
@@ -36,8 +36,9 @@ def perturbed_energy(law, vector, displacement, step):
 gradient_of_energy = jax.jit(jax.grad(perturbed_energy, 3))
 
 
-@poses
-def test_wrench_is_minus_the_gradient_of_the_potential(vector):
+@pytest.mark.parametrize("name", cases(VECTORS, long=["zero", "tiny", "small"]))
+def test_wrench_is_minus_the_gradient_of_the_potential(name):
+    vector = jnp.array(VECTORS[name])
     displacement = jnp.array([0.2, -0.1, 0.4])
     wrench = at_rest(FULL, rotation_matrix(vector), displacement)
     exact = gradient_of_energy(FULL, vector, displacement, jnp.zeros(6))
@@ -66,7 +67,7 @@ def slopes_of_wrench(s, law):
 
 
 @pytest.mark.long
-@poses
+@pytest.mark.parametrize("vector", [jnp.array(v) for v in VECTORS.values()], ids=VECTORS)
 def test_derivatives_are_finite_and_right(vector):
     h, pose = 1e-6, np.r_[np.asarray(vector), 0.2, -0.1, 0.4]
     slope, law_slopes, second = slopes_of_wrench(pose, FULL)
@@ -85,6 +86,7 @@ def test_derivatives_are_finite_and_right(vector):
     assert np.isfinite(second).all()
 
 
+@pytest.mark.long
 def test_damping_dissipates():
     twists = jax.random.normal(jax.random.key(1), (50, 6))
     law = Bushing(damping=FULL.damping)

@@ -50,6 +50,7 @@ def still(n):
     return jnp.zeros((n, 3)), jnp.zeros((n, 3))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["cylinder", "sphere"])
 def test_lengths_and_moment_arms_of_mujoco(kind):
     element = {"cylinder": WrapCylinder, "sphere": WrapSphere}[kind]
@@ -67,7 +68,10 @@ def test_lengths_and_moment_arms_of_mujoco(kind):
         np.testing.assert_allclose(arm, expected[1], atol=1e-7)
 
 
-@pytest.mark.parametrize(("mu", "turns", "high"), [(0.2, 0, 187.4456087585338), (0.35, 1, 2707.6664984516074)])
+@pytest.mark.parametrize(
+    ("mu", "turns", "high"),
+    [pytest.param(0.2, 0, 187.4456087585338, marks=pytest.mark.long), (0.35, 1, 2707.6664984516074)],
+)
 def test_capstan(mu, turns, high):
     """Case CT2: the high side for 100 N at the low side, half a turn and one and a half."""
     law = law_of([Attachment(""), Sheave("", 0.1, "+", "y", turns), Attachment("")], friction=mu, free_length=1.5)
@@ -117,7 +121,7 @@ def test_effort_is_minus_the_derivative_of_the_energy():
     np.testing.assert_allclose(np.sum(found[:, :3], axis=0), 0.0, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_friction_and_damping_take_energy_at_every_rate():
     law = law_of(CRANE[0], free_length=6.0, friction=0.3, damping=50.0)
     R, x = moved(law, jnp.zeros((6, 6)))
@@ -134,6 +138,7 @@ def test_friction_and_damping_take_energy_at_every_rate():
     assert taken.min() > -1e-9 and taken.max() > 10.0
 
 
+@pytest.mark.long
 def test_a_cable_without_tension_is_slack_and_never_pushes():
     law = law_of([Attachment(""), Attachment("")], damping=1e4, free_length=1.0, transition=1e-3)
     strut = law_of([Attachment(""), Attachment("")], damping=1e4, free_length=1.0, slack=False)
@@ -148,6 +153,7 @@ def test_a_cable_without_tension_is_slack_and_never_pushes():
     )
 
 
+@pytest.mark.long
 def test_the_corner_is_twice_differentiable():
     law = law_of([Attachment(""), Attachment("")], free_length=1.0, transition=1e-3)
     tension = lambda x: law.wrench(PathKinematics(*at([[0, 0, 0], [x, 0, 0]]), *still(2)), 0.0)[0][0, 0]
@@ -183,6 +189,7 @@ def test_a_belt_drives_by_friction():
         assert moment[0, 2] * spins[0, 2] + moment[1, 2] * spins[1, 2] < 0.0
 
 
+@pytest.mark.long
 def test_a_winch_pays_out():
     law = law_of([Attachment(""), Attachment("")], free_length=Ramp(1.0, 0.1), damping=20.0)
     force = law.wrench(PathKinematics(*at([[0, 0, 0], [1.1, 0, 0]]), *still(2)), 0.5)[0]
@@ -243,6 +250,7 @@ def test_gradients_on_a_grid_of_regimes(regime):
         assert (regime == "slack") == (scale == 1.0)
 
 
+@pytest.mark.long
 def test_slopes_of_the_length_against_differentiation():
     """The closed form beside derivatives of the length itself, of wheels whose planes differ."""
     law = law_of(CRANE[0])

@@ -87,6 +87,7 @@ def test_linear_equations_and_powers_about_the_balance():
     assert all(abs(float(power)) < 1e-9 for power in left.values())
 
 
+@pytest.mark.long
 def test_a_winch_comes_back_from_a_file(tmp_path):
     mbs.save_model(held(0.7), tmp_path / "winch.json")
     system, again = held(0.7).build(), mbs.load_model(tmp_path / "winch.json").build()

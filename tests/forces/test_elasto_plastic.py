@@ -20,6 +20,7 @@ def driven(amplitude):
     return b.build()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("amplitude", [0.005, 0.1])
 def test_work_of_a_loop(amplitude):
     """Energy lost in a turn, against SciPy; far beyond yield that of a perfectly sharp knee."""

@@ -10,6 +10,7 @@ from jaxmbs.forces._element_bonds import CONSERVING, PORT, bond_sums, ends, kind
 from jaxmbs.forces._law_at import LawAt
 from jaxmbs.friction import LuGre
 from jaxmbs.math._rotation import rotation_matrix
+from tests.marks import cases
 
 POSE = rotation_matrix(jnp.array([0.3, -0.2, 0.5])), jnp.array([0.01, 0.02, -0.01])
 TWIST = jnp.array([0.4, 0.1, -0.7]), jnp.array([0.2, -0.3, 0.1])
@@ -49,7 +50,7 @@ def flow_and_effort(law, x, v, t):
     return jnp.concatenate(v), jnp.concatenate([moment, force])
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", cases(LAWS, long=["PronyBushing"]))
 def test_junctions_pass_their_power_on(name):
     law, x, v, t = arguments(*LAWS[name])
     bonds = law.bonds(*x, *v, t)
@@ -65,7 +66,7 @@ def test_junctions_pass_their_power_on(name):
             assert all(np.allclose(e, efforts[0], rtol=1e-13) for e in efforts), element
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", cases(LAWS, long=["PronyBushing"]))
 def test_the_port_has_the_effort_of_the_law(name):
     law, x, v, t = arguments(*LAWS[name])
     flow, effort = flow_and_effort(law, x, v, t)
@@ -80,7 +81,7 @@ def test_the_port_has_the_effort_of_the_law(name):
     np.testing.assert_allclose(net, effort, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", cases(LAWS, long=["PronyBushing"]))
 def test_supply_is_heat_stored_energy_and_work(name):
     law, x, v, t = arguments(*LAWS[name])
     flow, effort = flow_and_effort(law, x, v, t)

@@ -8,6 +8,7 @@ import pytest
 
 from jaxmbs import forces as F
 from jaxmbs.friction import BearingFriction, SmoothCoulomb
+from tests.marks import cases
 
 
 def torque_curve(x, v, t):
@@ -78,7 +79,7 @@ def test_the_rest_dissipates(name):
     assert power.max() <= 1e-12
 
 
-@parametrise
+@pytest.mark.parametrize("name", cases(LAWS, long=["table"]))
 def test_derivatives_are_finite_everywhere(name):
     def effort_and_energy(law, x, v, t):
         return law.effort(x, v, t) + law.potential(x, t)
@@ -91,7 +92,9 @@ def test_derivatives_are_finite_everywhere(name):
         assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(values))
 
 
-@pytest.mark.parametrize("name", ["spring_damper", "table", "bump_stop", "friction", "servo"])
+@pytest.mark.parametrize(
+    "name", ["spring_damper", pytest.param("table", marks=pytest.mark.long), "bump_stop", "friction", "servo"]
+)
 def test_derivatives_with_respect_to_numbers(name):
     leaves, treedef = jax.tree.flatten(LAWS[name])
 
@@ -107,8 +110,7 @@ def test_derivatives_with_respect_to_numbers(name):
         np.testing.assert_allclose(slope, (ends[0] - ends[1]) / 2e-6, rtol=2e-6, atol=2e-6)
 
 
-@pytest.mark.slow
-@parametrise
+@pytest.mark.parametrize("name", cases(LAWS, long=["table"], rest=pytest.mark.slow))
 def test_laws_stack(name):
     law = LAWS[name]
     other = jax.tree.map(lambda leaf: leaf * 1.1, law)

@@ -30,6 +30,7 @@ def pair(**values):
     return GearPair((20, 30), 2e-3, ALPHA, stiffness=1e7, transition=1e-9, **values)
 
 
+@pytest.mark.long
 def test_loads_are_tangential_and_radial_by_the_pressure_angle():
     """A torque on A presses its teeth on those of B: F_t = torque / r, F_r = F_t tan(alpha), apart."""
     law = pair()
@@ -43,6 +44,7 @@ def test_loads_are_tangential_and_radial_by_the_pressure_angle():
     np.testing.assert_allclose(moment[:, 2], [-tangential * r_a, -tangential * r_b], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_a_ring_gear_draws_its_pinion_to_its_centre():
     law = GearPair((20, 60), 2e-3, ALPHA, internal=True, stiffness=1e7, transition=1e-9)
     force, moment = law.wrench(PathKinematics(*poses(1e-4, 0.0, [0.04, 0.0, 0.0]), STILL, STILL), 0.0)
@@ -52,6 +54,7 @@ def test_a_ring_gear_draws_its_pinion_to_its_centre():
     np.testing.assert_allclose(moment[:, 2] / normal / np.cos(ALPHA), [-0.02, 0.06], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_helical_gears_push_along_their_axes():
     """F_a = F_t tan(beta) and F_r = F_t tan(alpha_n) / cos(beta)."""
     beta = np.radians(15.0)
@@ -90,6 +93,7 @@ def test_play_grows_with_the_distance_of_the_centres():
             np.testing.assert_allclose(force[1, 0] / force[1, 1], np.tan(working), rtol=1e-6)
 
 
+@pytest.mark.long
 def test_effort_is_minus_the_derivative_of_the_energy():
     law = pair(backlash=2e-5)
     start = jnp.array([2e-3, 0.01, 0.0501, 0.002])
@@ -100,6 +104,7 @@ def test_effort_is_minus_the_derivative_of_the_energy():
     np.testing.assert_allclose(-slope, [moment[0, 2], moment[1, 2], force[1, 0], force[1, 1]], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_gradients_against_differences():
     home = {"module": 2e-3, "pressure_angle": ALPHA, "stiffness": 1e7, "backlash": 1e-5, "damping": 100.0}
     spin = jnp.tile(jnp.array([[0.0, 0.0, 1.0]]), (2, 1))

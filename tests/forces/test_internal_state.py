@@ -101,6 +101,7 @@ def test_accounts_close(moving):
     assert worst < 1e-10
 
 
+@pytest.mark.long
 def test_dissipation_of_maxwell(moving):
     """All work of an element that is no source is heat."""
     system, state, _ = moving
@@ -111,10 +112,12 @@ def test_dissipation_of_maxwell(moving):
     np.testing.assert_allclose(motion.diagnostics.work["rubber"][-1], -lost, rtol=2e-4)
 
 
+@pytest.mark.long
 def test_the_description_lists_them(moving):
     assert "internal states: " in moving[0].describe() and "jack.force [N]" in moving[0].describe()
 
 
+@pytest.mark.long
 def test_accelerations_follow_the_internal_states(moving):
     system, state, _ = moving
     push = lambda f: mbs.forward_dynamics(system, with_force(f))[0][0]
@@ -212,6 +215,7 @@ def test_rates_that_are_not_finite_at_the_start():
     assert mbs.State.at(system, x=0.5).ok
 
 
+@pytest.mark.long
 def test_states_of_other_systems():
     system, plain = on_a_slide(Lag(1.0)), on_a_slide(mbs.SpringDamper(1.0))
     with pytest.raises(mbs.errors.ModelError, match="has the internal states none; this system has jack.force"):

@@ -21,6 +21,7 @@ def wheel(voltage=VOLTAGE, inductance=L):
     return b.build()
 
 
+@pytest.mark.long
 def test_a_step_of_voltage():
     system = wheel()
     motion = mbs.simulate(system, mbs.State.at(system), ts=TIMES)
@@ -32,6 +33,7 @@ def test_a_step_of_voltage():
     assert np.abs(motion.diagnostics.energy_residual).max() < 1e-7
 
 
+@pytest.mark.long
 def test_poles_are_those_of_its_polynomial():
     system = wheel()
     found = mbs.linearise(system, mbs.State.at(system))
@@ -81,7 +83,7 @@ def law_of(most):
     return F.Motor(1e3, R, L, KT, ratio=RATIO, max_voltage=most, max_torque=1.5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_start_at_the_limits():
     """The current rises to its limit and stays; the wheel speeds up evenly."""
     b = mbs.SystemBuilder(gravity=(0, 0, 0))

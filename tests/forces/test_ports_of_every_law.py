@@ -15,6 +15,7 @@ from jaxmbs.bondgraph import junction_residual
 from jaxmbs.dynamics.paper._ports import compliance_effort, resistance_effort, source_effort
 from jaxmbs.forces._ports import PosePort
 from jaxmbs.friction import BearingFriction
+from tests.marks import cases
 
 X, V, T = 0.5, 0.3, 0.4  # where the laws are asked: distance or coordinate [m], its rate [m/s], time [s]
 M, HOLD, HOME = 2.0, 60.0, 0.45  # mass of a block [kg], rate [N/m] and free length [m] of the spring that holds it
@@ -378,7 +379,7 @@ def test_points_that_coincide(few, v):
     assert all(np.isfinite(x).all() for x in jax.tree.leaves(mbs.stiffness(few, state)))
 
 
-@parametrise
+@pytest.mark.parametrize("name", cases(LAWS, long=["Table"]))
 def test_derivatives_where_points_coincide(name):
     """Of the law itself: force and energy between points, to second order."""
 
@@ -469,7 +470,7 @@ def test_other_laws(system, answers, name):
     np.testing.assert_allclose(answers["stiffness"].elastic[i, i], stiffness, atol=1e-12)
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("angle", [pytest.param(0.0, marks=pytest.mark.long), 0.3, 2.0])
 def test_what_a_bushing_stores_is_its_wrench_at_rest(angle):
     """The wrench and its slope, of which the elastic share of the stiffness is made."""
     law = F.Bushing(np.array([60.0, 70.0, 80.0, 3.0, 4.0, 5.0]), (2.0, 1.0), preload=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3))

@@ -19,7 +19,15 @@ def held(law, mass=2.0, **place):
     return b.build()
 
 
-@pytest.mark.parametrize("frequency", [1e-2, 1.0, 1e2, 1e4])
+@pytest.mark.parametrize(
+    "frequency",
+    [
+        pytest.param(1e-2, marks=pytest.mark.long),
+        pytest.param(1.0, marks=pytest.mark.long),
+        pytest.param(1e2, marks=pytest.mark.long),
+        1e4,
+    ],
+)
 def test_complex_stiffness(frequency):
     """Receptance of the linearisation over six decades: `1 / (K(i w) - m w^2)`."""
     system = held(F.Prony(30.0, SPRINGS, TIMES))

@@ -9,6 +9,7 @@ import scipy.interpolate
 
 from jaxmbs import forces as F
 from jaxmbs.forces._signals import as_signal, value_and_rate
+from tests.marks import cases
 
 TIMES, VALUES = [0.0, 0.5, 0.9, 2.0, 2.5], [0.0, 1.0, -0.5, 0.3, 0.2]
 SIGNALS = {
@@ -33,8 +34,7 @@ def value_rate_acceleration(signal, t):
 parametrise = pytest.mark.parametrize("name", SIGNALS)
 
 
-@pytest.mark.slow
-@parametrise
+@pytest.mark.parametrize("name", cases(SIGNALS, long=["polynomial"], rest=pytest.mark.slow))
 def test_derivatives_in_time(name):
     signal, h = SIGNALS[name], 1e-5
     for t in (-0.4, 0.1, 0.21, 0.7, 1.3, 2.2, 3.0):
@@ -45,8 +45,7 @@ def test_derivatives_in_time(name):
         np.testing.assert_allclose(acceleration, (above[1] - below[1]) / (2 * h), rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.slow
-@parametrise
+@pytest.mark.parametrize("name", cases(SIGNALS, long=["spline", "path"], rest=pytest.mark.slow))
 def test_derivatives_in_the_numbers_and_stacking(name):
     signal, t = SIGNALS[name], jnp.array(0.7)
     slopes = jax.jacrev(lambda signal: value_rate_acceleration(signal, t))(signal)
@@ -68,6 +67,7 @@ def test_values():
     np.testing.assert_allclose(value_rate_acceleration(SIGNALS["step"], 0.2), (-1.0, 0.0, 0.0), atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name, ends", [("spline", "natural"), ("clamped", ((1, 1.0), (1, -0.3)))])
 def test_spline_is_scipys(name, ends):
     oracle, ts = scipy.interpolate.CubicSpline(TIMES, VALUES, bc_type=ends), np.linspace(0.0, 2.5, 41)
@@ -76,6 +76,7 @@ def test_spline_is_scipys(name, ends):
         np.testing.assert_allclose(part, oracle(ts, order), rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.long
 def test_spline_follows_traced_values():
     def value(values):
         return F.Spline(TIMES, values, end_slopes=(values[0], 0.0))(jnp.array(0.3))

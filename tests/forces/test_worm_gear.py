@@ -78,6 +78,7 @@ def test_turns_shifts_and_play():
             assert (np.abs(force).max() > 0.1) == pressed
 
 
+@pytest.mark.long
 def test_effort_is_minus_the_derivative_of_the_energy():
     law = worm(backlash=2e-5, friction=0.0, transition=1e-6)
 

@@ -12,6 +12,7 @@ from jax.flatten_util import ravel_pytree
 from jaxmbs.friction import AbstractFriction, BearingFriction, BrownMcPhee, LuGre, SmoothCoulomb
 from jaxmbs.friction._groups import group_models, resistances, signed_coefficients
 from jaxmbs.friction._places import as_friction, grows_with_slip, place_faults
+from tests.marks import cases
 
 SPEEDS = np.array([1e-5, 3e-4, 0.7e-2, 1e-2, 0.3, 2.0])
 
@@ -55,7 +56,7 @@ def test_the_top_of_brown_and_mcphee_is_at_the_transition_speed():
     np.testing.assert_allclose(CURVES["brown-mcphee"][0].coefficient(1e-2), 0.45, rtol=1e-3)
 
 
-@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("name", cases(SMOOTH, long=["coulomb", "stribeck", "bearing", "brown-mcphee"]))
 def test_derivatives_at_rest_and_at_the_end_of_the_series(name):
     """Of the friction by the velocity vector; by numbers of the model too."""
     model = CURVES[name][0]

@@ -29,6 +29,7 @@ def test_friction_brakes_the_flow():
     np.testing.assert_allclose(rate, -LINE.friction(1e-5) * LINE.area / (850.0 * 2.0))
 
 
+@pytest.mark.long
 def test_frequency_of_a_line_and_a_volume():
     """`sqrt(E A / (V rho l))`, from the matrix of rates about rest."""
     volume, thin = H.Volume(1e-3, 1.2e9), H.Line(2.0, 0.01, 850.0, viscosity=1e-9)
@@ -42,7 +43,7 @@ def test_frequency_of_a_line_and_a_volume():
     np.testing.assert_allclose(omega, np.sqrt(1.2e9 * thin.area / (1e-3 * 850.0 * 2.0)), rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_water_hammer_of_a_row_of_lines():
     """Stopped at its end, the flow raises the pressure there by `density c w` (Joukowsky), for `2 l / c`."""
     n, length, modulus, density, w = 60, 30.0, 1.5e9, 850.0, 1.0

@@ -38,6 +38,7 @@ def test_deadband_stroke_and_open_centre():
     np.testing.assert_allclose(H.Valve(1e-3, 3.5e6, overlap=-0.1).openings(0.0), np.full(4, 0.1 / 1.1))
 
 
+@pytest.mark.long
 def test_slopes_by_spool_and_parameters():
     def into_a(valve, spool):
         return valve.flows(PRESSURES, spool)[2] * 1e3

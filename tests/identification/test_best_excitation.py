@@ -10,6 +10,7 @@ from jaxmbs.errors import ModelError
 from jaxmbs.identification import FourierMotion, best_excitation, identify
 
 
+@pytest.mark.long
 def test_fourier_motion_and_its_rates():
     rng = np.random.default_rng(0)
     motion = FourierMotion(jnp.array([0.1, -0.2]), *(jnp.asarray(x) for x in rng.normal(size=(2, 2, 3))), period=4.0)
@@ -32,6 +33,7 @@ ONE = {"period": 2.0, "harmonics": 1, "deviations": 0.1, "progress": False}
 UNKNOWNS = {"inertia": 2.0, "damping": 0.5, "offset": 1.0}
 
 
+@pytest.mark.long
 def test_one_harmonic_in_closed_form():
     """Inertia and damping are told by amplitudes alone: the stroke is used up."""
     found = best_excitation(
@@ -48,6 +50,7 @@ def test_one_harmonic_in_closed_form():
     assert found.unseen == () and "3 of 3 directions" in str(found)
 
 
+@pytest.mark.long
 def test_a_limit_of_load_and_what_is_known():
     """A torque limit takes effect; an experiment that is done shows what the motion cannot, and counts."""
     limit = mbs.Limit("torque", lambda m: torque(UNKNOWNS, m), -2.0, 2.5)
@@ -108,6 +111,7 @@ def test_an_arm_within_stroke_speed_and_acceleration(gradient):
     assert found.information > best + 0.5
 
 
+@pytest.mark.long
 def test_a_search_with_more_limits_than_it_differentiates():
     """Of 384 limits some dozens are differentiated: the search takes in those that it would leave, and converges."""
 

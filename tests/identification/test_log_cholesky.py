@@ -13,6 +13,7 @@ from jaxmbs.identification import from_log_cholesky, log_cholesky
 NUMBERS = st.lists(st.floats(-1.5, 1.5), min_size=10, max_size=10)
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(NUMBERS)
 def test_every_value_is_a_body_that_can_exist(numbers):
@@ -38,6 +39,7 @@ def test_the_pseudo_inertia_of_the_paper():
     np.testing.assert_allclose(body["inertia"], np.trace(about) * np.eye(3) - about, rtol=1e-13, atol=1e-15)
 
 
+@pytest.mark.long
 def test_derivatives():
     x, h = np.linspace(-0.5, 0.7, 10), 1e-6
     flat = lambda x: jnp.concatenate([jnp.ravel(part) for part in from_log_cholesky(x).values()])

@@ -56,6 +56,7 @@ def test_a_chaotic_record():
         assert abs(found.unknowns[name] - value) < 4 * found.standard_error(name) < 0.01 * value
 
 
+@pytest.mark.long
 def test_segments_of_a_motion_are_one_motion():
     clean, _ = lorenz(TRUTH, jnp.array([1.0, 1.0, 20.0]), jnp.asarray(TS))
     whole, gaps = multiple_shooting(lambda s, ts: lorenz(TRUTH, s, ts), clean[:-1:5], TS)

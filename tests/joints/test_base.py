@@ -12,6 +12,7 @@ from tests.models import DOWN_Y, PIN, rotation_about
 HALF = np.diag([-1.0, -1.0, 1.0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rows, axis", [(parallel_rows, (1.0, 0.0, 0.0)), (alignment_rows, (0.3, -0.5, 0.7))])
 def test_rows_rise_up_to_half_a_turn(rows, axis):
     axis = np.array(axis) / np.linalg.norm(axis)
@@ -25,6 +26,7 @@ def test_rows_rise_up_to_half_a_turn(rows, axis):
     assert np.all(np.isfinite(slopes))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rows, axis", [(parallel_rows, (1.0, 0.0, 0.0)), (alignment_rows, (0.0, 0.0, 1.0))])
 def test_slopes_where_the_sine_is_zero(rows, axis):
     """An exactly planar loop stands there: 2 tan(angle / 2) has the slopes 1, 0 and 1/2, in either mode."""
@@ -62,7 +64,7 @@ def test_a_prismatic_half_a_turn_off_is_refused_by_name():
         slider(["P"], almost)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_slider_crank_has_one_freedom_wherever_it_is_cut():
     def build(cut, turned):
         b = mbs.SystemBuilder(gravity=DOWN_Y)

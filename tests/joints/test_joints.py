@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
 from tests import random_systems as rs
+from tests.marks import cases
 from tests.models import rotation_about
 
 AXIS = np.array([1.0, 2.0, -0.5])
@@ -76,6 +77,7 @@ def moved(name, q, u, h):
 # has none; the free joint stands on the ground.  "_back": the same frames, declared from the body to the arm.
 BODIES = tuple(EXAMPLES) + tuple(f"{n}_back" for n in REVERSIBLE)
 BACK = tuple(n for n in BODIES if n.endswith("_back"))
+FIRST_JOINTS = tuple(f"{n}{back}" for back in ("", "_back") for n in ("Revolute", "Prismatic", "Cylindrical"))
 ARMS = ("arm", "arm_of_screws")
 
 
@@ -210,7 +212,7 @@ def test_pose_follows_the_definition(name, tree, back):
     np.testing.assert_allclose(seen[1], x, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("name", cases(BODIES, long=FIRST_JOINTS))
 def test_velocity_is_the_rate_of_the_pose(name, tree, back):
     system, state = back if name in BACK else tree
     psi, u = by_body(system, state.coordinates, "coordinates"), by_body(system, state.velocities, "velocities")
@@ -286,13 +288,16 @@ def mujoco_accelerations(tree):
     return {n: accelerations[i:j] for n, i, j in zip(names, ends, ends[1:], strict=False)}
 
 
-@pytest.mark.parametrize("name", ["arm"] + [n for n in EXAMPLES if n not in ("Screw", "Weld")])
+@pytest.mark.parametrize(
+    "name",
+    cases(["arm", *(n for n in EXAMPLES if n not in ("Screw", "Weld"))], long=["arm", "Revolute", "Prismatic"]),
+)
 def test_accelerations_are_those_of_mujoco(name, tree, tree_outcome, mujoco_accelerations):
     ours = by_body(tree[0], tree_outcome[0], "velocities")[name]
     np.testing.assert_allclose(ours, mujoco_accelerations[name], rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_joints_walked_backwards_mirror_those_walked_forwards(back, mirror):
     """Accelerations change sign; the reaction on the child is that on the parent of the mirror."""
     accelerations, loads = outcome(*back)
@@ -340,6 +345,7 @@ def test_the_arms_feel_the_loops_as_they_feel_the_tree(tree, tree_outcome, loops
         np.testing.assert_allclose(ours, by_body(tree[0], tree_outcome[0], "velocities")[arm], atol=1e-8)
 
 
+@pytest.mark.long
 def test_the_cut_joints_are_counted(loops):
     top = loops[0].topology
     assert set(top.cut_joints) == {f"{n}_joint" for n in CLOSING}
@@ -363,6 +369,7 @@ def finite(tangents):
     return max(np.max(np.abs(leaf), initial=0.0) for leaf in leaves)
 
 
+@pytest.mark.long
 def test_derivatives_are_finite_at_zero(tree):
     """Reverse mode with respect to everything: coordinates zero, quaternions one, at rest."""
     system, _ = tree

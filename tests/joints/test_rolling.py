@@ -190,7 +190,7 @@ def cart(steer=0.0):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cart_with_steered_wheels_turns_about_the_axles_meeting_point():
     steer = 0.5
     system = cart(steer)
@@ -223,6 +223,7 @@ def test_wrong_contacts_are_refused(law, words):
         b.build()
 
 
+@pytest.mark.long
 def test_a_ball_rolls_the_way_it_turns():
     """Spin about +y carries it along +x, spin about +x along -y."""
     system = sphere(radius=0.2)
@@ -231,6 +232,7 @@ def test_a_ball_rolls_the_way_it_turns():
     np.testing.assert_allclose(rolling_rates(system, state, np.array([3.0, 0.0, 0.0]))[:3], [0, -0.6, 0], atol=1e-12)
 
 
+@pytest.mark.long
 def test_rows_of_velocity_that_depend_on_time():
     """A belt whose speed swings carries a block along."""
     b = mbs.SystemBuilder()

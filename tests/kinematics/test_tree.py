@@ -115,6 +115,7 @@ def test_static_maps_of_the_tree(tree):
         np.testing.assert_array_equal(np.nonzero(above(tree)[:, k])[0], np.arange(k, tree.end[k]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tree", [CHAIN, BRANCHED], ids=["chain", "branched"])
 def test_batch_axes_stand_last(tree, everything):
     local, S, J, dense = sample(tree, 4, batch=(3,))
@@ -192,7 +193,7 @@ NAIVE = {
 
 @pytest.mark.parametrize("tree", [BRANCHED], ids=["branched"])
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.long) if n in ("mass_matrix", "solve") else n for n in NAIVE]
+    "name", [pytest.param(n, marks=pytest.mark.long) if n in ("mass_matrix", "solve", "poses") else n for n in NAIVE]
 )
 def test_derivative_rules(name, tree):
     """Value, JVP, VJP, Hessian-vector product (both orders of modes) and vmap of the gradient."""

@@ -45,6 +45,7 @@ def exact_roots(K, M, C):
     return scipy.linalg.eigvals(A, B)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("known", [True, False])
 def test_modes_are_the_finite_ones_of_the_pencil(known):
     s = system(massless=LIGHT if known else ())
@@ -59,6 +60,7 @@ def test_modes_are_the_finite_ones_of_the_pencil(known):
         mbs.modes(s, 5)
 
 
+@pytest.mark.long
 def test_complex_modes_where_damping_is_proportional_to_stiffness():
     """Damping that vanishes in the statically condensed motion leaves it exact; other damping is refused by name."""
     K, M, C = matrices(damping=1.0)
@@ -163,6 +165,7 @@ def test_reductions_of_a_free_component(method, interface):
     np.testing.assert_allclose(K[inner] @ np.asarray(reduced.basis), 0.0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_guyan_and_derivatives_through_the_way_out():
     """Gradients of a frequency by stiffness against differences, the rows known without mass inside a trace."""
     K, M, _ = matrices()

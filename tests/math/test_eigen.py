@@ -61,6 +61,7 @@ def test_invariants_of_groups_have_right_derivatives(invariant, directions):
     np.testing.assert_allclose(slope, expected, rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.long
 def test_single_values_have_second_derivatives():
     t, e = jnp.asarray([0.21, 0.1, 1.3, 0.2]), 1e-5 * np.array([1.0, -0.5, 0.7, 0.3])
     slopes = jax.jit(jax.grad(lambda t: jnp.sum(eigh(*lattice(t))[0][:3] ** 2)))
@@ -102,6 +103,7 @@ def weighted_root(values, weight):
     return weight * jnp.sqrt(values)
 
 
+@pytest.mark.long
 def test_spectral_function_with_a_number_for_each_mode():
     """The square root, its weight equal in every group, against SciPy's matrix root."""
 
@@ -118,6 +120,7 @@ def test_spectral_function_with_a_number_for_each_mode():
     np.testing.assert_allclose(jax.jit(jax.grad(root))(t), differences(exact, t), rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.long
 def test_general_eigenproblem():
     """Roots, and what does not depend on the vectors' scale, of a damped lattice with its pairs."""
 
@@ -155,7 +158,7 @@ def test_residues_of_single_roots():
     assert np.all(np.max(np.abs(found), axis=(1, 2, 3)) > 0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_single_precision_and_batches():
     t = jnp.asarray(np.stack([REPEATED, REPEATED + 0.1]), jnp.float32)
     slopes = jax.jit(jax.vmap(jax.grad(lambda t: jnp.sum(eigh(*lattice(t))[0][:3]))))(t)

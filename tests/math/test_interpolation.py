@@ -7,6 +7,7 @@ import pytest
 import scipy.interpolate
 
 from jaxmbs.math._interpolation import hermite, hermite_integral, interval, pchip_slopes
+from tests.marks import cases
 
 CURVES = {
     "rising": ([0.0, 0.5, 2.0, 2.2, 4.0], [0.0, 1.0, 1.5, 4.0, 4.5]),
@@ -19,8 +20,9 @@ CURVES = {
 parametrise = pytest.mark.parametrize("points, values", CURVES.values(), ids=CURVES)
 
 
-@parametrise
-def test_pchip_is_scipys(points, values):
+@pytest.mark.parametrize("name", cases(CURVES, long=["rising", "turning", "flat"]))
+def test_pchip_is_scipys(name):
+    points, values = CURVES[name]
     oracle, x = scipy.interpolate.PchipInterpolator(points, values), np.linspace(points[0], points[-1], 61)
     points, values = jnp.array(points), jnp.array(values)
     slopes = pchip_slopes(points, values)
@@ -31,9 +33,9 @@ def test_pchip_is_scipys(points, values):
     np.testing.assert_allclose(areas, oracle.antiderivative()(x), atol=1e-12)
 
 
-@pytest.mark.slow
-@parametrise
-def test_continuation_is_a_line_and_the_integral_its_own(points, values):
+@pytest.mark.parametrize("name", cases(CURVES, long=["rising"], rest=pytest.mark.slow))
+def test_continuation_is_a_line_and_the_integral_its_own(name):
+    points, values = CURVES[name]
     points, values = jnp.array(points), jnp.array(values)
     slopes = pchip_slopes(points, values)
     for end, x in ((0, points[0] - 1.5), (-1, points[-1] + 1.5)):

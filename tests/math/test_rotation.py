@@ -48,6 +48,7 @@ def test_rotation_vector_inverts_rotation_matrix():
     np.testing.assert_allclose(_batch(rotation.rotation_vector, matrices), _VECTORS, atol=2e-15, rtol=1e-13)
 
 
+@pytest.mark.long
 def test_log_at_exactly_pi():
     matrices = [2 * np.outer(direction, direction) - np.eye(3) for direction in _DIRECTIONS]
     vectors = _batch(rotation.rotation_vector, matrices)
@@ -69,6 +70,7 @@ def test_product_composes_matrices():
     np.testing.assert_allclose(product, expected, atol=1e-15)
 
 
+@pytest.mark.long
 def test_rate_is_the_derivative_along_body_angular_velocity():
     q, omega = jnp.array([0.5, -0.5, 0.1, 0.7]), jnp.array([0.2, -0.4, 0.9])
     along = jax.jacfwd(lambda t: rotation.quaternion_product(q, rotation.quaternion_exp(t * omega)))(0.0)
@@ -81,7 +83,9 @@ def _check(forward, reverse, differences, second, second_differences):
     np.testing.assert_allclose(second, second_differences, atol=1e-7)
 
 
-@pytest.mark.parametrize("function", [rotation.rotation_matrix, rotation.quaternion_exp])
+@pytest.mark.parametrize(
+    "function", [pytest.param(rotation.rotation_matrix, marks=pytest.mark.long), rotation.quaternion_exp]
+)
 def test_derivatives_of_matrix_and_exponential(function):
     vectors = [angle * _SLANTED for angle in (0.0, 1e-9, 0.64, 2.0, np.pi - 1e-8)]
     _check(*_batch(_derivatives(function), vectors))
@@ -109,6 +113,7 @@ def test_derivative_of_the_logarithm_close_to_pi_on_its_own_side():
     np.testing.assert_allclose(_batch(rate, _DIRECTIONS), _DIRECTIONS, atol=1e-12)
 
 
+@pytest.mark.long
 def test_second_derivative_at_zero_of_the_angle_squared():
     def square(vector):
         return jnp.sum(rotation.rotation_vector(rotation.rotation_matrix(vector)) ** 2)
@@ -128,6 +133,7 @@ def test_axis_basis_of_coordinate_axes_is_exact(axis):
         np.testing.assert_array_equal(basis, np.eye(3))
 
 
+@pytest.mark.long
 def test_axis_basis_of_any_axis():
     axes = np.array([*_DIRECTIONS, -_DIRECTIONS[2], [1, 1, 1], [1e-9, 0, -1], [0.3, -0.8, 0.4]])
     bases = np.array(_batch(rotation.axis_basis, 3.0 * axes))

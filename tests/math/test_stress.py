@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from jaxmbs.math._stress import principal, signed_von_mises, von_mises
 
@@ -13,6 +14,7 @@ def matrix(s):
     return np.array([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
 
 
+@pytest.mark.long
 def test_values_are_those_of_the_matrix():
     values = np.array([[np.linalg.eigvalsh(matrix(s))[::-1] for s in row] for row in RANDOM])
     np.testing.assert_allclose(principal(jnp.array(RANDOM)), values, atol=1e-13)

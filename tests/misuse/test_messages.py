@@ -162,6 +162,7 @@ def angle_of_C(system, state):
     return float(jnp.arctan2(R[1, 0], R[0, 0]))
 
 
+@pytest.mark.long
 def test_a_cut_joint_has_its_angle(loop):
     """As value it is held, as guess it chooses the branch."""
     right = four_bar_state(loop)
@@ -196,6 +197,7 @@ def test_a_state_of_nan_stops_at_once(pendulum):
     assert int(caught.value.motion.diagnostics.num_steps) == 0
 
 
+@pytest.mark.long
 def test_traced_times_before_the_start(pendulum):
     state = mbs.State.at(pendulum, pin=0.3)
     run = jax.jit(lambda ts: mbs.simulate(pendulum, state, ts=ts, throw=False).result)

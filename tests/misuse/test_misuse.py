@@ -82,47 +82,52 @@ EXEMPT = {
 }
 # whose calls compile for more than a second
 LONG = """
-    adapters.as_block
-    motion.load_peaks motion.peak vibration.modal_motion coupling.Components reductions.averaged_motion
-    vibration.direct_response coupling.base_motion vibration.transmissibility vibration.lowest_modes
-    coupling.coupled_response statics.bond_reactions vibration.viscous_receptance vibration.receptance
-    vibration.simulate flexible.interface_loads flexible.stresses flexible.section_forces vibration.oscillations
-    flexible.section_stresses
-    vibration.transfer_matrix analysis.campbell
-    coupling.peak_response vibration.resonance_gains reductions.MacNeal reductions.averaged_transformation
-    reductions.mode_acceleration_free reductions.Mixed vibration.harmonic_response vibration.frequency_response
-    experiment.sweep_amplitudes flexible.displacements flexible.floating_frame dynamics.spring_kic_second
-    flexible.ElasticBody vibration.complex_modes constraints.point_kic flexible.deformations
-    reductions.transform_interface analysis.modes analysis.linearise joints.FramePath analysis.equilibrium
-    dynamics.gyristor_field_direct dynamics.hamiltonian reductions.mode_acceleration reductions.virtual_work
-    blocksparse.factor bondgraph.bond_powers bondgraph.element_powers
-    constraints.kic_second_vector dynamics.state_equations
-    vibration.dense_response motion.simulate reductions.Rubin dynamics.hamiltonian_slopes
-    experiment.virtual_point jaxmbs.simulate jaxmbs.equilibrium fem.element_forces jaxmbs.modes
-    blocksparse.solve_once fem.element_stresses elements.Beam elements.Quadrilateral analysis.stiffness
-    constraints.kic_second blocksparse.solve dynamics.spring_displacement fem.recover_history
-    experiment.check_suspension flexible.carried_loads bondgraph.junction_residual dynamics.gyristor_field
-    dynamics.acceleration vibration.modal_response reaction.reactions blocksparse.matrix_inertia elements.Triangle
-    vibration.natural_modes bondgraph.graph_state_equations coupling.limit_loads vibration.modal_transfer_matrix
-    coupling.modal_pairs analysis.frequency_response constraints.internal_kic_second reaction.reaction_bonds
-    coupling.regularised_inverse constraints.internal_kic_second_printed coupling.couple_transfer design.Limit
-    reductions.force_errors coupling.reactions fem.body_load fem.pressure_load coupling.cqc_correlation
-    forces.Spline experiment.coherence_variance linear.static_response fem.line_load experiment.rigid_channels
-    linear.equilibrium experiment.decouple dynamics.joint_friction
-    analysis.impending_motion forces.BearingFriction forces.BrownMcPhee forces.JointLuGre forces.SmoothCoulomb
-    friction.BearingFriction friction.BrownMcPhee friction.LuGre friction.SmoothCoulomb forces.BristleForce
-    forces.FrictionForce
-    blocks.Delay blocks.FirstOrder blocks.Function blocks.LookUp blocks.PI blocks.PID blocks.RateLimit
-    blocks.Saturation blocks.StateSpace blocks.TransferFunction hydraulics.Accumulator hydraulics.CheckValve
-    hydraulics.Line hydraulics.Orifice hydraulics.Pump hydraulics.ReliefValve hydraulics.Tank hydraulics.Valve
-    hydraulics.Volume contact.ClosedCurve contact.CylinderOnPlane contact.HeightField contact.JournalInBush
-    contact.RollerOnCurve contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad forces.Cable
-    forces.GearPair qualification.BaseAcceleration
-    qualification.RandomForce jaxmbs.random_response qualification.random_response qualification.sine_response
-    qualification.stress_spectrum qualification.von_mises_spectrum qualification.critical_plane
-    forces.Sheave forces.WrapCylinder forces.WrapSphere dynamics.cable_states dynamics.contact_load dynamics.validity
-    signal_flow.signals jaxmbs.signals forces.BeamSection forces.BeamElement forces.Winch forces.BevelGear
-    forces.WormGear forces.InextensibleCable dynamics.element_reports
+    adapters.as_block analysis.campbell analysis.equilibrium analysis.frequency_response analysis.impending_motion
+    analysis.linearise analysis.modes analysis.stiffness assembly.states_along blocks.Delay blocks.FirstOrder
+    blocks.Function blocks.LookUp blocks.PI blocks.PID blocks.RateLimit blocks.Saturation blocks.StateSpace
+    blocks.TransferFunction blocksparse.assemble blocksparse.factor blocksparse.is_finite
+    blocksparse.log_determinant blocksparse.matrix_inertia blocksparse.solve blocksparse.solve_once
+    bondgraph.bond_powers bondgraph.element_powers bondgraph.graph_state_equations bondgraph.junction_residual
+    constraints.internal_kic_second constraints.internal_kic_second_printed constraints.kic_rate
+    constraints.kic_second constraints.kic_second_vector constraints.point_kic contact.ClosedCurve
+    contact.CylinderOnPlane contact.HeightField contact.JournalInBush contact.RollerOnCurve
+    contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad coupling.Components coupling.base_motion
+    coupling.combine_modal_maxima coupling.couple_transfer coupling.coupled_response coupling.coupling_forces
+    coupling.cqc_correlation coupling.limit_loads coupling.modal_pairs coupling.peak_response coupling.reactions
+    coupling.regularised_inverse coupling.truncation_shortfall design.Limit design.pareto dynamics.acceleration
+    dynamics.angular_acceleration dynamics.cable_states dynamics.contact_load dynamics.element_reports
+    dynamics.generalised_momentum dynamics.gyristor_field dynamics.gyristor_field_direct dynamics.hamiltonian
+    dynamics.hamiltonian_slopes dynamics.joint_friction dynamics.spring_displacement dynamics.spring_kic_second
+    dynamics.state_equations dynamics.validity elements.Beam elements.Quadrilateral elements.Triangle
+    experiment.add_noise experiment.check_suspension experiment.coherence_variance experiment.decouple
+    experiment.free_response experiment.measured_stiffness experiment.remove_stiffness experiment.rigid_channels
+    experiment.sweep_amplitudes experiment.update experiment.virtual_point fatigue.damage fatigue.spectral_damage
+    fem.body_load fem.buckling fem.element_forces fem.element_stresses fem.geometric_stiffness fem.line_load
+    fem.pressure_load fem.recover_history flexible.ElasticBody flexible.carried_loads flexible.deformations
+    flexible.displacements flexible.floating_frame flexible.interface_loads flexible.section_forces
+    flexible.section_stresses flexible.stiffening flexible.stresses forces.BeamElement forces.BeamSection
+    forces.BearingFriction forces.BevelGear forces.BristleForce forces.BrownMcPhee forces.Cable
+    forces.FrictionForce forces.GearPair forces.InextensibleCable forces.JointLuGre forces.Sheave
+    forces.SmoothCoulomb forces.Spline forces.Winch forces.WormGear forces.WrapCylinder forces.WrapSphere
+    friction.BearingFriction friction.BrownMcPhee friction.LuGre friction.SmoothCoulomb hydraulics.Accumulator
+    hydraulics.CheckValve hydraulics.Line hydraulics.Orifice hydraulics.Pump hydraulics.ReliefValve
+    hydraulics.Tank hydraulics.Valve hydraulics.Volume identification.FourierMotion identification.best_excitation
+    identification.from_log_cholesky identification.multiple_shooting jaxmbs.equilibrium jaxmbs.frequency_response
+    jaxmbs.modes jaxmbs.random_response jaxmbs.reactions jaxmbs.signals jaxmbs.simulate joints.Distance
+    joints.FramePath joints.KnifeEdge joints.RollingDisk linear.check linear.equilibrium linear.static_response
+    motion.load_peaks motion.peak motion.simulate qualification.BaseAcceleration qualification.RandomForce
+    qualification.critical_plane qualification.damage_spectrum qualification.random_response
+    qualification.response_spectrum qualification.sine_response qualification.stress_spectrum
+    qualification.von_mises_spectrum reaction.reaction_bonds reaction.reactions reductions.CraigChang
+    reductions.MacNeal reductions.Mixed reductions.Rubin reductions.averaged_motion
+    reductions.averaged_transformation reductions.force_errors reductions.mode_acceleration
+    reductions.mode_acceleration_free reductions.transform_interface reductions.virtual_work signal_flow.signals
+    statics.Bonds statics.bond_reactions vibration.complex_modes vibration.dense_response
+    vibration.direct_response vibration.frequency_response vibration.harmonic_response vibration.lowest_modes
+    vibration.modal_damping vibration.modal_motion vibration.modal_receptance vibration.modal_response
+    vibration.modal_transfer_matrix vibration.modes vibration.natural_modes vibration.oscillations
+    vibration.receptance vibration.resonance_gains vibration.simulate vibration.track_modes
+    vibration.transfer_matrix vibration.transmissibility vibration.viscous_receptance
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself

@@ -44,7 +44,7 @@ CALLS = {
 }
 
 
-LONG = ("transmissibility", "modal_motion", "receptance", "swept_amplitudes", "dense_response")
+LONG = ("transmissibility", "modal_motion", "receptance", "swept_amplitudes", "dense_response", "complex_modes")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in CALLS])

@@ -292,7 +292,7 @@ def test_wrong_options_of_build(options, message):
         model().build(**options)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loops_that_cannot_close():
     with pytest.raises(mbs.ModelError, match=r"the loops cannot be closed; still open .*: C;"):
         four_bar((3.0, 0.3, 0.9, 0.7))

@@ -18,7 +18,7 @@ def ram(cushion=None):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_chamber_that_vanishes_is_named():
     system = ram()
     state = mbs.State.at(system, velocities={"slide": 10.0})  # the chamber of 0.1 m in front is gone after 10 ms
@@ -29,7 +29,7 @@ def test_a_chamber_that_vanishes_is_named():
     assert "boom.p0" not in text and not found.value.motion.ok
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cushion_saves_the_chamber():
     """It stops the piston where its energy is that of the motion, which it gives back."""
     stop = mbs.BumpStop(4e8, upper=0.05)

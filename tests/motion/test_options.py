@@ -59,7 +59,7 @@ def test_refused_options(ball, options, message):
         mbs.simulate(*ball, **options)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_default_times_and_closed_form(ball):
     motion = mbs.simulate(*ball, t1=2.0)
     t = np.linspace(0.0, 2.0, 101)
@@ -73,7 +73,7 @@ def _height(state):
     return state.coordinates[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_event_ends_the_motion(ball):
     """It hits the ground at (v + sqrt(v^2 + 2 g h)) / g; that state is saved last, later times are not filled."""
     hit = (1.0 + np.sqrt(1.0 + 2 * 9.81 * 5.0)) / 9.81
@@ -86,14 +86,14 @@ def test_an_event_ends_the_motion(ball):
     assert np.isinf(np.asarray(motion.ts[4:])).all() and np.isnan(np.asarray(motion.states.coordinates[4:])).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_event_that_never_comes(ball):
     motion = mbs.simulate(*ball, ts=[0.2, 0.4], event=_height)
     assert motion.status is mbs.Status.SUCCESS
     np.testing.assert_allclose(motion.ts, [0.2, 0.4, 0.4])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_status_of_too_few_steps(ball):
     with pytest.raises(mbs.SimulationError, match="maximum number of steps reached") as caught:
         mbs.simulate(*ball, t1=1.0, max_steps=2)
@@ -106,7 +106,7 @@ def _explode(x, v, t):
     return jnp.where(t > 0.5, jnp.nan, 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_status_of_a_state_that_is_not_finite():
     system = falling(_explode)
     motion = mbs.simulate(system, mbs.State.at(system), t1=1.0, dt=0.1, solver=diffrax.Tsit5(), throw=False)
@@ -119,7 +119,7 @@ def _blow_up(x, v, t):
     return 2.0 * (9.81 + (1.0 + v * v))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_status_of_a_step_that_vanishes():
     """v_dot = 1 + v^2 is infinite at t = pi / 2."""
     system = falling(_blow_up)
@@ -191,13 +191,14 @@ def test_a_motion_without_freedom_is_evaluated():
     assert np.max(np.abs(account.energy_residual)) < 1e-8 * np.ptp(account.work["drives"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_inside_jit_nothing_is_raised(ball):
     system, state = ball
     result = jax.jit(lambda s: mbs.simulate(system, s, t1=1.0, max_steps=2).result)(state)
     assert int(result) == 2
 
 
+@pytest.mark.long
 def test_later_start(ball):
     system, _ = ball
     state = mbs.State.at(system, fall=1.0, t=3.0)

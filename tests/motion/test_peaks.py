@@ -76,7 +76,7 @@ def test_ends_events_and_failures():
     assert np.isnan(mbs.motion.peak(system, failed, speed).value).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_batches_are_refused():
     _, motion = swing(1.0, jnp.linspace(0.0, 0.3, 4))
     with pytest.raises(ValueError, match="one motion"):
@@ -167,7 +167,7 @@ def test_the_time_of_a_peak_moves_with_what_the_quantity_knows():
         np.testing.assert_allclose(jax.jit(slope)(-1.5), -1.0 / np.sqrt(2 * 9.81 * 1.5), rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_programs_are_kept_by_what_the_quantity_does():
     """The angle of a fall is largest at its start; what a function reads from a list counts at each call."""
     system, motion = swing(1.0, jnp.linspace(0.0, 0.3, 4))

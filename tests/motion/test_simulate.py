@@ -30,6 +30,7 @@ def euler(chain, dt, t1=0.1):
     return np.r_[np.asarray(motion.states.coordinates[0]), np.asarray(motion.states.velocities[0])]
 
 
+@pytest.mark.long
 def test_semi_implicit_euler_is_that_of_mujoco(chain):
     links, _, state = chain
     model = rs.mujoco_model(links)
@@ -39,6 +40,7 @@ def test_semi_implicit_euler_is_that_of_mujoco(chain):
     np.testing.assert_allclose(euler(chain, 0.001), np.r_[data.qpos, data.qvel], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.long
 def test_semi_implicit_euler_sums_the_work():
     """What a damper takes from a mass that glides."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))

@@ -88,6 +88,7 @@ def test_an_event_that_is_no_number_has_a_status(ball, name):
         np.testing.assert_allclose(motion.end.coordinates, [0.01], atol=1e-12)
 
 
+@pytest.mark.long
 def test_an_event_in_the_last_of_fixed_steps(ball):
     motion = mbs.simulate(
         ball, mbs.State(0.0, [1.0], [0.0]), t1=0.5, dt=0.05, event=lambda s: s.t - 0.49 + 0.0 * s.t**2

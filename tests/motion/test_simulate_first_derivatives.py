@@ -44,6 +44,7 @@ def test_a_concrete_state_and_its_times_in_a_compiled_function():
     np.testing.assert_allclose(fixed, [2.0], atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_loop_of_welds_is_no_mechanism():
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
     b.body("bar", 4.0, com=(0.5, 0.0, 0.0), inertia=0.1)

@@ -54,14 +54,8 @@ CASES = {  # model, its numbers, the concrete system whose structure it has, end
 }
 
 
-LATER = {"loop": "long", "driven": "long", "slider_crank": "long", "squeezer": "long"}
-
-
-def _marks(name):
-    return [getattr(pytest.mark, LATER[name])] if name in LATER else []
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=_marks(name)) for name in CASES])
+@pytest.mark.long
+@pytest.mark.parametrize("name", CASES)
 def test_gradient_of_a_motion_by_the_design_is_that_of_differences(name):
     """Along one direction of all numbers, differences of fourth order; and every component is there."""
     model, numbers, concrete, end = CASES[name]

@@ -47,15 +47,15 @@ def found(motion):
     return np.stack([*parts, motion.internal("rubber.stretch"), motion.internal("motor.force")], axis=1)
 
 
-LONG, SLOW = pytest.mark.long, pytest.mark.slow
+LONG = pytest.mark.long
 ACCURATE = [
-    pytest.param({}, id="canonical"),
+    pytest.param({}, id="canonical", marks=LONG),
     pytest.param({"formulation": "independent"}, id="independent", marks=LONG),
     pytest.param({"formulation": "velocity"}, id="velocity", marks=LONG),
-    pytest.param({"interpolate": True, "rtol": 1e-11, "atol": 1e-11}, id="passing over saved times", marks=SLOW),
+    pytest.param({"interpolate": True, "rtol": 1e-11, "atol": 1e-11}, id="passing over saved times", marks=LONG),
     pytest.param({"loop": "diffeqsolve"}, id="diffeqsolve", marks=LONG),
     pytest.param({"solver": diffrax.Kvaerno5()}, id="Kvaerno5", marks=LONG),
-    pytest.param({"solver": mbs.ode.Gauss4(), "dt": 0.01}, id="Gauss4", marks=SLOW),
+    pytest.param({"solver": mbs.ode.Gauss4(), "dt": 0.01}, id="Gauss4", marks=LONG),
 ]
 
 

@@ -56,7 +56,7 @@ def rows_of(motion):
 
 
 @pytest.mark.parametrize(
-    "limit", [pytest.param(None, marks=pytest.mark.long), pytest.param(2.5, marks=pytest.mark.slow)]
+    "limit", [pytest.param(None, marks=pytest.mark.long), pytest.param(2.5, marks=pytest.mark.long)]
 )
 def test_a_sampled_speed_loop_of_a_motor(limit):
     system = motor(limit=limit)

@@ -29,6 +29,7 @@ def found(motion):
     )
 
 
+@pytest.mark.long
 def test_a_motor_with_a_loop_of_its_speed_follows_its_exponential():
     system = motor_loop.build()
     motion = mbs.simulate(system, mbs.State.at(system), ts=TIMES)
@@ -62,7 +63,7 @@ def test_gradients_by_gains_and_target_are_those_of_the_exponential(mode):
     np.testing.assert_allclose(slope, expected, rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_limited_loop_does_not_wind_up():
     system = motor_loop.build(limit=2.0)
     motion = mbs.simulate(system, mbs.State.at(system), ts=TIMES, rtol=1e-9, atol=1e-9)

@@ -52,7 +52,6 @@ ADAPTIVE += [diffrax.Dopri5(), diffrax.Kvaerno3(root_finder=NEWTON), diffrax.Kva
 FIXED = [diffrax.Euler(), diffrax.Tsit5(), diffrax.ImplicitEuler(root_finder=NEWTON), Verlet()]
 FIXED += [diffrax.LeapfrogMidpoint(), diffrax.ReversibleHeun()]
 CASES = [(solver, None) for solver in ADAPTIVE] + [(solver, 0.07) for solver in FIXED]
-QUICK = {"Verlet 0.07 False", "LeapfrogMidpoint 0.07 False"}
 
 
 def name(value):
@@ -60,12 +59,8 @@ def name(value):
 
 
 def cases():
-    """Every solver, landing on the saved times and passing over them; most of them wait for the long run."""
-    for lands in (True, False):
-        for solver, dt in CASES:
-            case = f"{name(solver)} {dt} {lands}"
-            mark = () if case in QUICK else pytest.mark.long
-            yield pytest.param(solver, dt, lands, marks=mark)
+    """Every solver, landing on the saved times and passing over them."""
+    return [(solver, dt, lands) for lands in (True, False) for solver, dt in CASES]
 
 
 def controller(dt):
@@ -99,7 +94,8 @@ def loss(ys):
     return jnp.sum(weights[:, None] * jnp.sin(ys[0])) + jnp.sum(weights[:, None] * ys[1] ** 2)
 
 
-@pytest.mark.parametrize("solver, dt, lands", [*cases()], ids=name)
+@pytest.mark.long
+@pytest.mark.parametrize("solver, dt, lands", cases(), ids=name)
 def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
     found = jax.jit(lambda: ours(integrate, STIFFNESS, START, problem(solver, dt, lands), dt))()
     wanted = jax.jit(lambda: theirs(solver, dt, lands, STIFFNESS, START))()
@@ -118,10 +114,9 @@ def test_steps_states_and_gradients_are_those_of_diffrax(solver, dt, lands):
         np.testing.assert_allclose(back((STIFFNESS, START))[0], gradient[0], rtol=1e-10, atol=1e-11)
 
 
-@pytest.mark.parametrize("lands", [True, pytest.param(False, marks=pytest.mark.long)], ids=["lands", "interpolates"])
-@pytest.mark.parametrize(
-    "solver", [diffrax.Bosh3(), pytest.param(diffrax.Kvaerno3(root_finder=NEWTON), marks=pytest.mark.long)], ids=name
-)
+@pytest.mark.long
+@pytest.mark.parametrize("lands", [True, False], ids=["lands", "interpolates"])
+@pytest.mark.parametrize("solver", [diffrax.Bosh3(), diffrax.Kvaerno3(root_finder=NEWTON)], ids=name)
 def test_a_full_log_takes_steps_again(solver, lands):
     """With few rows for many steps; one by one and side by side, with ends of their own."""
 
@@ -163,6 +158,7 @@ def test_too_few_steps_and_nothing_to_do():
         np.testing.assert_allclose(found, wanted, rtol=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("falls", [True, False])
 def test_an_event_ends_a_march_beside_the_zero(falls):
     """x = cos 2t passes a level; the last step ends within a millionth of itself."""

@@ -14,6 +14,7 @@ from jaxmbs.ode import Gauss4
 from jaxmbs.ode._events import Events
 from jaxmbs.ode._integrate import Arguments, end_of_motion, integrate_equations, saved_rows
 from jaxmbs.ode._options import make_options
+from tests.marks import cases
 
 PERIOD, END = 0.1, 1.05
 START = (jnp.array([0.4, -0.2]), jnp.array([0.0, 0.3, 0.0]), jnp.zeros(0))
@@ -110,14 +111,9 @@ CASES = {
     "fixed, of the samples": {"solver": Gauss4(), "dt": 0.0025},
     "implicit": {"solver": diffrax.Kvaerno5()},
 }
-QUICK = {"interpolates", "two periods"}
 
 
-def cases(quick, other):
-    return [pytest.param(case, marks=() if case in quick else other) for case in CASES]
-
-
-@pytest.mark.parametrize("case", cases(QUICK, pytest.mark.long))
+@pytest.mark.parametrize("case", cases(CASES, long={*CASES} - {"two periods"}))
 def test_rows_are_those_of_the_recursion(case):
     """One of each sample among them, where the state before it is saved."""
     periods = jnp.array(CASES[case].get("periods", (PERIOD,)))
@@ -146,7 +142,8 @@ def slopes_and_differences(value, at, gradient):
         yield jnp.sum(jax.tree.leaves(slope)[k] * way), difference
 
 
-@pytest.mark.parametrize("case", cases((), pytest.mark.long))
+@pytest.mark.long
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("gradient", ["reverse", "forward"])
 def test_derivatives(case, gradient):
     """By gains, the start's state and time, saved times, the end and the periods, against differences."""
@@ -205,6 +202,7 @@ def test_events_beside_samples(acts, gradient):
         np.testing.assert_allclose(slope, difference, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.long
 def test_a_motion_goes_on_from_a_sample():
     """From the state that was saved there, as if it had not been stopped; several side by side."""
 

@@ -18,6 +18,7 @@ def covariance(*stresses):
     return sum(jnp.outer(s, s) for s in map(jnp.asarray, stresses))
 
 
+@pytest.mark.long
 def test_principal_stress_of_one_state():
     """One plane stress that grows and falls: principal stress and greatest shear stress."""
     x, y, xy = 3.0, -1.0, 1.5

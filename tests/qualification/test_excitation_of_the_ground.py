@@ -66,6 +66,7 @@ def test_held_structure_is_that_of_the_whole_matrices(direction, blocks):
     np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-9 * np.abs(exact).max())
 
 
+@pytest.mark.long
 def test_two_feet_and_single_directions_held():
     """The ends are held in translation only; what turns there has mass with what is held."""
     whole, held = beam(), {"0": "x y z rx", "4": "y z"}
@@ -114,6 +115,7 @@ def test_ground_moved_by_named_coordinates_is_the_same():
     np.testing.assert_allclose(model.transfer(FREQUENCIES)[:, :, 0], found, rtol=1e-8)
 
 
+@pytest.mark.long
 def test_translated_structures_and_derivatives():
     system = fem.assemble(beam(held={"0": "all"}))
     shifted = system.translate((0.3, -0.2, 0.5))

@@ -34,6 +34,7 @@ def test_values_places_and_cases():
     assert "landing" in str(found) and "bolt x" in str(found)
 
 
+@pytest.mark.long
 def test_limit_values_and_response_spectra():
     """Loads without a place in time: limit values of pairs of modes, and peaks of a response spectrum."""
     limits = limit_loads(np.array([[3.0, 1.0], [-2.0, 0.5]]), np.array([[4.0, 1.0]]))
@@ -47,6 +48,7 @@ def test_limit_values_and_response_spectra():
     np.testing.assert_allclose([shock.highest[0], shock.lowest[0], shock.at_highest[0]], [4.0, -4.0, 40.0])
 
 
+@pytest.mark.long
 def test_derivative_is_that_of_the_case_that_determines_it():
     found = jax.grad(lambda x: envelope(jnp.asarray(FIRST), x).limits[0])(jnp.asarray(SECOND))
     expected = np.zeros((5, 2))

@@ -135,6 +135,7 @@ def test_wrong_conventions_are_refused(trap):
         TRAPS[trap]()
 
 
+@pytest.mark.long
 def test_conventions_that_are_converted():
     """Two-sided and angular spectra, ranges in place of amplitudes, a mean at the ultimate, a half cycle."""
     one = fatigue.psd_table([10.0, 20.0], [2.0, 4.0], unit=None)

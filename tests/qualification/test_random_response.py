@@ -88,6 +88,7 @@ def test_white_noise_against_scipy():
     assert np.all(np.isinf(found.moments[2, 3])) and np.all(np.isfinite(found.moments[0, 3]))
 
 
+@pytest.mark.long
 def test_closed_form_and_derivative_under_white_acceleration():
     """Miles with his neglected term: `a^2 = pi/2 f Q S (1 + 1 / Q^2)`."""
 
@@ -240,6 +241,7 @@ def test_von_mises_of_a_plane_stress():
     np.testing.assert_allclose(found.von_mises_rms(["s xx", "s yy", "s xy"]) ** 2, exact, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_faults_have_names():
     system, inputs = chain(SPRINGS), inputs_of_chain()
     with pytest.raises(ModelError, match="not damped"):
@@ -255,7 +257,7 @@ def test_faults_have_names():
         random_response(system, white, {"x": Coordinates("c z", "displacement", relative=False)}, ratios=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("ratios", [(1e-4, 0.3, 1e-5, 0.2), (1e-5, 1e-2, 1e-3, 0.7)])
 def test_twice_the_order_changes_nothing_at_close_poles_of_unlike_damping(ratios):
     omega = 2 * np.pi * np.array([100.0, 100.3, 400.0, 401.0])

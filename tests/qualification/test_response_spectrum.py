@@ -50,6 +50,7 @@ def table(f):
     return np.exp(np.interp(np.log(f), np.log(SLOPING[0]), np.log(SLOPING[1])))
 
 
+@pytest.mark.long
 def test_every_combination_against_modes_of_scipy():
     system = chain(SPRINGS)
     values, X = eigh(np.asarray(system.stiffness), np.diag(MASSES))
@@ -72,6 +73,7 @@ def test_every_combination_against_modes_of_scipy():
     assert "100 % of the mass" in str(found)
 
 
+@pytest.mark.long
 def test_missing_mass_is_static():
     """Below a flat spectrum the signed modes and the missing part sum to the static answer."""
     static = 3.0 * np.sum(MASSES)
@@ -83,6 +85,7 @@ def test_missing_mass_is_static():
     np.testing.assert_array_equal(found.missing, 0.0)
 
 
+@pytest.mark.long
 def test_moved_foot_has_its_own_mass_among_the_missing():
     K, M = np.array([[4e3, -4e3], [-4e3, 4e3]]), np.diag([0.7, 2.0])
     system = LinearSystem(
@@ -95,6 +98,7 @@ def test_moved_foot_has_its_own_mass_among_the_missing():
     np.testing.assert_allclose(found.peaks, np.hypot(6.0, 2.1), rtol=1e-12)
 
 
+@pytest.mark.long
 def test_oscillator_under_its_own_shock_spectrum():
     """The peak of one oscillator is its shock spectrum, of any kind."""
     pulse, step, w = 50 * np.sin(np.pi * np.arange(201) / 200), 1e-4, 2 * np.pi * 40.0
@@ -156,6 +160,7 @@ def test_gradient_where_frequencies_repeat():
         jax.block_until_ready(jax.grad(lambda k: pair_peak(k, "srss"))(PAIR))
 
 
+@pytest.mark.long
 def test_faults():
     system = chain(SPRINGS)
     with pytest.raises(ModelError) as error:

@@ -143,7 +143,7 @@ def test_a_record_that_is_not_finite_has_no_spectrum_where_it_is_traced():
     assert np.all(np.isnan(lost))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_response_after_the_pulse_is_that_under_zeros():
     step, frequencies = 1e-5, np.array([20.0, 35.0, 60.0, 150.0])
     t = np.arange(1100) * step

@@ -63,6 +63,7 @@ def test_gradient_of_the_damage_by_every_stiffness(method):
     np.testing.assert_allclose(many[1], damage(1.2 * SPRINGS), rtol=1e-10)
 
 
+@pytest.mark.long
 def test_faults():
     found = response()
     with pytest.raises(ModelError, match="x y z xy yz zx"):

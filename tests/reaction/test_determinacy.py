@@ -122,6 +122,7 @@ def test_marks_are_those_of_the_null_space(name):
         assert name == "strut" or np.any(seen[0] != seen[-1])  # and belongs to a pose
 
 
+@pytest.mark.long
 def test_what_is_unique_does_not_move_with_the_compliances():
     system, states = on_a_turntable()
     plain, soft = (

@@ -51,6 +51,7 @@ def test_two_actuators_share_by_the_least_norm(driven, motion):
     np.testing.assert_allclose(found["D"][:, 0], effort * ratio / (1.0 + ratio**2), rtol=1e-7)
 
 
+@pytest.mark.long
 def test_accelerations_given():
     """Of a state at rest held where it is: the actuator carries the weights."""
     state = mbs.State.at(four_bar(), A=0.7, guess={"B": -0.2, "D": 1.2})
@@ -64,6 +65,7 @@ def test_accelerations_given():
     np.testing.assert_allclose(found["A"][0], slope, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_too_few_actuators_are_said():
     b = mbs.SystemBuilder(gravity=DOWN_Y)
     for k in range(2):

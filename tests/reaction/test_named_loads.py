@@ -114,7 +114,7 @@ def test_actuators_in_place_of_the_drives(rotors):
         loads.drive("coupler 1")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_couplers_and_rows_say_what_they_leave_out(rotors):
     """Bearings of tied shafts are short of the forces where the teeth touch, whichever way they are tied; the axial
     moment is known all the same, and nothing else is marked."""
@@ -127,6 +127,7 @@ def test_couplers_and_rows_say_what_they_leave_out(rotors):
     assert "bearings carry no contact forces of coupler, rows, slip" in repr(loads)
 
 
+@pytest.mark.long
 def test_contact_goes_through_the_joints_between():
     """A gear from the first arm to the third: the joint between is short of it as well, that to the tool is not."""
     b = mbs.SystemBuilder()
@@ -141,6 +142,7 @@ def test_contact_goes_through_the_joints_between():
     assert loads["J3"].unique_force.all() and not loads["J1"].unique_force.any()
 
 
+@pytest.mark.long
 def test_couplers_that_share_have_no_one_multiplier():
     """Two gears between the same shafts share the work; a third between others does not."""
     b = mbs.SystemBuilder()
@@ -159,7 +161,7 @@ def test_couplers_that_share_have_no_one_multiplier():
     assert "other couples coordinates: reactions of c, d do not include its contact forces" in said
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_names_are_found_behind_the_right_door(rotors):
     loads = mbs.reactions(*rotors)
     for wrong, right in (

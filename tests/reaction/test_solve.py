@@ -45,6 +45,7 @@ def test_pendulum_in_closed_form(pendulum):
     assert loads["pin"].unique_force.all() and loads["pin"].unique_moment.all()
 
 
+@pytest.mark.long
 def test_sides_are_opposite_and_axes_are_turned(pendulum):
     system, state = pendulum
     child, parent = mbs.reactions(system, state), mbs.reactions(system, state, side="parent")
@@ -65,6 +66,7 @@ def test_unknown_frame_or_side(pendulum, option):
         mbs.reactions(*pendulum, **option)
 
 
+@pytest.mark.long
 def test_moment_is_about_the_origin_on_that_side():
     """A slider loaded across its guide: on the parent's side the moment refers to the guide's own origin."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
@@ -90,7 +92,9 @@ def cantilever(drive):
     return b.build()
 
 
-@pytest.mark.parametrize("drive", [None, lambda t: 0.0 * t], ids=["welded", "driven"])
+@pytest.mark.parametrize(
+    "drive", [None, pytest.param(lambda t: 0.0 * t, marks=pytest.mark.long)], ids=["welded", "driven"]
+)
 def test_static_cantilever(drive):
     system = cantilever(drive)
     loads = mbs.reactions(system, mbs.State.at(system))
@@ -107,6 +111,7 @@ def test_static_cantilever(drive):
 
 
 # ------------------------------------------------------------------------------------------ redundant loads
+@pytest.mark.long
 def test_two_pins_share_what_statics_cannot_tell():
     """A beam on two pins: the weight by levers, the pull along the beam in halves."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)
@@ -152,7 +157,7 @@ def test_compliant_joints_take_less(right):
         mbs.reactions(system, mbs.State.at(system), compliance={"middle": np.ones(6)})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_redundant_drives_share_the_torque():
     """Two motors on one shaft, one declared from the shaft to the ground: the halves have opposite signs."""
     b = mbs.SystemBuilder(gravity=DOWN_Y)
@@ -207,7 +212,7 @@ def table(point, support):
     return b.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("support, redundant, marks", [("plane", 1, (1, 1, 0)), ("ball", 6, (0, 0, 0))])
 def test_a_table_on_four_legs_takes_the_least_norm(support, redundant, marks):
     x, y = 0.3, 0.1
@@ -222,7 +227,7 @@ def test_a_table_on_four_legs_takes_the_least_norm(support, redundant, marks):
         np.testing.assert_array_equal(loads[f"foot_{k}"].unique_force, np.array(marks, bool))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_three_legs_are_determined():
     b = mbs.SystemBuilder()
     b.body("table", mass=10.0, com=(0.2, 0.1, 0.3), inertia=np.ones(3))
@@ -327,7 +332,7 @@ def test_every_body_of_a_random_tree_is_in_equilibrium(random_tree):
     assert newton_euler(system, state, mbs.reactions(system, state)) < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_joint_forces_of_pinocchio(random_tree):
     links, system, state = random_tree
     model = rs.pinocchio_model(links)
@@ -351,7 +356,7 @@ def test_reactions_along_a_motion_are_those_of_its_states(pendulum):
     assert np.all(np.asarray(together.residual) < 1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_coupled_joints_carry_the_gear_load_inside():
     """Two flywheels geared 1 : -2: efforts +-lambda times the coefficients, moments of the pins the same."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
@@ -370,6 +375,7 @@ def test_coupled_joints_carry_the_gear_load_inside():
 
 
 # --------------------------------------------------------------------------------------------- kinds of programs
+@pytest.mark.long
 def test_loads_do_not_depend_on_their_number(pendulum):
     """Loads of 1 000 and of 1 001 numbers agree to the last digit: no size chooses a compiler."""
     system, _ = pendulum

@@ -48,6 +48,7 @@ def test_loads_along_a_given_trajectory_of_a_loop():
     assert not mbs.reactions(system, state, accelerations=a + 1.0, actuators=["A"]).ok
 
 
+@pytest.mark.long
 def test_forces_of_named_laws():
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     b.body("slide", 1.0)
@@ -81,6 +82,7 @@ class Tooth(mbs.forces.AbstractSignal):
         return psi[0] - self.ratio * psi[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["coupler", "rows"])
 def test_loads_of_named_rows(kind):
     """Two wheels geared 1 : 2 under a torque: the tooth's moments stand in that ratio."""

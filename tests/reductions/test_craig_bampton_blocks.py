@@ -94,6 +94,7 @@ def test_derivatives_where_modes_repeat(mode):
     np.testing.assert_allclose(slope, (values[1] - values[0]) / 2e-4, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_bad_input():
     K, M = matrices(jnp.asarray(1.0))
     with pytest.raises(ValueError, match="no coordinate or node 108"):

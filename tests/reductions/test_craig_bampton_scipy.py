@@ -10,7 +10,7 @@ from tests.structural_matrices import beam, component
 INTERFACE = (0, 1, 40, 41)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sparse_equals_dense():
     K, M = (np.asarray(A) for A in beam(20))
     dense = reduce(component(*beam(20), INTERFACE, 0.01 * beam(20)[0]), CraigBampton(6))

@@ -140,6 +140,7 @@ def test_loads_of_an_inclined_rod_in_closed_form():
         np.testing.assert_allclose(element_loads(k, T, jnp.asarray(x)), [-pull, pull], atol=1e-12)
 
 
+@pytest.mark.long
 def test_mode_acceleration_in_time_and_with_damping():
     """Exact for an exact motion, whatever its damping; at three times at once."""
     rng = np.random.default_rng(1)
@@ -151,7 +152,7 @@ def test_mode_acceleration_in_time_and_with_damping():
     np.testing.assert_allclose(interface_forces(damped, x, a, load, v), 0.0, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_frequency_error_estimates():
     """Estimates of the free beam's frequency errors lie within a factor of two of the true ones."""
     interface = (0, 1, 20, 21)
@@ -164,7 +165,7 @@ def test_frequency_error_estimates():
     assert np.all((ratio > 0.5) & (ratio < 2.0))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_number_of_modes_up_to_a_frequency():
     """The helper's number gives one per cent up to that frequency."""
     interface = (0, 1, 20, 21)
@@ -177,7 +178,7 @@ def test_number_of_modes_up_to_a_frequency():
     np.testing.assert_allclose(found[2:6], exact[2:6], rtol=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_characteristic_modes():
     """All of them change nothing; fewer come from above."""
     whole = held_modes(K, M, (0, 1, 8, 9, 20, 21), 5)
@@ -208,7 +209,7 @@ def cage():
     return jnp.asarray(stiffness), jnp.eye(15), p
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rigid_and_averaged_interfaces():
     """Both see a rigid motion as it is; the averaged one lets its nodes strain, the rigid one does not."""
     K, M, p = cage()

@@ -21,6 +21,7 @@ from jaxmbs.reductions import (
     reduce,
     support_motions,
 )
+from tests.marks import cases
 from tests.structural_matrices import beam, chain, component, double_cross
 
 ELEMENTS, N = 8, 18
@@ -106,8 +107,14 @@ def test_statics_mass_and_frequencies(name):
                 assert found[2] < 1.2 * exact[2]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in REDUCTIONS if name not in ("rubin", "mixed", "loaded")])
+@pytest.mark.parametrize(
+    "name",
+    cases(
+        [name for name in REDUCTIONS if name not in ("rubin", "mixed", "loaded")],
+        long=["macneal", "craig_chang", "mixed_one_rigid"],
+        rest=pytest.mark.slow,
+    ),
+)
 def test_gradient_against_differences(name):
     """A response of the interface at one frequency, by stiffness, mass and length; `mixed` once for all its kinds."""
     method = REDUCTIONS[name][0]
@@ -133,12 +140,14 @@ def whole_bases(K, M):
     )
 
 
+@pytest.mark.long
 def test_whole_bases_are_exact():
     """With all modes each gives back the whole component."""
     for reduced in whole_bases(*WHOLE)[:3]:
         np.testing.assert_allclose(values(reduced.stiffness, reduced.mass), values(*WHOLE), rtol=1e-6, atol=1e-3)
 
 
+@pytest.mark.long
 def test_spaces_that_are_one():
     """Craig and Chang's is Rubin's, Hurty's is Craig and Bampton's, mixed with all fixed too."""
     base = reduced_by("craig_bampton")
@@ -186,6 +195,7 @@ def test_motions_of_supports():
     np.testing.assert_allclose(found, np.stack(lifted, axis=1), atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", [CraigBampton(16), MacNeal(16, num_rigid=0)], ids=["held", "free"])
 def test_derivatives_where_modes_repeat(method):
     """The double cross: each mode of its equal arms many-fold, whole groups kept; a spring on one arm parts them."""
@@ -209,6 +219,7 @@ def test_coupling_modes_cost_the_interior_nothing():
     np.testing.assert_allclose((K @ T)[INNER], 0.0, atol=1e-8)
 
 
+@pytest.mark.long
 def test_single_precision_and_batches():
     stiffness = jnp.array([1.0, 2.0], jnp.float32)
     K, M = (a.astype(jnp.float32) for a in model())
@@ -228,7 +239,7 @@ def test_single_precision_and_batches():
             "mass has 9 rows, not 18",
         ),
         (lambda K, M: reduce(component(K, M, (0,)), Guyan()), "singular with the interface fixed"),
-        (lambda K, M: by(Rubin(1), K, M), "at least 2: all rigid motions"),
+        pytest.param(lambda K, M: by(Rubin(1), K, M), "at least 2: all rigid motions", marks=pytest.mark.long),
         (lambda K, M: reduce(component(K, M, (0,)), Hurty(1)), "cannot support all of the 2 rigid motions"),
         (lambda K, M: reduce(component(K, M, (0, 1)), Hurty(1, determinate=(4,))), "4 are not in the interface"),
         (lambda K, M: reduce(component(K, M, (0, 1)), Mixed(3, fixed=(4,))), "4 are not in the interface"),

@@ -105,6 +105,7 @@ def mirrored(part):
     return tuple(reduce(part, Mirror("x", ["p"], antisymmetric=anti)) for anti in (False, True))
 
 
+@pytest.mark.long
 def test_two_families_are_the_portal():
     """Frequencies of both families, and what any forces do."""
     part, whole = half(), portal()
@@ -114,6 +115,7 @@ def test_two_families_are_the_portal():
     check_statics(families, part, whole)
 
 
+@pytest.mark.long
 def test_mirror_image_joined_to_the_half():
     part, whole = half(), portal()
     net = connect({"left": part, "right": rotate(part, ACROSS_X)}, {"middle": rigid_bond("left.p", "right.p")})
@@ -141,6 +143,7 @@ def test_subsystems_of_one_family_joined():
     np.testing.assert_allclose(moved, -x[list(whole.rows("b"))], rtol=1e-7, atol=1e-10)
 
 
+@pytest.mark.long
 def test_gradient_by_the_height_of_the_portal():
     """Compliance of one corner pushed: half of either family's, against differences of the whole."""
 
@@ -161,7 +164,7 @@ def test_gradient_by_the_height_of_the_portal():
     np.testing.assert_allclose(slope, (exact(1.1 + 1e-5) - exact(1.1 - 1e-5)) / 2e-5, rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_quarter_of_a_membrane_in_closed_form():
     """Three by three masses in a fixed frame, by four families of a quarter; the way back finds all images."""
     T, m = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.diag([1.0, 0.5])  # half a string: its middle is halved
@@ -321,7 +324,7 @@ def test_a_ring_of_masses_in_closed_form():
     np.testing.assert_allclose(motion[:, 1], np.roll(motion[:, 0], -1), atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_reduced_sector_has_its_way_back():
     """Fixed-interface modes of a sector first, all of them kept: the ring's frequencies; inner motions come back."""
     N, part = 4, sector(4)

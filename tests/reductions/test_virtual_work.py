@@ -123,6 +123,7 @@ def test_bonds_of_a_network_do_no_work_together():
     np.testing.assert_allclose(sum(works), 0.0, atol=1e-8)
 
 
+@pytest.mark.long
 def test_whole_numbers_and_single_precision():
     """Loads and coordinates in whole numbers are numbers like others; single precision stays single."""
     ones = np.ones(N, int)
@@ -139,6 +140,7 @@ def test_whole_numbers_and_single_precision():
     np.testing.assert_allclose(both[2], next(apart) + 1j * next(apart), rtol=1e-12)
 
 
+@pytest.mark.long
 def test_gradient_and_batches():
     """Generalised forces by the stiffness of one half, against differences, for two loads at once."""
     _, R, f = moving()

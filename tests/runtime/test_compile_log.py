@@ -30,6 +30,7 @@ def program(number):
     return springy
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("_restored")
 def test_a_long_compile_is_named_and_its_time_told(capsys):
     mbs.runtime.report_compiles(after=0.0)
@@ -41,6 +42,7 @@ def test_a_long_compile_is_named_and_its_time_told(capsys):
     )
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("_restored")
 @pytest.mark.parametrize("after", [None, 600.0])
 def test_nothing_is_said_when_it_is_off_or_was_quick(capsys, after):

@@ -206,6 +206,7 @@ def pendulum(law):
     return b.build()
 
 
+@pytest.mark.long
 def test_a_law_defined_again_compiles_nothing():
     """As a lambda in a loop does; with another number in it the answer is another one."""
     traced = []

@@ -128,7 +128,7 @@ def reading(factor):
     return space["law"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("make", [pulling, reading, lambda k: lambda x, v, t, k=k: -k * x])
 def test_laws_of_one_name_are_told_apart(make, tmp_path):
     """By the numbers that they close over, read or have as a default; the same law defined again is the same."""

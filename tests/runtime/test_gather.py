@@ -31,7 +31,15 @@ def test_take(places):
     np.testing.assert_allclose(found, wanted, rtol=1e-14)
 
 
-@pytest.mark.parametrize("number", [1, tuning.ROWS_TOGETHER, tuning.ROWS_TOGETHER + 1, 3 * tuning.ROWS_TOGETHER])
+@pytest.mark.parametrize(
+    "number",
+    [
+        1,
+        tuning.ROWS_TOGETHER,
+        pytest.param(tuning.ROWS_TOGETHER + 1, marks=pytest.mark.long),
+        3 * tuning.ROWS_TOGETHER,
+    ],
+)
 def test_over_rows(number):
     x, t = jnp.asarray(np.random.default_rng(2).normal(size=(number, 3))), jnp.arange(float(number))
     value = lambda x: map_chunked(lambda row: jnp.sin(row[0]) * row[1], (x, t))

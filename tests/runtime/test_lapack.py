@@ -10,6 +10,7 @@ from jax.test_util import check_grads
 from jaxmbs.math import _square as square
 from jaxmbs.ode._linear_solver import SquareSolver
 from jaxmbs.runtime import lapack, tuning
+from tests.marks import cases
 
 SIZES = [0, 1, 7, tuning.ELIMINATED_UNKNOWNS, tuning.ELIMINATED_UNKNOWNS + 5]
 
@@ -26,7 +27,7 @@ def _definite(n, seed=0):
 
 
 @pytest.mark.parametrize("dtype", [float, complex])
-@pytest.mark.parametrize("n", SIZES)
+@pytest.mark.parametrize("n", cases(SIZES, long=SIZES[2:]))
 def test_general_systems_as_numpy(n, dtype):
     A, B = _matrix(n, dtype), _matrix(n, dtype, 1)[:, : max(1, n // 2)]
     np.testing.assert_allclose(square.solve(A, B), np.linalg.solve(A, B), rtol=1e-9, atol=1e-11)
@@ -44,7 +45,8 @@ def test_rows_that_must_change_places():
     assert not np.all(np.isfinite(square.solve(jnp.ones((2, 2)), jnp.ones(2))))
 
 
-@pytest.mark.parametrize("n", [4, pytest.param(tuning.ELIMINATED_UNKNOWNS + 2, marks=pytest.mark.slow)])
+@pytest.mark.long
+@pytest.mark.parametrize("n", [4, tuning.ELIMINATED_UNKNOWNS + 2])
 def test_derivatives_of_two_orders(n):
     A, S, b = _matrix(n), _definite(n), _matrix(n, seed=1)[:, :2]
 
@@ -62,7 +64,7 @@ def test_derivatives_of_two_orders(n):
     check_grads(everything, (0.3,), 2, rtol=2e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("n", [3, tuning.ELIMINATED_UNKNOWNS + 1])
 def test_batches_give_what_single_calls_give(n):
     A = jnp.stack([_matrix(n, seed=k) for k in range(6)]).reshape(2, 3, n, n)
@@ -84,6 +86,7 @@ def test_batches_give_what_single_calls_give(n):
     np.testing.assert_allclose(A.astype(X.dtype) @ X, X * values[..., None, :], atol=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n", [3, tuning.ELIMINATED_UNKNOWNS + 1])
 def test_gradients_of_batches(n):
     A = jnp.stack([_matrix(n, seed=k) for k in range(3)])
@@ -92,7 +95,7 @@ def test_gradients_of_batches(n):
     np.testing.assert_allclose(found, right, rtol=1e-7, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_as_a_solver_of_lineax():
     A, b = _matrix(5), jnp.arange(5.0)
 

@@ -22,6 +22,7 @@ def test_batches_are_seen():
 
 
 LONG = ("equilibrium", "linearise", "simulate, Gauss", "simulate, implicit")
+LONG += ("State.at", "reactions", "stiffness", "simulate", "modes", "block modes")
 
 
 @pytest.mark.parametrize(
@@ -52,11 +53,8 @@ def _check_compiled(function):
     assert all(matrices == 1 for _, matrices in calls), calls
 
 
-def _marked(name):
-    return pytest.param(name, marks=pytest.mark.slow if name == "simulate and reactions" else pytest.mark.long)
-
-
-@pytest.mark.parametrize("name", [_marked(name) for name in PROGRAMS])
+@pytest.mark.long
+@pytest.mark.parametrize("name", PROGRAMS)
 def test_compiled_programs(name):
     _check_compiled(PROGRAMS[name])
 

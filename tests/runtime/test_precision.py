@@ -64,7 +64,7 @@ print(json.dumps(said))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_programs_are_forgotten_when_the_setting_changed(monkeypatch):
     """Once for each change, and not in the middle of a trace."""
     cleared = []

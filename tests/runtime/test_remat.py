@@ -12,6 +12,7 @@ from jaxmbs.runtime import remat, save_factor, tuning
 pytestmark = pytest.mark.usefixtures("tricks_on")
 
 
+@pytest.mark.long
 def test_a_solution_is_not_looked_for_again():
     def value(x):
         return jnp.sum(remat(lambda x: jnp.sin(spd_solve(jnp.diag(x), jnp.ones(3))))(x))

@@ -16,7 +16,7 @@ def cube(x, y=2.0):
 X = jnp.array([1.0, -2.0])
 
 
-@pytest.mark.parametrize("wrap", [lambda f: f, jax.jit], ids=["eager", "jit"])
+@pytest.mark.parametrize("wrap", [pytest.param(lambda f: f, marks=pytest.mark.long), jax.jit], ids=["eager", "jit"])
 def test_reverse_passes_and_forward_is_told(wrap):
     np.testing.assert_array_equal(wrap(cube)(X), 2.0 * jnp.sum(X**3))
     np.testing.assert_array_equal(wrap(jax.grad(cube))(X), 6.0 * X**2)

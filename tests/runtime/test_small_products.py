@@ -58,7 +58,7 @@ def in_loops(A):
     return small_matmul(x, A), *saddle_solve(H, A[:1], x[0], x[1, :1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("function", [in_loops, lambda A: jax.jvp(in_loops, (A,), (A.T,))[1]])
 def test_inside_of_loops_and_calls(function):
     A = jnp.asarray(M) / 3.0

@@ -139,7 +139,8 @@ def answers():
 ANSWERS = []
 
 
-@pytest.mark.parametrize("trick", ["all", *(pytest.param(name, marks=pytest.mark.long) for name in TRICKS)])
+@pytest.mark.long
+@pytest.mark.parametrize("trick", ["all", *TRICKS])
 def test_answers_do_not_depend_on_a_trick(trick):
     if not ANSWERS:
         ANSWERS.append(answers())

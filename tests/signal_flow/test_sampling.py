@@ -55,7 +55,7 @@ def test_all_faults_are_in_one_report():
         assert part in text
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_instant_of_sampled_blocks():
     """Two periods, one block after the other, a loop of blocks, and an output of several numbers."""
     b = builder()

@@ -105,7 +105,7 @@ QUESTIONS = {
 }
 
 
-LONG = ("poles", "powers", "stiffness", "reactions")
+LONG = ("poles", "powers", "stiffness", "reactions", "accelerations", "force of an element")
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ def bracket(effort=None):
     return Bonds.from_arrays(["strut", "tie"], bonds, position, carries=[(1, 1, 1, 1, 1, 0)] * 3, effort=effort)
 
 
+@pytest.mark.long
 def test_a_bracket_of_two_bars():
     """Strut and tie pinned to the wall, 1 kN down at the tip.
 
@@ -36,6 +37,7 @@ def test_a_bracket_of_two_bars():
     np.testing.assert_allclose(found.components[:, 3:], 0.0, atol=1e-8)
 
 
+@pytest.mark.long
 def test_a_spring_in_a_pin():
     """A torsion spring at the tip turns the tie by 7 N m and the strut back: couples of the pins' forces."""
     tip, high = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.5773502691896257, 0.0])
@@ -47,6 +49,7 @@ def test_a_spring_in_a_pin():
         np.testing.assert_allclose(np.cross(arm, found["tip"].force)[2], -7.0, atol=1e-11)
 
 
+@pytest.mark.long
 def test_a_warren_truss_of_seven_bars():
     """Bars as bonds that carry one force between pins as bodies.
 
@@ -84,6 +87,7 @@ def table(carries, size=1.0, **options):
     return Bonds.from_arrays(["table"], bonds, position, carries=[carries] * 4 + [(1, 1, 0, 0, 0, 1)], **options)
 
 
+@pytest.mark.long
 def test_a_table_on_four_legs_is_exactly_symmetric():
     x, y = 0.3, 0.1
     bonds = table((0, 0, 1, 0, 0, 0))
@@ -96,6 +100,7 @@ def test_a_table_on_four_legs_is_exactly_symmetric():
     assert marks == ((False, False, True, False, False, False),) * 4 + ((False,) * 6,)
 
 
+@pytest.mark.long
 def test_stiff_legs_take_more():
     """One leg of vanishing compliance against three: springs in parallel, by the 3 x 3 stiffness of the plate."""
     c = np.array([0.5, 1.0, 2.0, 4.0])
@@ -109,6 +114,7 @@ def test_stiff_legs_take_more():
     np.testing.assert_allclose(found.components[:4, 2], arms @ plate / c, rtol=1e-11)
 
 
+@pytest.mark.long
 def test_feet_close_together():
     """Nearly singular: the feet of a narrow table, a hundredth of the characteristic length apart, hold a moment."""
     loads = applied(["table"], {"table": [((0.0, 0.0, -1.0), (0.3, 0.1, 0.0))]})
@@ -132,6 +138,7 @@ def test_four_bar_in_space_has_the_papers_counts():
     assert np.abs(Q @ reaction_matrix(bonds).directions.T @ np.reshape(stress, (3, -1)).T).max() < 1e-13
 
 
+@pytest.mark.long
 def test_four_bar_against_dense_algebra():
     bonds = four_bar()
     loads = random_loads(bonds)
@@ -149,7 +156,14 @@ def test_loads_that_would_move_the_network_show():
 
 
 # ---------------------------------------------------------------------------------------------- random networks
-@pytest.mark.parametrize("graph, method", [("tree", "auto"), ("all of them", "force"), ("all of them", "nodal")])
+@pytest.mark.parametrize(
+    "graph, method",
+    [
+        ("tree", "auto"),
+        pytest.param("all of them", "force", marks=pytest.mark.long),
+        pytest.param("all of them", "nodal", marks=pytest.mark.long),
+    ],
+)
 def test_random_networks_against_dense_algebra(graph, method):
     bonds = random_bonds(graph, seed=3)
     loads = random_loads(bonds)
@@ -158,6 +172,7 @@ def test_random_networks_against_dense_algebra(graph, method):
     assert found.relative_residual < 1e-13 and found.relative_free_residual < 1e-11
 
 
+@pytest.mark.long
 def test_the_family_holds_the_solution_and_equilibrium():
     bonds = random_bonds("all of them", seed=3)
     loads = random_loads(bonds)
@@ -168,6 +183,7 @@ def test_the_family_holds_the_solution_and_equilibrium():
     np.testing.assert_allclose(Q.incidence @ np.asarray(other).reshape(-1), loads.reshape(-1), atol=1e-11)
 
 
+@pytest.mark.long
 def test_other_compliances_change_only_what_is_undetermined():
     bonds = random_bonds("all of them", seed=3)
     loads = random_loads(bonds)
@@ -208,6 +224,7 @@ def test_nodes_and_parameters_agree_on_sixty_loops(long_ladder):
         assert found.relative_residual < 1e-13 and found.relative_free_residual < 1e-11
 
 
+@pytest.mark.long
 def test_redundancy_by_projection_is_that_of_the_decomposition():
     bonds = random_bonds("loops", seed=3)
     dense, projected = redundancy(bonds, "svd"), redundancy(bonds, "random projection")
@@ -229,7 +246,7 @@ def test_redundancy_of_many_loops():
 
 
 # -------------------------------------------------------------------------------------- batches and precisions
-@pytest.mark.slow
+@pytest.mark.long
 def test_vmap_over_loads_and_positions():
     bonds = random_bonds("loops", seed=3, most_free=1)
     loads = jnp.stack([jnp.asarray(random_loads(bonds, seed)) for seed in range(3)])
@@ -241,7 +258,7 @@ def test_vmap_over_loads_and_positions():
     assert found["bond 2"].force.shape == (3, 3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_single_precision():
     single, double = (random_bonds("all of them", seed=3, dtype=dtype) for dtype in (np.float32, np.float64))
     loads = random_loads(double)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from jaxmbs.statics import bond_reactions
+from tests.marks import cases
 from tests.statics.networks import applied, four_bar, random_bonds, random_loads
 
 LEAVES = ("position", "frame", "effort", "compliance", "length")
@@ -35,8 +36,7 @@ def along(step, x, h):
     return jax.tree.map(lambda a, b: a + h * b, x, step)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [*LEAVES, "loads"])
+@pytest.mark.parametrize("name", cases([*LEAVES, "loads"], long=["position", "frame"], rest=pytest.mark.slow))
 def test_gradient(problem, name):
     both, _, numbers, step = problem
     only = {key: x if key == name else jnp.zeros_like(x) for key, x in step.items()}
@@ -49,6 +49,7 @@ def test_gradient(problem, name):
         np.testing.assert_allclose(exact, slope, rtol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("problem", ["force"], indirect=True)
 def test_second_derivative(problem):
     both, loss, numbers, step = problem
@@ -62,13 +63,15 @@ def test_second_derivative(problem):
         np.testing.assert_allclose(exact[name], slope[name], atol=1e-5 * scale + 1e-7)
 
 
+@pytest.mark.long
 def test_gradient_without_loads_is_finite(problem):
     both, _, numbers, _ = problem
     idle = {**numbers, "effort": 0.0 * numbers["effort"], "loads": 0.0 * numbers["loads"]}
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(both(idle)))
 
 
-@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("order", [1, 2])
 def test_planar_loop_in_space_by_its_lengths(order):
     """Redundant at every length: the undetermined reactions have first and second derivatives too."""
 

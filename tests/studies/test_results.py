@@ -57,7 +57,7 @@ def test_files(swinging, tmp_path):
         pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / f"{name}.parquet"), frame)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reactions(swinging):
     _, motion, loads = swinging
     found = loads.to_xarray(motion.ts)

@@ -81,7 +81,7 @@ def test_mobilities_of_the_table():
     np.testing.assert_allclose(mobility_from_gain(25.0, 2.0, 3.0), 25 / 6, rtol=1e-12)  # numbers too
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_light_damping_makes_one_mode_the_whole():
     """At a resonance of 0.1 % the transmissibility is the gain of that mode but for the others' part of a percent."""
     found = resonance_gains(K=jnp.asarray(K), M=jnp.asarray(M), base=BASE, out=OUT, ratios=1e-3, num=2)
@@ -90,6 +90,7 @@ def test_light_damping_makes_one_mode_the_whole():
     assert np.all(np.abs(whole[0]) > 100) and found.gains.shape == (2, 3, 2)
 
 
+@pytest.mark.long
 def test_gradient_of_a_gain():
     """Of the tip's gain in the first mode by stiffness and by mass, against differences."""
 

@@ -8,6 +8,7 @@ import scipy.linalg
 from jaxmbs.vibration import complex_modes, transmissibility
 
 
+@pytest.mark.long
 def test_free_motion_of_two_masses_from_complex_modes():
     """Equation (42): accelerations from a displacement and a velocity, at the start and later."""
     K, C = np.array([[7.0, -3.0], [-3.0, 4.0]]), np.array([[0.5, -0.1], [-0.1, 0.2]])
@@ -22,7 +23,7 @@ def test_free_motion_of_two_masses_from_complex_modes():
         np.testing.assert_allclose(modes.acceleration(amplitudes, t), moved[2:], rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_transmissibility_of_a_mass_on_a_spring_and_damper():
     """`(k + i w c) / (k + i w c - m w^2)`, above and below the resonance."""
     k, c, m, w = 5.0, 0.3, 2.0, np.array([0.5, 1.6, 4.0])

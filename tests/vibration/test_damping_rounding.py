@@ -19,7 +19,15 @@ def conservative(kind, seed, n=6):
     return [jnp.asarray(unit @ A @ unit) for A in (B.T @ B, C, M)]
 
 
-@pytest.mark.parametrize("kind", ["plain", "units", "free", "gyroscopic"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param("plain", marks=pytest.mark.long),
+        pytest.param("units", marks=pytest.mark.long),
+        "free",
+        "gyroscopic",
+    ],
+)
 def test_undamped_systems_neither_grow_nor_decay(kind):
     for seed in range(8):
         K, C, M = conservative(kind, seed)
@@ -44,7 +52,7 @@ def test_a_little_damping_is_seen(kind, ratio):
         np.testing.assert_allclose(modes.roots.real[elastic], -damping / 2, rtol=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_damping_that_is_rounding_keeps_its_derivative():
     """At no damping the ratio is zero, its slope `1 / (2 w)`."""
     K, M = jnp.diag(jnp.array([1.0, 9.0])), jnp.eye(2)
@@ -52,7 +60,7 @@ def test_damping_that_is_rounding_keeps_its_derivative():
     np.testing.assert_allclose(slope, [1 / 2, 1 / 2, 1 / 6, 1 / 6], rtol=1e-12)
 
 
-@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+@pytest.mark.parametrize("scale", [pytest.param(1e-12, marks=pytest.mark.long), 1.0, 1e12])
 def test_pairs_stay_side_by_side(scale):
     """Oscillators of one frequency, and of frequencies far below and above one: each root before its conjugate."""
     K = scale**2 * jnp.diag(jnp.array([4.0, 4.0, 4.0 * (1 + 1e-13), 9.0]))

@@ -36,7 +36,8 @@ def response():
     return K, M, np.asarray(load), omega, solve
 
 
-@pytest.mark.parametrize("chunk", [pytest.param(5, marks=pytest.mark.slow), 37])
+@pytest.mark.long
+@pytest.mark.parametrize("chunk", [5, 37])
 def test_every_frequency_against_a_dense_solve(response, chunk):
     K, M, load, omega, solve = response
     x = solve(K, M, chunk)
@@ -46,6 +47,7 @@ def test_every_frequency_against_a_dense_solve(response, chunk):
         np.testing.assert_allclose(x[i, :, 0], np.linalg.solve(k * (1 + 0.01j * w) - w**2 * m, load[:, 0]), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_tip_receptance_in_closed_form():
     """A chain driven at its free end: sin and cosine of the phase per cell, `w = 2 sqrt(k/m) sin(theta/2)`."""
     K, M = chain(jnp.full(N, 40.0))

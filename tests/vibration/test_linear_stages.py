@@ -46,6 +46,7 @@ def closed_form():
     return np.array(rows)
 
 
+@pytest.mark.long
 def test_steps_are_set_by_the_slow_motion():
     """An explicit method takes thousands of steps for 20 000 rad/s."""
     motion = mbs.simulate(system(), ts=TIMES, forces=PUSH, solver=diffrax.Kvaerno5())
@@ -53,6 +54,7 @@ def test_steps_are_set_by_the_slow_motion():
     np.testing.assert_allclose(motion.displacement, closed_form(), atol=2e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SOLVERS)
 def test_steps_are_those_of_the_method(name, monkeypatch):
     """With fixed steps, other than the expected ones at the end too, and a law; its own iterations beside ours."""

@@ -55,7 +55,7 @@ def test_gradient_and_single_precision():
     np.testing.assert_allclose(found.displacement, modal_motion(W, Z, LOADS, 0.5).displacement, rtol=1e-3, atol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_base_that_jumps():
     """A mass whose base takes a constant acceleration swings from rest to twice its static sag."""
     K, M = chain(1, 4.0, 1.0, 1)
@@ -86,7 +86,8 @@ def of_lattice(t, own):
     return jnp.sum((found.displacement + found.velocity)[:, 0] * jnp.arange(30.0))
 
 
-@pytest.mark.parametrize("own", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["ratios", "matrix"])
+@pytest.mark.long
+@pytest.mark.parametrize("own", [False, True], ids=["ratios", "matrix"])
 def test_derivatives_where_frequencies_repeat(own):
     """Pairs that a parameter parts, a rigid mode that a spring holds: against differences of the value."""
     value, slope = of_lattice(T0, own)
@@ -96,6 +97,7 @@ def test_derivatives_where_frequencies_repeat(own):
         np.testing.assert_allclose(slope[i], expected, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_motion_of_a_structure():
     """All modes and a few with the others static, against SciPy's exact response of the state space."""
     K, M = (np.asarray(A) for A in lattice(T0))

@@ -86,7 +86,7 @@ def test_double_cross(centre_held, split):
     np.testing.assert_allclose(J[:, 2], -sums(jnp.ones(3)), rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_tracking_follows_modes_that_cross():
     """Two beams in two planes, one stiffening: the modes cross, their names stay."""
 
@@ -103,7 +103,7 @@ def test_tracking_follows_modes_that_cross():
     np.testing.assert_allclose(mac(before.shapes, followed.shapes, planes(1.0)[1]), np.eye(16), atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_tracking_turns_modes_of_equal_frequency():
     """Where the two planes are alike the vectors are any of their space: they are turned to the reference's."""
     (K, M), I = beam(3, fixed=2), jnp.eye(2)
@@ -169,7 +169,7 @@ def test_general_viscous_damping():
     np.testing.assert_allclose(slope[:, 0], (plus - minus) / 2e-6, rtol=1e-6, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_proportional_and_modal_damping():
     """Ratios that come back from the complex roots; two rigid modes stay undamped, a frequency that repeats too."""
     a, b = rayleigh_from_ratios((1.0, 0.02), (3.0, 0.05))

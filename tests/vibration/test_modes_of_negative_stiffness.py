@@ -21,11 +21,13 @@ from jaxmbs.reductions import (
 from jaxmbs.vibration import modal_response
 from jaxmbs.vibration._damping import modal_damping
 from jaxmbs.vibration._modes import natural_modes
+from tests.marks import cases
 from tests.structural_matrices import beam, chain, component, kw
 
 BUCKLED = jnp.diag(jnp.array([-0.5, 1.0, 2.0]))
 
 
+@pytest.mark.long
 def test_negative_stiffness_is_marked():
     """Such modes have no frequency, in jit and in a batch too; zero between them is rigid."""
     modes = natural_modes(K=BUCKLED, M=jnp.eye(3))
@@ -46,7 +48,7 @@ def test_negative_stiffness_is_marked():
     assert modes.is_unstable.tolist() == [True] + [False] * 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_frequencies():
     """At zero and at repeated values: finite, those of the roots; of a mode without a frequency not a number."""
 
@@ -148,9 +150,7 @@ TRACED = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in ("rubin", "mixed") else n for n in NEGATIVE]
-)
+@pytest.mark.parametrize("name", cases(NEGATIVE, long=["rubin", "mixed"]))
 def test_reductions_refuse_negative_stiffness(name):
     K, M = chain(10, ends=2)
     with pytest.raises(ValueError, match="stiffness is negative"):
@@ -165,6 +165,7 @@ def test_negative_stiffness_under_tracing(name):
     assert np.any(np.isnan(ask(K.at[7, 7].add(-4.0), M)))
 
 
+@pytest.mark.long
 def test_motion_of_an_unstable_structure():
     """It grows as the closed form says where its damping is a matrix; ratios mean nothing for it."""
     K, M, load = jnp.diag(jnp.array([-4.0, 9.0])), jnp.eye(2), jnp.ones((41, 2))
@@ -175,6 +176,7 @@ def test_motion_of_an_unstable_structure():
         modal_response(K=K, M=M, load=load, step=0.05, ratios=0.01)
 
 
+@pytest.mark.long
 def test_damping_that_couples_modes_under_tracing():
     """Concrete it is refused; traced it is not a number; within a group of equal frequencies as well."""
     K, M = chain(3)

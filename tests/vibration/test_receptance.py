@@ -63,6 +63,7 @@ def direct_size(t):
     return size(direct(K, M, OMEGA, C, loss))
 
 
+@pytest.mark.long
 def test_value_and_gradient_where_modes_repeat():
     """By splitting, stiffness, mass, damping and loss: those of the inverse."""
     found, expected = (jax.jit(jax.value_and_grad(f))(T0) for f in (modal_size, direct_size))
@@ -133,7 +134,7 @@ def test_modal_damping_as_printed():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modal_masses_and_damping_over_frequency():
     """(40) with m_k other than 1 and eta_k(w): shapes of any size, a ratio for each mode and frequency."""
     K, M = beam(4, fixed=2)
@@ -149,7 +150,7 @@ def test_modal_masses_and_damping_over_frequency():
         np.testing.assert_allclose(at, np.linalg.inv(Z)[np.ix_(OUT, INTO[:2])], rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_viscous_damping_of_any_kind():
     """Value and gradient of the inverse; a damping that couples modes is refused by the other function."""
 
@@ -254,7 +255,7 @@ def test_space_station_of_slicot():
         np.testing.assert_allclose(found, magnitude, rtol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_single_precision_and_batches():
     K, M, C, _ = (jnp.asarray(a, jnp.float32) for a in parameters(T0))
     H = jax.jit(jax.vmap(lambda s: receptance(K=s * K, M=M, omega=OMEGA, out=OUT, into=INTO, C=C)))(

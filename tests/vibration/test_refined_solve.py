@@ -97,7 +97,7 @@ def test_many_defective_roots_and_free_motion():
     np.testing.assert_allclose(found, by_inverse(K, M, C), rtol=1e-11, atol=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loads_and_outputs_of_an_unsymmetric_system():
     """Forward and reverse through both matrices of an unsymmetric system, defective by its follower force."""
     K, M, C = jnp.array([[1.0, 1.0], [0.0, 1.0]]), jnp.eye(2), 0.3 * jnp.eye(2)
@@ -140,6 +140,7 @@ def test_damping_that_couples_the_modes_under_tracing():
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
+@pytest.mark.long
 def test_large_matrices_are_solved_by_lapack():
     """More coordinates than are inverted by elimination, one of the frequencies in need."""
     K, M = chain(40, 2.0, 1.0)
@@ -167,13 +168,8 @@ def refined(Z, right):
     return x.astype(complex)
 
 
-@pytest.mark.parametrize(
-    "way",
-    [
-        pytest.param("direct", marks=pytest.mark.slow),
-        *(pytest.param(w, marks=pytest.mark.long) for w in ("modal", "viscous")),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("way", [pytest.param("direct", marks=pytest.mark.long), "modal", "viscous"])
 def test_a_beam_of_many_states(way):
     """A cantilever of 174 elements: digits as far as half a rounding of its entries lets them, some times over."""
     K, M = beam(174, fixed=2)

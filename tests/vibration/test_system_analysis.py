@@ -52,7 +52,7 @@ def test_rest_by_name():
             mbs.equilibrium(system, forces)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_modes_of_damped_and_undamped_systems():
     K, M = chain(5)
     plain = LinearSystem(mass=M, stiffness=K)

@@ -23,7 +23,7 @@ def inverse(K, M, C, points=POINTS):
     return np.stack([np.linalg.inv(s * s * M + s * C + K) for s in points])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_inverse_and_sum_over_modes():
     """General damping and matrices that are not symmetric, off the axis of frequencies; some outputs and inputs."""
     uneven = K + np.triu(np.ones((4, 4)), 1) * 0.2
@@ -52,7 +52,7 @@ def test_one_mass_in_closed_form():
     np.testing.assert_allclose(alone, 1 / (m * (r[0] - r[1])), rtol=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_natural_modes_without_damping():
     """`sum shapes shapes^T / (s^2 + w^2)`, a free beam's rigid motions among them; at `s = i w` the receptance."""
     K, M = beam(3)

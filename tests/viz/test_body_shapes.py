@@ -102,6 +102,7 @@ def test_the_camera_sees_machines_side_by_side_and_their_loads():
     assert 0.5 < np.abs(seen).max() < 1.0
 
 
+@pytest.mark.long
 def test_limits_that_are_infinite_are_none(tmp_path):
     system, motion = turning_four_bar()
     loads = made_up_loads(motion.ts)
@@ -128,6 +129,7 @@ def test_rings_of_a_polar_plot_are_whole():
     plt.close(ax.figure)
 
 
+@pytest.mark.long
 def test_modes_have_a_colour_bar():
     plt = pytest.importorskip("matplotlib.pyplot")
     structure = plate(3, 2)

@@ -39,7 +39,7 @@ def ax():
     return Figure().add_subplot()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_coordinates(pendulum, ax):
     system, motion, _ = pendulum
     assert viz.plot_coordinates(system, motion, ax=ax) is ax
@@ -71,6 +71,7 @@ def test_energy(pendulum, ax):
     assert np.allclose(below.lines[0].get_ydata(), motion.diagnostics.energy_residual)
 
 
+@pytest.mark.long
 def test_mechanism_at_one_pose_and_several(pendulum, ax):
     system, motion, _ = pendulum
     first = jax.tree.map(lambda x: x[0], motion.states)
@@ -82,6 +83,7 @@ def test_mechanism_at_one_pose_and_several(pendulum, ax):
     assert len(ax.lines) == count * (1 + len(motion.ts))
 
 
+@pytest.mark.long
 def test_frames_shown(pendulum):
     top = pendulum[0].topology
     tip = top.frame_index["tip"]
@@ -91,7 +93,7 @@ def test_frames_shown(pendulum):
     assert np.allclose(np.linalg.norm(tips, axis=1), 1.0)
 
 
-@pytest.mark.parametrize("plane", ["x", "xx", "xq", "xyz"])
+@pytest.mark.parametrize("plane", [pytest.param("x", marks=pytest.mark.long), "xx", "xq", "xyz"])
 def test_unknown_plane(pendulum, ax, plane):
     with pytest.raises(ValueError, match="two different axes"):
         viz.plot_mechanism(pendulum[0], pendulum[1].states, plane=plane, ax=ax)
@@ -176,6 +178,7 @@ def test_colours_are_told_apart_without_red_or_green():
         assert apart.min() > 20.0
 
 
+@pytest.mark.long
 def test_a_film_has_its_frames(pendulum, tmp_path):
     system, motion, _ = pendulum
     path = viz.animate(system, motion, tmp_path / "swing.gif", "xz", fps=5, speed=0.5, dpi=40)
@@ -225,6 +228,7 @@ def test_sides_traces_and_names(pendulum):
         viz.plot_mechanism(system, motion, traces=["tpi"], ax=ax)
 
 
+@pytest.mark.long
 def test_everything_is_drawn_as_what_it_is():
     system, states = everything()
     ax = viz.plot_mechanism(system, jax.tree.map(lambda x: x[:1], states), "iso", ax=Figure().add_subplot())

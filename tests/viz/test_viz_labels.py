@@ -18,6 +18,7 @@ from jaxmbs import qualification, viz
 from jaxmbs.assembly._state import State
 from jaxmbs.demo import _mechanism as mechanism
 from jaxmbs.demo import _pictures as pictures
+from tests.marks import cases
 
 TIMES = np.linspace(0.0, 2.0, 41)
 
@@ -207,13 +208,15 @@ OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", 
 OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix", "plot_notches", "plot_margins"]
 
 
+@pytest.mark.long
 def test_every_picture_is_looked_at(pictured):
     assert {*NAMES, *OTHERS} == set(pictured)
     assert {name.split()[0] for name in (*NAMES, *OTHERS)} == {n for n in viz.__all__ if n.startswith("plot_")}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES + OTHERS)
+@pytest.mark.parametrize(
+    "name", cases(NAMES + OTHERS, long=["plot_coordinates", "plot_element_power", "plot_psd"], rest=pytest.mark.slow)
+)
 def test_in_new_axes(pictured, name):
     pyplot.switch_backend("agg")
     figure = pictured[name](None).figure
@@ -223,7 +226,10 @@ def test_in_new_axes(pictured, name):
         pyplot.close(figure)
 
 
-@pytest.mark.parametrize("layout", [None, "constrained", "tight"])
+@pytest.mark.parametrize(
+    "layout",
+    [pytest.param(None, marks=pytest.mark.long), pytest.param("constrained", marks=pytest.mark.long), "tight"],
+)
 @pytest.mark.parametrize("name", NAMES)
 def test_in_axes_given(pictured, name, layout):
     figure = Figure((7.0, 4.6), layout=layout)
@@ -231,7 +237,7 @@ def test_in_axes_given(pictured, name, layout):
     assert faults(figure) == []
 
 
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("name", cases(OTHERS, long=["plot_psd"]))
 def test_others_in_axes_given(pictured, name):
     figure = Figure((7.0, 4.6), layout="constrained")
     pictured[name](figure.add_subplot())
@@ -286,6 +292,7 @@ def slider_crank(design, ts):
     return system, SimpleNamespace(ts=ts, states=states, events=None)
 
 
+@pytest.mark.long
 def test_pictures_of_the_demo(motion, tmp_path, monkeypatch):
     ts = np.arange(72) / 72 * mechanism.TURN
     after = mechanism.DESIGN | {"counterweight_mass": 5.4, "rod_length": 0.45, "rod_tail_mass": 1.3}

@@ -12,7 +12,7 @@ def axial(W):
     return np.array([W[2, 1], W[0, 2], W[1, 0]])
 
 
-@of_all(quick=("four_bar",), slow=())
+@of_all(quick=(), slow=())
 def test_velocities_and_accelerations_are_rates(specimen):
     found = motion(specimen)
     rate = found.rate_of
@@ -25,14 +25,14 @@ def test_velocities_and_accelerations_are_rates(specimen):
             np.testing.assert_allclose(ours[name], theirs[name], atol=1e-9 * (1.0 + np.abs(theirs[name]).max()))
 
 
-@of_all(slow=())
+@of_all(quick=(), slow=())
 def test_constraints_stay_closed(specimen):
     found = motion(specimen)
     np.testing.assert_allclose(found.residual, 0.0, atol=1e-9)
     np.testing.assert_allclose(found.rate_of["residual"], 0.0, atol=1e-8)
 
 
-@of_all(slow=())
+@of_all(quick=(), slow=())
 def test_energy_changes_by_the_power_of_elements_and_drives(specimen):
     found = motion(specimen)
     rate = found.rate_of["kinetic"] + found.rate_of["potential"]
@@ -41,7 +41,7 @@ def test_energy_changes_by_the_power_of_elements_and_drives(specimen):
     np.testing.assert_allclose(rate, found.powers.sum() + drives, rtol=1e-9)
 
 
-@of_all(slow=())
+@of_all(quick=("four_bar",), slow=())
 def test_momenta_change_by_their_rate_and_the_pull_of_the_rows(specimen):
     found = motion(specimen)
     _, rate, _, u = found.canonical

@@ -244,7 +244,7 @@ def test_states_along(name):
     np.testing.assert_allclose(np.einsum("krv,kv->kr", A, states.velocities), np.tile(still, (4, 1)), atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rows_that_read_the_time_are_refused_where_their_terms_lack():
     """By what they read: rows of the user that do not read it have none."""
     for rows, moves in ((lambda psi, t: psi[0] - jnp.sin(t), True), (lambda psi, t: psi[0] - 0.3, False)):

@@ -25,7 +25,8 @@ def cart(drive):
     return b.build()
 
 
-@pytest.mark.parametrize("drive", [pytest.param("slide", marks=pytest.mark.slow), "turntable"])
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ["slide", "turntable"])
 def test_momentum_rates_of_driven_systems(drive):
     system = cart(drive)
     state = mbs.State.at(system, {"one": 0.4, "two": -0.7}, velocities={"one": 1.3, "two": 0.6}, t=0.37)

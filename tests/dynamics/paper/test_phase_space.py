@@ -30,7 +30,7 @@ def asked(system, state, p):
     }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_value_and_slopes_of_a_pendulum_on_a_cart():
     """At momenta that are not those of the state, and at its own."""
     system, phi, u, p = HAND.build(), np.array([0.3, 0.6]), np.array([1.1, -2.0]), np.array([0.8, -0.5])
@@ -111,6 +111,7 @@ def test_a_driven_cart():
     np.testing.assert_allclose(-found["slopes"][0][0] + found["Q"][0], p_dot, **CLOSE)
 
 
+@pytest.mark.long
 def test_rates_of_a_tree():
     """The same equations by recursion, as `simulate` integrates them."""
     system, phi, p = HAND.build(), np.array([0.3, 0.6]), np.array([0.8, -0.5])
@@ -124,6 +125,7 @@ def test_rates_of_a_tree():
     np.testing.assert_allclose(p_dot, -along_phi + HAND.weight(phi[1]), **CLOSE)
 
 
+@pytest.mark.long
 def test_derivatives_by_parameters_and_momenta():
     """Of the slope, which is itself a derivative: d2H/dphi dp against differences by hand."""
     system, phi, p = HAND.build(), np.array([0.3, 0.6]), jnp.array([0.8, -0.5])

@@ -54,7 +54,7 @@ def along(phi):
     return np.outer(vector(phi) / length(phi), slopes(length, phi))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_vector_and_displacement(on_cart):
     q_C, G_hat = on_cart["vector"]
     np.testing.assert_allclose(q_C, vector(PHI), rtol=1e-12)
@@ -73,6 +73,7 @@ def test_kic_is_the_slope_of_the_length_along_the_spring(on_cart):
     assert np.max(np.abs(on_cart["displacement"][1] - on_cart["G_C"])) > 0.05
 
 
+@pytest.mark.long
 def test_efforts_by_either_kic(on_cart):
     """(59) and (64), the slope of the energy."""
     energy = lambda phi: STIFFNESS / 2 * (length(phi) - FREE) ** 2
@@ -82,6 +83,7 @@ def test_efforts_by_either_kic(on_cart):
     np.testing.assert_allclose(on_cart["e_C"], -slopes(energy, PHI), atol=1e-8)
 
 
+@pytest.mark.long
 def test_tensor_of_the_antagonistic_stiffness(on_cart):
     """Planes are columns of G_C; with the net displacement it is the antagonistic share, beside K G_C^T G_C."""
     second, G_C, dq_C = on_cart["second"], on_cart["G_C"], on_cart["displacement"][0]
@@ -92,7 +94,7 @@ def test_tensor_of_the_antagonistic_stiffness(on_cart):
     assert np.max(np.abs(antagonistic)) > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ends_that_coincide_have_no_direction():
     system = HAND.build()
     state, ends = mbs.State.at(system), ("ground", "cart")

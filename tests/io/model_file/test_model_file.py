@@ -299,7 +299,7 @@ def random_builder(seed, kinds, name):
     return b
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_elastic_body_comes_back(tmp_path):
     from tests.misuse.zoo import Zoo
 

@@ -48,6 +48,7 @@ def truss():
     return text + "SPC1,1,12,1,2,3,51,52,53\n"
 
 
+@pytest.mark.long
 def test_truss_of_rods_against_nastran(tmp_path):
     """Lumped is what it printed, to seven digits; consistent masses are up to 36 % away; the deck says which."""
     text = truss()
@@ -66,7 +67,7 @@ def test_truss_of_rods_against_nastran(tmp_path):
         deck(text, tmp_path, masses="diagonal")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lumped_bars(tmp_path):
     """Halves at the ends of the offsets, none in rotation but about the axis of a CBEAM; NSM and WTMASS; by hand."""
     text = BAR.replace("3.-7\nPBEAM", "3.-7,2.\nPBEAM") + "GRID,1\nGRID,2,,2.,0.,0.\nPARAM,WTMASS,.5\n"

@@ -67,7 +67,7 @@ def test_space_station_truss_against_nastran(theirs, tmp_path):
     assert np.all(found[6:26] < exact[:20] * (1 + 1e-7))  # its payload has 22 modes of many
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_half_of_the_truss_on_its_interface(theirs):
     """What Nastran condensed on four nodes, one in a frame of its own: stiffness, rigid mass, 16 fixed modes."""
     folder = theirs / "cla_test_data"
@@ -89,13 +89,8 @@ def test_half_of_the_truss_on_its_interface(theirs):
     np.testing.assert_allclose(1 / fixed[:16], np.diag(Ke)[24:40] / np.diag(Me)[24:40], rtol=5e-7)
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param("4", marks=pytest.mark.slow),
-        *(pytest.param(case, marks=pytest.mark.long) for case in ("1", "3", "um_1", "um_2", "um_3")),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("case", [pytest.param("4", marks=pytest.mark.long), "1", "3", "um_1", "um_2", "um_3"])
 def test_rbe3_against_nastran(case, theirs, tmp_path):
     """The matrix of dependent by independent directions, nodes in nine nested coordinate systems of all kinds."""
     from scipy.io import loadmat
@@ -159,6 +154,7 @@ def test_rigid_body_is_a_beam_with_an_offset(tmp_path):
     np.testing.assert_allclose(u[1, 3:], u[2, 3:])
 
 
+@pytest.mark.long
 def test_spring_on_an_incline(tmp_path):
     """A mass held across a turned frame slides along it: sqrt(k cos^2 / m); AUTOSPC holds what has no stiffness."""
     angle = 0.4
@@ -178,6 +174,7 @@ def test_spring_on_an_incline(tmp_path):
         model.displacements(jnp.ones(2))
 
 
+@pytest.mark.long
 def test_gear_of_two_masses(tmp_path):
     """MPC u1 = 3 u2 in a cylindrical frame: k / (m2 + 9 m1), and a ring of ties is refused."""
     text = "CORD2C,1,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,1,1,1.,90.,0.,1\nGRID,2,1,1.,0.,0.,1\nCELAS2,1,800.,2,2\n"
@@ -236,7 +233,7 @@ def test_gradients_by_every_number(tmp_path):
         assert found != 0, name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_deck_answers_the_questions_of_a_structure(tmp_path):
     """Interface by name, check, modes, blocks where nothing is tied, forces of elements, a description."""
     text = BAR + "".join(f"GRID,{k + 1},,{0.5 * k},0.,0.\n" for k in range(5))
@@ -262,7 +259,7 @@ def test_deck_answers_the_questions_of_a_structure(tmp_path):
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rigid_body_in_turned_frames(tmp_path):
     """Frames of displacement change names, not the structure: all frequencies of a tied frame stay."""
     text = BAR + "GRID,1\nGRID,2,,1.,0.,0.{0}\nGRID,3,,1.,.3,.2{0}\nCBAR,1,1,1,2,{1}\nRBE2,5,3,123456,2\n"
@@ -290,7 +287,7 @@ def test_mass_with_products_of_inertia(tmp_path):
         np.testing.assert_allclose(found[3:, 3:], about, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_mass_that_is_no_structure(tmp_path):
     """NSM of bars, rods and plates, times WTMASS; the inertia of a CBAR about its axis, and none without `polar`."""
     text = "MAT1,1,2.+11,,.3,7850.\nGRID,1\nGRID,2,,2.,0.,0.\nGRID,3,,2.,1.,0.\nGRID,4,,0.,1.,0.\nPARAM,WTMASS,.5\n"
@@ -304,6 +301,7 @@ def test_mass_that_is_no_structure(tmp_path):
     assert light.massless == (3,) and matrices(light)[1][3, 3] == 0
 
 
+@pytest.mark.long
 def test_springs_and_bushes(tmp_path):
     """CELAS2 between turned directions, CELAS1, a grounded and a free CBUSH with dampers, by hand."""
     text = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\nGRID,1,,0.,0.,0.,,13456\nGRID,2,,3.,0.,0.,5,23456\n"

@@ -8,6 +8,7 @@ import pytest
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_nastran
 from jaxmbs.io.nastran._sections import SECTIONS
+from tests.marks import cases
 
 BAR = "MAT1,1,2.+11,8.+10,,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\nGRID,1\nGRID,2,,1.,0.,0.\n"
 
@@ -60,7 +61,7 @@ SIZES = {
 }
 
 
-@pytest.mark.parametrize("name", SECTIONS)
+@pytest.mark.parametrize("name", cases(SECTIONS, long=["ROD", "TUBE", "TUBE2", "BAR"]))
 def test_sections_by_their_dimensions(name, tmp_path):
     """Area and moments against the drawing; torsion of those that have a closed form; what makes no section."""
     sizes = SIZES[name]
@@ -114,6 +115,7 @@ def test_rods_bars_and_defaults_say_the_same_as_others(tmp_path):
     assert "CNA or CNB must be 123456" in faults(grids + "CBAR,1,1,1,2,0.,1.,0.\nRBAR,3,2,3,123,456\n", tmp_path)[0]
 
 
+@pytest.mark.long
 def test_scalar_points_masses_and_dampers(tmp_path):
     """A chain of scalar points in the four forms of cards, and one that hangs on a GRID; WTMASS; by hand."""
     text = "SPOINT,1,THRU,2\nGRID,3,,,,,,23456\nPARAM,WTMASS,2.\nPELAS,5,100.\nPMASS,6,3.\nPDAMP,7,4.\n"

@@ -23,7 +23,7 @@ def bench(tmp_path_factory):
     return mbs.io.read_mjcf(written(tmp_path_factory.mktemp("mjcf"), BENCH_MJCF))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_bench_against_mujoco(bench):
     errors = against_mujoco(bench, mujoco.MjModel.from_xml_string(NAMED))
     assert max(errors.values()) < 1e-10, errors
@@ -66,7 +66,7 @@ def test_options(tmp_path):
         mbs.io.read_mjcf(file, tendons="cut")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_loops_against_a_hard_constraint(tmp_path):
     found = mbs.io.read_mjcf(written(tmp_path, LOOPS_MJCF))
     system = found.builder.build()

@@ -61,6 +61,7 @@ def outside(page):
     return re.findall(asks, page)
 
 
+@pytest.mark.long
 def test_it_is_one_small_file_that_asks_for_nothing(shown):
     made, page = shown
     assert page == made.html
@@ -70,6 +71,7 @@ def test_it_is_one_small_file_that_asks_for_nothing(shown):
     assert "<A & B>" not in page and scene_data(page)["title"] == "<A & B>"
 
 
+@pytest.mark.long
 def test_poses_are_those_of_the_closed_form(shown, four_bar):
     """Crank, coupler and rocker by the crossing of two circles."""
     data, ts = scene_data(shown[1]), four_bar[1].ts
@@ -143,6 +145,7 @@ def test_designs_stand_side_by_side(four_bar):
         viz.scene({"before": system, "after": system}, {"before": motion, "atfer": motion})
 
 
+@pytest.mark.long
 def test_every_joint_and_law_is_on_stage(tmp_path):
     system, states = everything()
     (stage,) = viz.scene(system, states, shapes={"ram": [viz.Solid.box((0.2, 0.1, 0.1), "#ff0000")]}).data["objects"]
@@ -160,6 +163,7 @@ def test_every_joint_and_law_is_on_stage(tmp_path):
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["spring", "damper"])
 def test_what_turns_with_a_joint_has_a_part_on_either_body(kind):
     """A spiral at the ground and a finger of the arm at its outer end, which the arm takes along; drum and vane."""
@@ -223,7 +227,7 @@ def test_a_notebook_shows_it(shown):
     assert "<A & B>" in repr(shown[0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_mode_of_a_structure_swings():
     structure = plate()
     clamped = fem.assemble(structure)
