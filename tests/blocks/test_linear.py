@@ -7,6 +7,7 @@ import pytest
 from jax.flatten_util import ravel_pytree
 from scipy import interpolate, signal
 
+import jaxmbs as mbs
 from jaxmbs import blocks
 
 OMEGA = np.array([0.3, 2.0, 11.0])
@@ -18,8 +19,7 @@ def response(block, omega=OMEGA):
     x, unravel = ravel_pytree(s)
     rate = lambda x, u: ravel_pytree(block.rate(u, unravel(x), 0.0))[0]
     output = lambda x, u: block.output(u, unravel(x), 0.0)
-    u = jnp.zeros(())
-    (A, B), (C, D) = (jax.jacfwd(f, (0, 1))(x, u) for f in (rate, output))
+    (A, B), (C, D) = mbs.jit(lambda x, u: [jax.jacfwd(f, (0, 1))(x, u) for f in (rate, output)])(x, jnp.zeros(()))
     A, B, C, D = map(np.asarray, (A, B, C, D))
     eye = np.eye(x.size)
     return np.array([C @ np.linalg.solve(1j * w * eye - A, B) + D for w in omega])

@@ -76,7 +76,8 @@ def test_capstan(mu, turns, high):
     """Case CT2: the high side for 100 N at the low side, half a turn and one and a half."""
     law = law_of([Attachment(""), Sheave("", 0.1, "+", "y", turns), Attachment("")], friction=mu, free_length=1.5)
     speeds = jnp.array([[0, 0, -1.0], [0, 0, 0], [0, 0, 1.0]])  # the cable runs towards the first end
-    found = law.state(PathKinematics(*at([[-0.1, 0, -1], [0, 0, 0], [0.1, 0, -1]]), jnp.zeros((3, 3)), speeds), 0.0)
+    path = PathKinematics(*at([[-0.1, 0, -1], [0, 0, 0], [0.1, 0, -1]]), jnp.zeros((3, 3)), speeds)
+    found = mbs.jit(lambda path: law.state(path, 0.0))(path)
     np.testing.assert_allclose(found.wrap[1], np.pi * (1 + 2 * turns), rtol=1e-14)
     np.testing.assert_allclose(100.0 * found.tensions[0] / found.tensions[1], high, rtol=1e-9)
 

@@ -118,8 +118,8 @@ def test_single_states_and_batches(name, small):
     each = [[np.asarray(theirs(*(x[n, ..., k] for x in arrays))) for k in range(BATCH)] for n in range(N)]
     expected = np.moveaxis(np.array(each), 1, -1)
     with SMALL_PROGRAM(small):
-        batch = ours(*map(jnp.asarray, arrays))
-        single = ours(*(jnp.asarray(x[..., 0]) for x in arrays))
+        batch = jax.jit(ours)(*map(jnp.asarray, arrays))
+        single = jax.jit(ours)(*(jnp.asarray(x[..., 0]) for x in arrays))
     np.testing.assert_allclose(batch, expected, rtol=1e-13, atol=1e-13)
     np.testing.assert_allclose(single, expected[..., 0], rtol=1e-13, atol=1e-13)
 
