@@ -29,8 +29,8 @@ _SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 
 
 _PACKAGE = Path(__file__).parent.parent / "jaxmbs"
-#: What has types and shapes checked while it runs: all but the compiler's room, which has no arrays of the mechanics,
-#: and whose many small calls took a third of the suite when they were checked; mypy reads them.
+#: With JAXMBS_TYPES=check, as in CI, the quick tests take a quarter longer and check types and shapes: of all but the
+#: compiler's room, which has no arrays of the mechanics, and whose many small calls would take more.
 _CHECKED = [f"jaxmbs.{path.stem}" for path in _PACKAGE.iterdir() if path.stem not in ("runtime", "lazy", "__init__")]
 
 
@@ -40,8 +40,7 @@ def pytest_configure(config):
     os.environ.setdefault("JAXMBS_COMPILE", "full" if chosen in AS_USERS else "tape")
     if chosen not in AS_USERS:
         _compile_cheaply()
-    # Types and shapes are checked in the quick tests; the checks make these a seventh longer.
-    if chosen not in KINDS:
+    if os.environ.get("JAXMBS_TYPES") == "check":
         install_import_hook(_CHECKED, "beartype.beartype")
 
 

@@ -28,6 +28,7 @@ from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from jaxmbs.runtime.tape import is_available
 from tests.flexible.beams import elastic_beam
+from tests.marks import cases
 from tests.models import chain_of_bars, four_bar_builder
 
 pytestmark = pytest.mark.skipif("JAXMBS_TRICKS" in os.environ, reason="without its tricks a program is another one")
@@ -93,7 +94,7 @@ def asked(system, state, question):
     return lambda numbers: eqx.filter(question(eqx.combine(numbers, rest), state, motion), eqx.is_array), numbers
 
 
-@pytest.mark.parametrize("model", CEILINGS)
+@pytest.mark.parametrize("model", cases(CEILINGS, slow=["four-bar"]))
 def test_equations_and_loops(model):
     system = chain() if model == "chain" else four_bar(LENGTHS)
     state = mbs.State.at(system, pin0=0.3) if model == "chain" else begin(system)
@@ -110,7 +111,7 @@ class _Asked(Exception):
     """A program and its arguments, in place of its result."""
 
 
-@pytest.mark.parametrize("verb", DESIGN)
+@pytest.mark.parametrize("verb", cases(DESIGN, slow=["tolerances", "minimise"]))
 def test_equations_of_design(verb, monkeypatch):
     """Counted where the program would be compiled."""
     system = four_bar(LENGTHS)
@@ -464,7 +465,7 @@ FIRST_ANSWERS = {  # equations, loops, programs
 }
 
 
-@pytest.mark.parametrize("name", FIRST_ANSWERS)
+@pytest.mark.parametrize("name", cases(FIRST_ANSWERS, slow=["peak", "load_peaks", "seven drives, simulate"]))
 def test_first_answers(name):
     case, most = FIRST_ANSWERS[name]
     size = size_of(*case())

@@ -9,6 +9,7 @@ import pytest
 from jaxmbs.cli import main
 
 
+@pytest.mark.slow
 def test_doctor(capsys):
     assert main(["doctor"]) == 0
     assert "devices" in capsys.readouterr().out

@@ -91,6 +91,7 @@ def largest_changes(kind, number, seed=7):
     return max(found), np.max(np.abs(at(systems, values) - eager))
 
 
+@pytest.mark.slow
 def test_closed_poses_are_kept():
     assert max(largest_changes("Revolute", 12)) <= LEAST
 

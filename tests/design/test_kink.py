@@ -43,6 +43,7 @@ def test_smooth_functions_have_none(name, optimiser):
     assert "kink" not in found.reason
 
 
+@pytest.mark.slow
 def test_a_kink_of_a_limit():
     """The least x under `|x - 0.5| + y <= 0` in the largest entry: the limit has the kink."""
     limit = Limit("corner", lambda d: jnp.abs(d["x"] - 0.5) - d["y"], upper=0.0, scale=1.0)

@@ -131,6 +131,7 @@ def test_translated_structures_and_derivatives():
     np.testing.assert_allclose(slope, (size(7801.0) - size(7799.0)) / 2.0, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_forces_beside_the_ground_are_as_before():
     system = fem.assemble(beam(held={"0": "all"}))
     sources = {"base": BaseAcceleration(None, "y"), "push": RandomForce(None, {"4 y": 1.0})}

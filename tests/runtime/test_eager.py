@@ -76,6 +76,7 @@ def test_an_operation_is_that_of_jax(name):
     np.testing.assert_allclose(found, plain, rtol=1e-14, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_operations_compile_nothing():
     jax.clear_caches()
     _TAPES.clear()
@@ -90,6 +91,7 @@ def test_operations_compile_nothing():
     assert on_tapes_alone <= 4 and alone > 40
 
 
+@pytest.mark.slow
 def test_builders_and_results_compile_little(monkeypatch):
     """The first calls of a builder and properties of results, of sizes that no other test has."""
     monkeypatch.setattr(tuning, "EAGER_CALLS", 10**9)  # whatever other tests have called

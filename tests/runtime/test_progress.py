@@ -40,6 +40,7 @@ def callbacks(on_tape):
         return str(jax.make_jaxpr(lambda: move(True).states.coordinates)()).count("callback")
 
 
+@pytest.mark.slow
 def test_programs_of_tapes_call_nothing():
     assert callbacks(True) == 0
     assert callbacks(False) > 0

@@ -196,6 +196,7 @@ def test_other_compliances_change_only_what_is_undetermined():
     assert np.mean(change[open_] > 1e-4) > 0.95
 
 
+@pytest.mark.slow
 def test_far_from_the_origin():
     """Reactions in bond axes do not depend on where the mechanism stands."""
     near = random_bonds("all of them", seed=3)
