@@ -143,11 +143,6 @@ def shift_wrenches(offset, wrenches):
     return jnp.concatenate([wrenches[:, :3] + cross(offset, wrenches[:, 3:]), wrenches[:, 3:]], axis=1)
 
 
-def shift_twists(offset, twists):
-    """Twists (n, 6) about the nodes' points of those about the parents'."""
-    return jnp.concatenate([twists[:, :3], twists[:, 3:] + cross(twists[:, :3], offset)], axis=1)
-
-
 def _cross(a, b):
     return jnp.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 

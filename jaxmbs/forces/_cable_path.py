@@ -81,17 +81,17 @@ class PathLayout(NamedTuple):
 
     def at_spans(self, values, default: float):
         """Values (k,) of the free wheels at both of their spans (m,), the default at others; of a pytree."""
-        return self._spread(values, default, self.num_spans, self.before_free_wheels)
+        return self._spread(values, default, self.num_spans, (self.before_free_wheels, self.free_wheels))
 
-    def at_elements(self, values, places: np.ndarray, default: float = 0.0):
-        """Values (k,) of the free wheels at the elements `places` (k,), the default at others (n,); of a pytree."""
-        return self._spread(values, default, len(self.kinds), places, twice=False)
+    def at_elements(self, values, default: float):
+        """Values (k,) of the free wheels among those of all elements (n,), the default at others; of a pytree."""
+        return self._spread(values, default, len(self.kinds), (self.free_wheels,))
 
-    def _spread(self, values, default, size, places, twice=True):
-        source = np.full(size, len(places))
-        source[places] = np.arange(len(places))
-        if twice:
-            source[self.free_wheels] = np.arange(len(places))
+    def _spread(self, values, default, size, places):
+        number = len(self.free_wheels)
+        source = np.full(size, number)
+        for place in places:
+            source[place] = np.arange(number)
         more = lambda x: jnp.concatenate([x, jnp.full((1, *x.shape[1:]), default, x.dtype)])
         return jax.tree.map(lambda x: gather_static(more(x), source), values)
 
@@ -236,7 +236,7 @@ class CablePath(NamedTuple):
             return self.spans, self.arc, self.directions
         own, other = layout.at_spans(self.bypass.wheel, 1.0), layout.at_spans(self.bypass.direct, 0.0)
         half = layout.at_spans(self.bypass.length / 2, 0.0)
-        arc = self.arc * layout.at_elements(self.bypass.wheel, layout.free_wheels, 1.0)
+        arc = self.arc * layout.at_elements(self.bypass.wheel, 1.0)
         along = layout.at_spans(self.bypass.directions, 0.0)
         return self.spans * own + half * other, arc, self.directions * own + along * other
 

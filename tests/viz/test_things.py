@@ -1,4 +1,4 @@
-"""Things in pictures: cables are as long as they are, on their wheels and tangent to them."""
+"""Things in pictures: cables are as long as they are, on their wheels and tangent to them; gears touch."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.forces import Attachment, Eyelet, Sheave, WrapCylinder, WrapSphere
+from jaxmbs.forces import Attachment, BevelGear, Eyelet, Sheave, WormGear, WrapCylinder, WrapSphere
 from jaxmbs.viz._shape_lines import thing_lines
 from jaxmbs.viz._things import things
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
@@ -16,6 +16,27 @@ WRAPS = {
     "cylinder": WrapCylinder(("ground", (0, 0, 0)), 0.3, axis="y", side="+"),
     "sphere": WrapSphere(("ground", (0, 0, 0)), 0.3, axis="y", side="+"),
 }
+
+
+def test_drawn_gears_touch():
+    """Rims of bevel gears roll on each other where the pitch lines meet; a worm and its wheel are side by side."""
+    y = mbs.Pose((0, 0, 0), np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0]]))  # z of the frame along x
+    b = mbs.SystemBuilder()
+    for name, frame in {"A": (0, 0, 0), "B": y}.items():
+        b.body(name, 1.0, inertia=1e-2)
+        b.joint(name, mbs.Revolute("z"), "ground", name, parent_frame=frame)
+    b.force("bevel", BevelGear((20, 30), 4e-3), between=("A", "B"))
+    system = b.build()
+    (gears,) = thing_lines(things(system), frame_trajectory(system, mbs.State.at(system)))
+    first, second = (line[0, :-3] for line in gears.lines)
+    np.testing.assert_allclose(np.linalg.norm(first - [0, 0, 0.06], axis=1), 0.04, rtol=1e-12)
+    apart = np.linalg.norm(first[:, None] - second[None], axis=2)
+    assert apart.min() < 1e-12 and np.sum(apart < 1e-9) == 1
+    worm, thread, wheel = WormGear(1, 30, module=4e-3, radius=0.02).drawing()
+    assert worm.radius + wheel.radius == 0.08
+    angle = np.unwrap(np.arctan2(thread.points[:, 1], thread.points[:, 0]))
+    lead = 2 * np.pi * (thread.points[-1, 2] - thread.points[0, 2]) / (angle[-1] - angle[0])
+    np.testing.assert_allclose(lead, np.pi * 4e-3, rtol=1e-9)
 
 
 @pytest.mark.long
