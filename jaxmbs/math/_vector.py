@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..runtime import SMALL_PROGRAM
+from . import _components as components
 from ._linalg import CROSS
 
 
@@ -31,13 +32,13 @@ class VectorComponents(NamedTuple):
         return jnp.stack(self, axis=-1)
 
     def __add__(self, other):  # type: ignore[override]
-        return VectorComponents(*(a + b for a, b in zip(self, other, strict=True)))
+        return VectorComponents(*components.add(self, other))
 
     def __sub__(self, other):
         return VectorComponents(*(a - b for a, b in zip(self, other, strict=True)))
 
     def __mul__(self, factor):  # type: ignore[override]
-        return VectorComponents(*(a * factor for a in self))
+        return VectorComponents(*components.scale(self, factor))
 
     def __neg__(self):
         return VectorComponents(*(-a for a in self))
@@ -68,7 +69,7 @@ def dot(a: Vectors, b: Vectors) -> Array:
     """Products of vectors."""
     if isinstance(a, VectorRows) or isinstance(b, VectorRows):
         return jnp.sum(a.rows * b.rows, axis=-1)
-    return a.x * b.x + a.y * b.y + a.z * b.z
+    return components.dot(a, b)
 
 
 def cross(a: Vectors, b: Vectors) -> Vectors:
@@ -76,7 +77,7 @@ def cross(a: Vectors, b: Vectors) -> Vectors:
     if isinstance(a, VectorRows) or isinstance(b, VectorRows):
         turned = jnp.tensordot(b.rows, jnp.asarray(CROSS, b.rows.dtype), ((-1,), (1,)))  # (..., 3, 3), of columns a
         return VectorRows(jnp.sum(turned * a.rows[..., None, :], axis=-1))
-    return VectorComponents(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+    return VectorComponents(*components.cross(a, b))
 
 
 def norm(a: Vectors) -> Array:
