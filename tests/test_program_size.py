@@ -338,14 +338,14 @@ def meshing(count):
 
 #: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
 KINDS = {
-    "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (1700, 20), (7700, 60)),
-    "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1550, 20), (5110, 60)),
+    "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (1670, 20), (7600, 60)),
+    "elastic cable": (lambda n: hoists(n, stiffness=1e5, damping=10.0), 4, (1530, 20), (5080, 60)),
     "friction in joints": (rubbing, 4, (1150, 65), (3390, 110)),
     "friction in joints, bristles": (lambda n: rubbing(n, LuGre(0.2, 1e3, 10.0)), 4, (1160, 65), (3530, 125)),
     "contact": (touching, 4, (1860, 30), (4680, 110)),
     "contact with friction": (lambda n: touching(n, 0.3), 4, (1890, 30), (4710, 110)),
     "contact with bristles": (lambda n: touching(n, LuGre(0.3, 1e3, 5.0)), 4, (2220, 30), (5390, 135)),
-    "cable with friction": (lambda n: hoists(n, stiffness=1e5, friction=0.2), 4, (1870, 20), (5430, 65)),
+    "cable with friction": (lambda n: hoists(n, stiffness=1e5, friction=0.2), 4, (1840, 20), (5385, 65)),
     "friction as a law": (rubbed, 4, (1070, 20), (3280, 50)),
     "coupler": (geared, 15, (850, 40), (3100, 40)),
     "row of a user": (guided, 4, (1010, 20), (4320, 20)),

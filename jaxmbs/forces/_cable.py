@@ -103,14 +103,14 @@ class Cable(CableRoute, AbstractPathLaw):
 
     def wrench(self, frames: PathKinematics, t: ScalarLike) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Minus the tension times the derivative of the length, and friction at the points of contact."""
-        return self.pull(frames, t).wrench(self.layout, frames)
+        return self.pull(frames, t).wrench(self.layout)
 
     def wrench_and_storage_power(
         self, frames: PathKinematics, t: ScalarLike
     ) -> tuple[tuple[Float[Array, "n 3"], Float[Array, "n 3"]], Scalar]:
         """Both of the same `pull`."""
         pull = self.pull(frames, t)
-        return pull.wrench(self.layout, frames), self._storage_power(pull)
+        return pull.wrench(self.layout), self._storage_power(pull)
 
     def potential(self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"], t: ScalarLike) -> Scalar:
         """`k/2 (x^2 - x_0^2)` with the stretch x that makes the tension k x, zero where slack [J]."""
@@ -143,7 +143,7 @@ class Cable(CableRoute, AbstractPathLaw):
         """Forces on the bodies of all elements, of the arguments of `wrench`."""
         frames, t = args
         pull = self.pull(frames, t)
-        return Arrows(middles(self.layout, pull.path), pull.wrench(self.layout, frames)[0])
+        return Arrows(middles(self.layout, pull.path), pull.wrench(self.layout)[0])
 
     def validity(self, frames: PathKinematics, t: ScalarLike) -> dict[str, Margin]:
         """Margins of the path."""
@@ -236,7 +236,7 @@ class CablePull(NamedTuple):
             return jnp.broadcast_to(self.tension, self.path.spans.shape)
         return self.tensions
 
-    def wrench(self, layout: PathLayout, frames: PathKinematics) -> tuple[Array, Array]:
+    def wrench(self, layout: PathLayout) -> tuple[Array, Array]:
         """Forces [N] and moments [N m] (n, 3) on the frames, in world axes, each about its frame's origin."""
         force, moment, path = self.on_places * -self.tension, self.on_turns * -self.tension, self.path
         if self.tensions is not None:
@@ -247,7 +247,7 @@ class CablePull(NamedTuple):
                 both = gather_static(more, layout.before_free_wheels) + gather_static(more, layout.free_wheels)
                 straight = past.directions * (past.direct * both / 2)
                 force = force - constant_product(layout.beside_free_wheels, straight.rows)
-            first, second = layout.ends(VectorComponents.of(frames.positions))
+            first, second = (element.place for element in path.elements)
             force = force - constant_product(layout.reaches - layout.begins, pull.rows)
             on_first, on_second = cross(path.start - first, pull), cross(path.end - second, pull)
             moment = moment + constant_product(layout.begins, on_first.rows)

@@ -4,7 +4,7 @@ Every element of the path is a circle, about whose axis the cable turns in the p
 one of radius and axis zero.  All elements and all spans are treated at once, in components (`math/_vector.py`).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -159,19 +159,20 @@ class Circles(NamedTuple):
         place: centres (n,) [m].
         radius: (n,), zero at points [m].
         axis: unit vectors (n,), zero at points.
-        turns: (n,) whole turns beside the wrap.
+        turns: (n,) whole turns beside the wrap; None where they are not needed.
     """
 
     place: Vectors
     radius: Array
     axis: Vectors
-    turns: Array
+    turns: Any
 
 
 class CablePath(NamedTuple):
     """A cable's way at one instant.
 
     Attributes:
+        elements: where each span begins, and where it ends, `Circles` (m,) without turns.
         start, end: (m,) points where the spans leave an element and reach the next [m].
         spans: (m,) lengths of the spans [m].
         directions: (m,) unit vectors along them.
@@ -184,6 +185,7 @@ class CablePath(NamedTuple):
     All but the length are those of the way over all wheels, also those that the cable has left.
     """
 
+    elements: tuple[Circles, Circles]
     start: Vectors
     end: Vectors
     spans: Array
@@ -245,7 +247,7 @@ def cable_path(layout: PathLayout, circles: Circles) -> CablePath:
     """The path over circles."""
     if "sphere" in layout.kinds:
         circles = circles._replace(axis=_axes_on_spheres(layout, circles))
-    first, second = layout.ends(circles)
+    first, second = layout.ends(circles._replace(turns=None))
     leaving, arriving = common_tangents(first, second, None if layout.has_two_circles else layout.leaves)
     start, end = first.place + leaving * first.radius, second.place + arriving * second.radius
     wrap = _wraps(layout, circles, arriving, leaving)
@@ -254,7 +256,8 @@ def cable_path(layout: PathLayout, circles: Circles) -> CablePath:
         start, end, arc = _climb_cylinders(layout, circles, start, end, arc)
     spans, directions = norm_and_unit(end - start)
     past = bypass(layout, circles.place, spans, arc, wrap) if len(layout.free_wheels) else None
-    return CablePath(start, end, spans, directions, wrap, arc, (leaving, arriving), circles.axis, past)
+    normals = leaving, arriving
+    return CablePath((first, second), start, end, spans, directions, wrap, arc, normals, circles.axis, past)
 
 
 def _axes_on_spheres(layout, circles):

@@ -127,9 +127,8 @@ class CableRoute(eqx.Module):
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]
     ) -> tuple[CablePath, Float[Array, "n 3"], Float[Array, "n 3"]]:
         """(path, derivatives (n, 3) of its length by the places and small turns of the frames)."""
-        circles = self._circles(rotations, positions)
-        path = cable_path(self.layout, circles)
-        return path, *length_slopes(self.layout, circles, path)
+        path = self.path(rotations, positions)
+        return path, *length_slopes(self.layout, path)
 
     def sides_of_corners(
         self, rotations: Float[Array, "n 3 3"], positions: Float[Array, "n 3"]

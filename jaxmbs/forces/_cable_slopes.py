@@ -36,13 +36,12 @@ class _Contact(NamedTuple):
     side: np.ndarray
 
 
-def length_slopes(layout, circles, path) -> tuple[Array, Array]:
+def length_slopes(layout, path) -> tuple[Array, Array]:
     """Derivatives (n, 3) of the length by the places of the frames and by small turns of them, in world axes.
 
-    Args:
-        circles: the `Circles` of the path; path: the `CablePath` over them.
+    Args: path: a `CablePath`.
     """
-    contacts, pull = _contacts(layout, circles, path), path.directions
+    contacts, pull = _contacts(layout, path), path.directions
     grooves: list[Vectors] = []
     if "sheave" in layout.kinds:
         multipliers = (_of_one if len(contacts) == 1 else _of_two)(contacts, path)
@@ -64,9 +63,9 @@ def length_slopes(layout, circles, path) -> tuple[Array, Array]:
     return on_places, sum(on_turns)  # type: ignore[return-value]
 
 
-def _contacts(layout, circles, path) -> list[_Contact]:
+def _contacts(layout, path) -> list[_Contact]:
     """Both ends of the spans, or those on circles where no span has two."""
-    (first, second), (n, m) = layout.ends(circles), path.normals
+    (first, second), (n, m) = path.elements, path.normals
     begins, ends = layout.ends(layout.elements("sheave"))
     back, arm = first.place - path.start, path.end - second.place
     if layout.has_two_circles:

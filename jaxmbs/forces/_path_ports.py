@@ -140,7 +140,7 @@ class WinchPort(PathPort):
         pull = now.pull(frames, t)
         drum = law.drum_radius * pull.each_tension[0]
         storing = pull.elastic * (pull.rate - law.drum_radius * flow[-1])
-        return jnp.append(_moments_first(pull.wrench(law.layout, frames)), drum), storing
+        return jnp.append(_moments_first(pull.wrench(law.layout)), drum), storing
 
     def reading(self, seen, effort):
         on_frames = super().reading(seen, effort[:-1])[0]
