@@ -54,6 +54,9 @@ def copied(folder) -> Path:
         if not name.startswith(("notebooks/", "docs/")) and (ROOT / name).exists():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, folder / name)
+    machine = Path("jaxmbs/runtime/tape/machine.so")  # what the C compiler made at installation
+    if (ROOT / machine).exists():
+        shutil.copy(ROOT / machine, folder / machine)
     return folder
 
 
