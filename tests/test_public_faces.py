@@ -159,10 +159,10 @@ FACES = {
         AbstractBodyLaw AbstractLaw AbstractPathLaw AbstractPoseLaw
         AbstractScalarLaw AbstractSignal AbstractSystemLaw
         AbstractJointFriction Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
-        BristleForce BrownMcPhee BumpStop Bushing Cable Constant CoulombFriction ElastoPlastic ElementBond Eyelet
+        BristleForce BrownMcPhee BumpStop Bushing Cable CamRise Chirp Constant CoulombFriction ElastoPlastic ElementBond Eyelet
         Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
-        JointLuGre LuGre Margin Maxwell Motor PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp
-        Reading Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Winch WormGear WrapCylinder WrapSphere
+        JointLuGre LuGre Margin Maxwell Motor Multisine PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp
+        Reading Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Trapezoid Winch WormGear WrapCylinder WrapSphere
         Wrench Zener
     """,
     "jaxmbs.friction": """

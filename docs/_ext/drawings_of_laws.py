@@ -245,6 +245,36 @@ def harmonic(p):
     p.line((-1.6, 0, 0.1), (1.5, 0, 0.1), dash="3 3", width=0.9)
 
 
+def trapezoid(p):
+    def value(t):  # constant acceleration, speed, deceleration: quarters, halves
+        s = min(max((t - 0.15) / 0.7, 0), 1)
+        if s > 0.5:
+            return -0.5 + 1.2 * (1 - moved(1 - s))
+        return -0.5 + 1.2 * moved(s)
+
+    moved = lambda s: s**2 / 0.42 if s < 0.3 else (0.09 + 0.6 * (s - 0.3)) / 0.42
+    p.graph(value, 0, 1, "t", "value", zero=-0.9, points=(0.15, 0.85))
+    p.text((-1.3, 0, -0.5), "before", shift=(0, -8))
+    p.text((1.25, 0, 0.7), "distance", shift=(0, -8))
+
+
+def cam_rise(p):
+    p.graph(lambda t: -0.5 + 1.2 * (t - math.sin(2 * math.pi * t) / (2 * math.pi)), 0, 1, "t", "value", zero=-0.9)
+    p.text((1.25, 0, 0.7), "rise", shift=(0, -8))
+
+
+def chirp(p):
+    p.graph(lambda t: 0.1 + 0.7 * math.sin(4 * t + 16 * t**2), 0, 1, "t", "mean + amplitude sin(...)", zero=-0.9)
+
+
+def multisine(p):
+    p.graph(
+        lambda t: 0.1 + 0.22 * sum(math.sin(6 * k * t - math.pi * k * (k - 1) / 4) for k in (1, 2, 3, 4)),
+        *(0, 1, "t", "mean + sum of sines"),
+        zero=-0.9,
+    )
+
+
 def polynomial(p):
     p.graph(lambda t: -0.4 + 2.4 * t - 4.4 * t**2 + 3.0 * t**3, 0, 1, "t", "c0 + c1 t + c2 t^2 ...", zero=-0.9)
 
@@ -282,6 +312,8 @@ LAWS = {
     "BumpStop": bump_stop,
     "Bushing": bushing,
     "Cable": cable,
+    "CamRise": cam_rise,
+    "Chirp": chirp,
     "Constant": constant,
     "FrictionForce": coulomb_friction,
     "ElastoPlastic": elasto_plastic,
@@ -296,6 +328,7 @@ LAWS = {
     "LuGre": lugre,
     "Maxwell": maxwell,
     "Motor": motor,
+    "Multisine": multisine,
     "PD": pd,
     "Polynomial": polynomial,
     "Prony": prony,
@@ -306,6 +339,7 @@ LAWS = {
     "Step": step,
     "Table": table,
     "Torque": torque,
+    "Trapezoid": trapezoid,
     "Wrench": wrench,
     "Zener": zener,
 }

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         LuGre,
         SmoothCoulomb,
     )
+    from ._profiles import CamRise, Chirp, Multisine, Trapezoid
     from ._prony import Prony, PronyBushing
     from ._readings import Arrows, PointLoads, Reading
     from ._signals import AbstractSignal, Constant, Harmonic, Polynomial, Ramp, Spline, Step
@@ -76,6 +77,8 @@ __all__ = [
     "BumpStop",
     "Bushing",
     "Cable",
+    "CamRise",
+    "Chirp",
     "Constant",
     "CoulombFriction",
     "ElastoPlastic",
@@ -94,6 +97,7 @@ __all__ = [
     "Margin",
     "Maxwell",
     "Motor",
+    "Multisine",
     "PD",
     "PathKinematics",
     "PointLoads",
@@ -109,6 +113,7 @@ __all__ = [
     "Step",
     "Table",
     "Torque",
+    "Trapezoid",
     "Winch",
     "WormGear",
     "WrapCylinder",

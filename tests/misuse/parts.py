@@ -455,6 +455,10 @@ CASES = {
     "forces.Harmonic": signal(lambda z: call(0.5, 2.0, 3.0, 0.25)),
     "forces.Polynomial": signal(lambda z: call(np.array([1.0, 2.0])), f"coefficients shape: {MANY}"),
     "forces.Step": signal(lambda z: call(0.5, 2.0, 1.0, 3.0), positive="duration"),
+    "forces.Trapezoid": signal(lambda z: call(0.5, 2.0, 1.0, 3.0, 0.25, 0.5), positive="speed acceleration jerk"),
+    "forces.CamRise": signal(lambda z: call(0.5, 2.0, "3-4-5", 0.25, 1.0), positive="duration"),
+    "forces.Chirp": signal(lambda z: call(0.5, 2.0, 1.0, 3.0, 0.25, 0.5, 4.0), positive="duration"),
+    "forces.Multisine": signal(lambda z: call(np.array([1.0, 2.0]), 0.5, np.array([0.1, 0.2]), 0.25)),
     "forces.Spline": signal(lambda z: call(POINTS, EFFORTS, np.array([0.5, 1.0]))),
     "elements.Beam": element(
         lambda z: call(
