@@ -156,14 +156,13 @@ FACES = {
         stresses
     """,
     "jaxmbs.forces": """
-        AbstractBodyLaw AbstractLaw AbstractPathLaw AbstractPoseLaw
-        AbstractScalarLaw AbstractSignal AbstractSystemLaw
-        AbstractJointFriction Actuator AirSpring Arrows Attachment BeamElement BeamSection BearingFriction BevelGear
-        BristleForce BrownMcPhee BumpStop Bushing Cable CamRise Chirp Constant CoulombFriction ElastoPlastic ElementBond Eyelet
-        Force FrictionForce GearPair GeneralisedEffort Harmonic HydraulicCylinder InextensibleCable InternalState
-        JointLuGre LuGre Margin Maxwell Motor Multisine PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp
-        Reading Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Trapezoid Winch WormGear WrapCylinder WrapSphere
-        Wrench Zener
+        AbstractBodyLaw AbstractLaw AbstractPathLaw AbstractPoseLaw AbstractScalarLaw AbstractSignal
+        AbstractSystemLaw AbstractJointFriction Actuator AirSpring Arrows Attachment BeamElement BeamSection
+        BearingFriction BevelGear BristleForce BrownMcPhee BumpStop Bushing Cable CamRise Chirp Constant
+        CoulombFriction ElastoPlastic ElementBond Eyelet Force FrictionForce GearPair GeneralisedEffort
+        Harmonic HydraulicCylinder InextensibleCable InternalState JointLuGre LuGre Margin Maxwell Motor
+        Multisine PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp Reading Sheave SmoothCoulomb
+        Spline SpringDamper Step Table Torque Trapezoid Winch WormGear WrapCylinder WrapSphere Wrench Zener
     """,
     "jaxmbs.friction": """
         AbstractBristles AbstractFriction BearingFriction BrownMcPhee LuGre SmoothCoulomb
