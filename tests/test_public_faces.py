@@ -206,7 +206,7 @@ FACES = {
         response_spectrum shock_spectrum sine_response stress_spectrum von_mises_spectrum
     """,
     "jaxmbs.studies": """
-        Designs StudyError grid latin_hypercube normal sobol sweep
+        Designs StudyError grid latin_hypercube normal open pareto_front sobol sweep
     """,
     "jaxmbs.viz": """
         ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 from jax.extend.core import ClosedJaxpr
 
 from ..checks import is_concrete
@@ -65,7 +66,8 @@ class TracedFunction:
         return self._is_inside and not is_concrete(self.jaxpr.consts)
 
     def __call__(self, *arrays: Any) -> list:
-        return jaxpr_function(self.jaxpr)(*arrays)
+        # results that are constants come as literals, which are no arrays to who parts arrays from the rest
+        return [jnp.asarray(x) for x in jaxpr_function(self.jaxpr)(*arrays)]
 
     def on_tape(self, *arrays: Any) -> TapeProgram | None:
         """The tape of it, for arrays like these; None where it cannot be on one."""

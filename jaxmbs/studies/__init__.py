@@ -6,6 +6,8 @@ from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
+    from ._opened import open_study as open
+    from ._opened import pareto_front
     from ._plans import Designs, grid, latin_hypercube, normal, sobol
     from ._study import StudyError, sweep
 
@@ -15,6 +17,8 @@ __all__ = [
     "grid",
     "latin_hypercube",
     "normal",
+    "open",
+    "pareto_front",
     "sobol",
     "sweep",
 ]

@@ -9,6 +9,8 @@ from ..checks import distinct_names, place_of
 from ..status import Status
 from ._plans import Designs
 
+NOT_COMPUTED = -1  # status of designs that a study on disk has not got yet
+
 
 def answer_dimensions(
     plan: Designs,
@@ -68,7 +70,7 @@ def build_dataset(
         for name, values in answers.items()
     }
     status = data["status"][1]
-    words = {code: str(Status(int(code))) for code in np.unique(status)}
+    words = {code: "not computed" if code == NOT_COMPUTED else str(Status(int(code))) for code in np.unique(status)}
     data["reason"] = (named, np.vectorize(words.get, otypes=[object])(status), {})
     if named == ("design",):
         data |= {

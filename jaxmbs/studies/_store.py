@@ -115,6 +115,15 @@ class StudyStore:
         except OSError as error:
             raise StudyError(f"{self.path} cannot be written: {error.strerror or error}") from error
 
+    @property
+    def has_layout(self) -> bool:
+        """Whether `write_layout` has written."""
+        return (self.path / "layout.npz").exists()
+
+    def write_layout(self, layout: bytes) -> None:
+        """Write what the study is of, for those who open it without its function."""
+        write_atomic(self.path / "layout.npz", layout)
+
     def write(self, number: int, arrays: Mapping[str, np.ndarray]) -> None:
         """Write the rows of a chunk.  Raises: OSError if the disk does not take them."""
         body = b"".join(np.ascontiguousarray(arrays[name], one.dtype).tobytes() for name, one in self._arrays.items())

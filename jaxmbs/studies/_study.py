@@ -18,6 +18,7 @@ from ..checks import as_flag
 from ..errors import BatchError
 from ..runtime import check_kind, fingerprint, garbage_collection_paused, tuning
 from ..typing import ArrayLike
+from ._opened import layout_bytes
 from ._plans import Designs, read_plan
 from ._results import answer_dimensions, build_dataset
 from ._store import StudyError, StudyStore, chunk_spans, hash_columns
@@ -81,8 +82,10 @@ def sweep(
             "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()},
         }
         store = StudyStore(path, spans, one, {**about, "function": fingerprint(_traced(function, plan)), "key": key})
-        if _load_chunks(found, spans, store):  # a study that is done asks nothing of the disk
+        layout = layout_bytes(plan, behind, coords, units)
+        if _load_chunks(found, spans, store) or not store.has_layout:  # a study that is done asks nothing of the disk
             with store.writing():
+                store.write_layout(layout)
                 _compute_chunks(found, spans, store, run, size, progress)
     return build_dataset(plan, found, behind, coords, units)
 

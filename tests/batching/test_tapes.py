@@ -4,6 +4,7 @@ import functools
 import threading
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -134,3 +135,23 @@ def test_the_first_error_of_a_design_is_raised():
 
     with pytest.raises(RuntimeError, match="no such design"):
         batch(failing, columns(3))
+
+
+CONSTANT = {
+    "a number": lambda: 3.0,
+    "an integer": lambda: jnp.asarray(3),
+    "an array": lambda: jnp.asarray([1.0, 2.0]),
+    "NumPy's": lambda: np.asarray([True, False]),
+    "worked out": lambda: jnp.sin(jnp.ones(2)),
+}
+
+
+@pytest.mark.parametrize("what", CONSTANT)
+def test_answers_that_do_not_depend_on_the_design(what):
+    answers = lambda design: {"before": CONSTANT[what](), "size": 2.0 * design["a"], "z": CONSTANT[what]()}
+    designs = {"a": np.arange(3.0)}
+    found, full = (mbs.batch(answers, designs, compile=kind, progress=False).values for kind in ("tape", "full"))
+    for name, values in full.items():
+        np.testing.assert_array_equal(found[name], values)
+        assert found[name].dtype == values.dtype
+    np.testing.assert_array_equal(found["size"], 2.0 * designs["a"])
