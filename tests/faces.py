@@ -15,11 +15,14 @@ def rooms():
 
 
 def arguments(thing):
-    """Names of the arguments of a call, or None of what has no signature."""
+    """Names of the arguments of a call, with stars where it takes any, or None of what has no signature."""
     try:
-        return [name for name in inspect.signature(thing).parameters if name not in ("self", "cls")]
+        parameters = inspect.signature(thing).parameters
     except (TypeError, ValueError):
         return None
+    return [
+        str(p.replace(default=p.empty, annotation=p.empty)) for n, p in parameters.items() if n not in ("self", "cls")
+    ]
 
 
 def members(kind):

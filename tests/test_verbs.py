@@ -36,3 +36,17 @@ def test_help_is_of_both_nouns(name):
         for function in VERBS[name]
         for parameter in list(inspect.signature(function).parameters)[1:]
     )
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_signatures_show_the_arguments_of_every_noun_by_name(name):
+    shown = inspect.signature(getattr(mbs, name)).parameters
+    assert next(iter(shown)) == "system" and not any(p.annotation is not p.empty for p in shown.values())
+    for function in VERBS[name]:
+        for parameter in [*inspect.signature(function).parameters.values()][1:]:
+            assert parameter.kind is parameter.VAR_KEYWORD or parameter.name in shown
+
+
+def test_completion_of_simulate_shows_times():
+    shown = str(inspect.signature(mbs.simulate))
+    assert shown.startswith("(system, state=Ellipsis, t1=None, ts=None, dt=None, solver=None")

@@ -79,12 +79,32 @@ def dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable 
         def dispatched(system, *args, **options):
             return implementation(system, *args, **options)
 
+        nouns = [of_mechanism, of_linear] + ([of_measured] if of_measured else [])
+        dispatched.__signature__ = _common_signature(nouns)  # type: ignore[attr-defined]
         entries = [_entry("a mechanism", of_mechanism), _entry("a linear system", of_linear)]
         entries += [_entry("a network with measured components", of_measured)] if of_measured else []
         dispatched.__doc__ = "\n\n".join([str(inspect.getdoc(verb)), *entries])
         return dispatched
 
     return decorate
+
+
+def _common_signature(functions: list[Callable]) -> inspect.Signature:
+    """What `help` and editors show of a verb: the arguments of the first function, and what only others have by name.
+
+    Without types, which are long; type checkers see each call with its own.  What only some nouns need is `...`.
+    """
+    calls = [inspect.signature(function).parameters for function in functions]
+    found: dict[str, inspect.Parameter] = {}
+    for k, call in enumerate(calls):
+        for p in [*call.values()][1:]:
+            name = "**" if p.kind is p.VAR_KEYWORD else p.name
+            needed_by_some = p.default is p.empty and p.kind < p.VAR_KEYWORD and any(name not in c for c in calls)
+            kind = p.KEYWORD_ONLY if k and p.kind is p.POSITIONAL_OR_KEYWORD else p.kind
+            default = ... if needed_by_some else p.default
+            found.setdefault(name, p.replace(kind=kind, default=default, annotation=p.empty))
+    system = inspect.Parameter("system", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return inspect.Signature([system, *sorted(found.values(), key=lambda p: p.kind)])
 
 
 def _entry(noun: str, function: Callable) -> str:

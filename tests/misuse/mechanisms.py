@@ -12,6 +12,13 @@ NO_NUMBER = "an answer of names and structure has no number in it"
 OF_PLACE = "the answer does not depend on it"
 
 
+def _study():
+    import xarray
+
+    rows = {"x": ("design", [1.0, 2.0, 3.0]), "y": ("design", [3.0, 1.0, 2.0]), "status": ("design", [0, 0, 0])}
+    return xarray.Dataset(rows, {"design": [0, 1, 2]})
+
+
 def of_state(*fine):
     return case(lambda z: call(z.bars, z.state), *fine)
 
@@ -222,6 +229,10 @@ CASES = {
         "design shape: all its numbers scatter by one deviation",
         "number huge: as many",
         "seed huge: any",
+    ),
+    "studies.pareto_front": case(
+        lambda z: call(_study(), ["x", "y"], ["y"]),
+        through=lambda front: lambda found, objectives, maximise: front(found, objectives, maximise).x.values,
     ),
     "batching.batch": case(
         lambda z: call(_squared, {"x": np.array([1.0, 2.0])}),
