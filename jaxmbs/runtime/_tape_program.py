@@ -83,7 +83,10 @@ class TapeFunction:
     def call(self, args: tuple, kwargs: dict) -> Any:
         """Results of the function, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
         program, leaves = self.program(args, kwargs)
-        return UNSUPPORTED if program is None else program(args, kwargs, leaves)
+        try:
+            return UNSUPPORTED if program is None else program(args, kwargs, leaves)
+        except UnsupportedError:  # by the numbers of this call
+            return UNSUPPORTED
 
     def program(self, args: tuple, kwargs: dict) -> tuple[TapeProgram | None, list]:
         """The program for arguments of this structure, None if there is none, and their arrays."""

@@ -22,6 +22,16 @@ class UnsupportedError(Exception):
     """An operation or a type of number that the tape does not have."""
 
 
+def has_long_integers(numbers: Any, dtype: np.dtype) -> bool:
+    """True for integers that a double does not have; the least and largest of their type, which bound others, are
+    none of them."""
+    if dtype != np.int64:
+        return False
+    numbers, ends = np.asarray(numbers), np.iinfo(np.int64)
+    beyond = (numbers > 2**53) | (numbers < -(2**53))
+    return bool(np.any(beyond & (numbers != ends.max) & (numbers != ends.min)))
+
+
 class Atom:
     """An array of the program: its shape and type, and its numbers if they are known."""
 
@@ -32,6 +42,8 @@ class Atom:
         if dtype not in DTYPES:
             raise UnsupportedError(f"numbers of type {dtype}")
         self.shape, self.dtype, self.constant = tuple(aval.shape), np.dtype(dtype), constant
+        if constant is not None and has_long_integers(constant, self.dtype):
+            raise UnsupportedError("whole numbers beyond 2^53")
         self.size = int(np.prod(self.shape, dtype=np.int64))
 
 

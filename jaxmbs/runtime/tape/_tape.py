@@ -9,6 +9,7 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from .. import _tuning as tuning
+from ._flatten import UnsupportedError, has_long_integers
 from ._machine import bind
 from ._overtime import LIMITED, OvertimeError
 from ._parts import Parts, by_array
@@ -58,10 +59,14 @@ class Tape:
     def __call__(self, *arrays: Any) -> list[np.ndarray]:
         """Results of the program, arrays of NumPy with the types of the program's results.
 
-        Raises: OvertimeError where runs have a `time_limit`, when it has cost more than compiling.
+        Raises: OvertimeError where runs have a `time_limit`, when it has cost more than compiling; UnsupportedError
+        for whole numbers beyond 2^53, which its doubles do not have.
         """
+        arrays = tuple(map(np.asarray, arrays))
+        if any(has_long_integers(array, array.dtype) for array in arrays):
+            raise UnsupportedError("whole numbers beyond 2^53")
         arena, run = taken = self._take_arena()
-        for places, array in zip(self._inputs, map(np.asarray, arrays), strict=True):
+        for places, array in zip(self._inputs, arrays, strict=True):
             for place, numbers in zip(
                 places, (array,) if len(places) == 1 else (array.real, array.imag), strict=True
             ):

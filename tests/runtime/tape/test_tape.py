@@ -150,3 +150,14 @@ def test_motions_and_gradients_on_tapes_are_those_of_xla():
     wanted, wanted_slope = jit(jax.value_and_grad(load), compile="quick")(x)
     np.testing.assert_allclose(value, wanted, rtol=1e-9)
     np.testing.assert_allclose(slope, wanted_slope, rtol=1e-8)
+
+
+@pytest.mark.parametrize("number", [2**53 - 1, 2**53 + 1, -(2**53) - 1, 2**62 + 1])
+def test_whole_numbers_that_doubles_do_not_have_are_kept(number):
+    """By the compiler where they are given or constants; within 2^53 by the tape."""
+    x = jnp.asarray([3, 5])
+    as_constant = mbs.jit(lambda x: jnp.asarray(number) + 0 * x, compile="tape")
+    as_argument = mbs.jit(lambda x, n: n - 1 + 0 * x, compile="tape")
+    np.testing.assert_array_equal(as_constant(x), np.full(2, number))
+    np.testing.assert_array_equal(as_argument(x, jnp.asarray(number)), np.full(2, number - 1))
+    np.testing.assert_array_equal(as_argument(x, jnp.asarray(7)), [6, 6])
