@@ -186,19 +186,11 @@ class Contact(AbstractPoseLaw):
 
     def point_loads(self, *args: Any) -> PointLoads:
         """Loads at all points, of the arguments of `wrench`."""
-        forces = self.point_forces(*args[:-1])
-        area = self.pair.area(jnp.maximum(forces.touch.depth, 0.0))
-        at = forces.touch
+        loads = self.point_forces(*args[:-1])
+        area = self.pair.area(jnp.maximum(loads.touch.depth, 0.0))
+        at = loads.touch
         return PointLoads(
-            at.depth,
-            forces.rate,
-            at.point,
-            at.normal,
-            forces.normal,
-            forces.friction,
-            forces.sliding,
-            area,
-            self.wear,
+            at.depth, loads.rate, at.point, at.normal, loads.normal, loads.friction, loads.sliding, area, self.wear
         )
 
     def drawing(self) -> Drawing:

@@ -39,14 +39,11 @@ class Uncertainty(NamedTuple):
 
     def report(self) -> Report:
         arrays = {"mean": self.mean, "standard deviation": self.deviation, "percentile": self.percentile}
-        quantities = [
-            *(entries(name, values) for name, values in arrays.items()),
-            Quantity("failed samples", self.failed),
-        ]
+        parts = [*(entries(name, values) for name, values in arrays.items()), Quantity("failed samples", self.failed)]
         if self.samples is None:
-            return Report(quantities, "to first order")
+            return Report(parts, "to first order")
         sample = Axis("sample", np.arange(len(self.samples)))
-        return Report([entries("answer", self.samples, "", (sample,)), *quantities], f"{len(self.samples)} samples")
+        return Report([entries("answer", self.samples, "", (sample,)), *parts], f"{len(self.samples)} samples")
 
     def fraction_within(self, lower: ArrayLike = -np.inf, upper: ArrayLike = np.inf) -> np.ndarray:
         """The yield: the fraction of designs whose answer lies between limits, each entry by itself.

@@ -71,14 +71,12 @@ class MeasuredModes(Reported, eqx.Module):
 
     def report(self) -> Report:
         mode = numbered("mode", len(self.frequencies))
-        quantities = [Quantity("frequency", self.frequencies, "Hz", (mode,))]
+        parts = [Quantity("frequency", self.frequencies, "Hz", (mode,))]
         if self.damping is not None:
-            quantities.append(Quantity("damping ratio", self.damping, "", (mode,)))
+            parts.append(Quantity("damping ratio", self.damping, "", (mode,)))
         if self.shapes is not None:
-            quantities.append(
-                Quantity("shape", self.shapes, "", (Axis("channel", self.channels), mode), in_table=False)
-            )
-        return Report(quantities, f"{len(self.frequencies)} modes, {len(self.channels)} channels")
+            parts.append(Quantity("shape", self.shapes, "", (Axis("channel", self.channels), mode), in_table=False))
+        return Report(parts, f"{len(self.frequencies)} modes, {len(self.channels)} channels")
 
 
 def _table_rows(update):
@@ -218,10 +216,8 @@ def _predicted_modes(system, modes):
         likeness = jnp.exp(-jnp.abs(jnp.log(jnp.where(ratios > 0, ratios, 1e-9))))
     else:
         kind = np.result_type(computed.shapes.dtype, modes.shapes.dtype)
-        shapes, target = (
-            computed.at(*modes.channels).astype(kind),
-            jnp.asarray(_normalised(modes.shapes)).astype(kind),
-        )
+        target, shapes = jnp.asarray(_normalised(modes.shapes)), computed.at(*modes.channels)
+        target, shapes = target.astype(kind), shapes.astype(kind)
         likeness = mac(target, shapes)
     pairs = best_pairs(lax.stop_gradient(jnp.where(proper, likeness, -0.5)))
     parts = {"frequency": computed.frequencies[pairs] / modes.frequencies}
