@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import PyTree
 
-from ..runtime import tuning
+from ..runtime import UnsupportedError, tuning
 from ._program import BatchedFunction
 from ._table import num_designs
 
@@ -37,8 +37,11 @@ def designs_on_tape(batched: BatchedFunction, designs: PyTree, total: int) -> De
         return None
     first = [np.asarray(x[0]) for x in jax.tree.leaves(designs)]
     program = batched.traced.on_tape(*first)
-    if program is None or program.tier.is_compiled:
+    if program is None or program.tier.is_compiled or program.is_refused:
         return None
     if not program.tier.has_run:
-        program.run(*first)
+        try:
+            program.run(*first)
+        except UnsupportedError:
+            return None
     return None if program.tier.is_dear(total) else DesignsOnTape(program)

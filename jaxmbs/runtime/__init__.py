@@ -37,7 +37,7 @@ from ._tracer_errors import explain_error, tracer_errors_in_words
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
 from ._tricks import is_on, without_tricks
 from ._user_jit import jit as user_jit
-from .tape import missing_primitives
+from .tape import UnsupportedError, missing_primitives
 
 __all__ = [
     "FORWARD_MODE",
@@ -48,6 +48,7 @@ __all__ = [
     "SMALL_PROGRAM",
     "TracedFunction",
     "TrickState",
+    "UnsupportedError",
     "any_in_batch",
     "as_argument",
     "as_array",

@@ -30,6 +30,7 @@ class TapeProgram:
     def __init__(self, stored: StoredProgram, by_compiler: Callable | None, write: Callable | None):
         self._stored, self._by_compiler, self._write = stored, by_compiler, write
         self.tier = Tier(stored.tape.num_instructions)
+        self.is_refused = False
 
     def __call__(self, args: tuple, kwargs: dict, leaves: list) -> Any:
         if self.tier.is_compiled and self._by_compiler is not None:
@@ -40,9 +41,16 @@ class TapeProgram:
         return eqx.combine(jax.tree.unflatten(self._stored.structure, arrays), self._stored.static)
 
     def run(self, *arrays: Any) -> list[np.ndarray]:
-        """Arrays of the results, by the tape."""
-        with self.tier.measured():
-            found = self._stored.tape(*arrays)
+        """Arrays of the results, by the tape.
+
+        Raises: UnsupportedError where these numbers are none for it; the compiler has the program from then on.
+        """
+        try:
+            with self.tier.measured():
+                found = self._stored.tape(*arrays)
+        except UnsupportedError:
+            self.is_refused = True
+            raise
         write, self._write = self._write, None
         if write is not None:
             write(arrays, found)
@@ -83,9 +91,11 @@ class TapeFunction:
     def call(self, args: tuple, kwargs: dict) -> Any:
         """Results of the function, arrays as JAX's; `UNSUPPORTED` if it has operations that tapes do not have."""
         program, leaves = self.program(args, kwargs)
+        if program is None or program.is_refused:
+            return UNSUPPORTED
         try:
-            return UNSUPPORTED if program is None else program(args, kwargs, leaves)
-        except UnsupportedError:  # by the numbers of this call
+            return program(args, kwargs, leaves)
+        except UnsupportedError:
             return UNSUPPORTED
 
     def program(self, args: tuple, kwargs: dict) -> tuple[TapeProgram | None, list]:

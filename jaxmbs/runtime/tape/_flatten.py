@@ -18,6 +18,9 @@ _SMALL_PROGRAMS = {"maybe_set", "select_if_vmap", "vprim"}
 DTYPES = tuple(map(np.dtype, ("bool", "int32", "uint32", "int64", "float64")))
 
 
+LONG_INTEGERS = "whole numbers beyond 2^53"
+
+
 class UnsupportedError(Exception):
     """An operation or a type of number that the tape does not have."""
 
@@ -43,7 +46,7 @@ class Atom:
             raise UnsupportedError(f"numbers of type {dtype}")
         self.shape, self.dtype, self.constant = tuple(aval.shape), np.dtype(dtype), constant
         if constant is not None and has_long_integers(constant, self.dtype):
-            raise UnsupportedError("whole numbers beyond 2^53")
+            raise UnsupportedError(LONG_INTEGERS)
         self.size = int(np.prod(self.shape, dtype=np.int64))
 
 
@@ -126,7 +129,7 @@ def _constant(value):
     if value.dtype == jax.dtypes.float0:
         value = np.zeros(value.shape, bool)
     if value.dtype.kind in "iu" and value.size and np.max(np.abs(value.astype(np.float64))) > 2.0**53:
-        raise UnsupportedError("whole numbers beyond 2^53")
+        raise UnsupportedError(LONG_INTEGERS)
     return Atom(value, value)
 
 

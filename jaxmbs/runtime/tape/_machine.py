@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ._build import LIBRARY, sources_number
+from ._flatten import LONG_INTEGERS, UnsupportedError
 from ._host import call_host
 from ._parts import Parts
 
@@ -62,6 +63,9 @@ def _run(parts, arena):
 
     def call(number, _):
         try:
+            if number < 0:  # once is enough
+                failed or failed.append(UnsupportedError(LONG_INTEGERS))
+                return
             call_host(parts.code[number], parts.tables, arena)
         except BaseException as error:  # ctypes prints what a callback raises, and goes on
             failed.append(error)

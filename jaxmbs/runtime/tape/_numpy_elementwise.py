@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ._flatten import LONG_INTEGERS, UnsupportedError
 from ._numpy_memory import binding
 from ._opcodes import NAMES, OPERANDS
 
@@ -126,7 +127,14 @@ def _by_power(i, memory):
 def _by_whole(i, memory):
     function = _WHOLE[NAMES[i.op]]
     operands = memory.operand(i, "a"), memory.operand(i, "b")
-    return _store, (memory.result(i), lambda x, y: _wrapped(function(x, y), i.x0), *operands)
+
+    def exactly(x, y):
+        found = function(x, y)
+        if i.x0 == 64 and NAMES[i.op] != "IDIV" and np.any((found > 2**53) | (found < -(2**53))):
+            raise UnsupportedError(LONG_INTEGERS)
+        return _wrapped(found, i.x0)
+
+    return _store, (memory.result(i), exactly, *operands)
 
 
 @binding("IREM")

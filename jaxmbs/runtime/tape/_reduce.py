@@ -46,17 +46,18 @@ def _along(writer: Writer, value: Value, shape: Any, axes: Any) -> tuple[int, in
     return writer.dense(value, size), length, inner
 
 
+_WHOLE_SUMS = ("reduce_sum", "reduce_prod", "cumsum", "cumprod", "dot_general")
+
+
 def _wrapped(writer: Writer, operation: Operation, result: Value) -> Value:
-    """Sums of whole numbers of 32 bits wrap round."""
+    """Sums and products of whole numbers are theirs within 2^53, which adding nothing looks at; those of 32 bits wrap
+    round."""
     out = operation.outputs[0]
-    if out.dtype in (np.int32, np.uint32) and operation.name in (
-        "reduce_sum",
-        "reduce_prod",
-        "cumsum",
-        "cumprod",
-        "dot_general",
-    ):
-        writer.emit(f"WRAP_{out.dtype.name.upper()}", out.size, out=result.place, a=result.place)
+    if out.dtype in (np.int32, np.uint32, np.int64) and operation.name in _WHOLE_SUMS:
+        nothing = writer.arena.constant(np.zeros((), out.dtype))
+        writer.emit("IADD", out.size, out=result.place, a=result.place, b=nothing.place, splat=2, x0=64)
+        if out.dtype != np.int64:
+            writer.emit(f"WRAP_{out.dtype.name.upper()}", out.size, out=result.place, a=result.place)
     return result
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from .. import _tuning as tuning
-from ._flatten import UnsupportedError, has_long_integers
+from ._flatten import LONG_INTEGERS, UnsupportedError, has_long_integers
 from ._machine import bind
 from ._overtime import LIMITED, OvertimeError
 from ._parts import Parts, by_array
@@ -64,7 +64,7 @@ class Tape:
         """
         arrays = tuple(map(np.asarray, arrays))
         if any(has_long_integers(array, array.dtype) for array in arrays):
-            raise UnsupportedError("whole numbers beyond 2^53")
+            raise UnsupportedError(LONG_INTEGERS)
         arena, run = taken = self._take_arena()
         for places, array in zip(self._inputs, arrays, strict=True):
             for place, numbers in zip(

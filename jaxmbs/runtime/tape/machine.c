@@ -66,6 +66,12 @@ static double wrapped(int64_t x, int64_t bits) {
   return bits == 32 ? (double)(int32_t)(uint32_t)(uint64_t)x : bits == -32 ? (double)(uint32_t)(uint64_t)x : (double)x;
 }
 
+/* `wrapped`, telling the host (-1) of a number of 64 bits that no double has. */
+static double exactly(const Machine *m, int64_t x, int64_t bits) {
+  if (bits == 64 && (x > 9007199254740992 || x < -9007199254740992)) m->host(-1, m->M);
+  return wrapped(x, bits);
+}
+
 static void fill(double *to, double x, int64_t n) {
   for (int64_t k = 0; k < n; k++) to[k] = x;
 }
@@ -355,9 +361,9 @@ static void step(const Machine *m, const Instruction *i) {
       BINARY(AND, (double)(whole(x) & whole(y)))
       BINARY(OR, (double)(whole(x) | whole(y)))
       BINARY(XOR, (double)(whole(x) ^ whole(y)))
-      BINARY(IADD, wrapped((int64_t)((uint64_t)whole(x) + (uint64_t)whole(y)), i->x0))
-      BINARY(ISUB, wrapped((int64_t)((uint64_t)whole(x) - (uint64_t)whole(y)), i->x0))
-      BINARY(IMUL, wrapped((int64_t)((uint64_t)whole(x) * (uint64_t)whole(y)), i->x0))
+      BINARY(IADD, exactly(m, (int64_t)((uint64_t)whole(x) + (uint64_t)whole(y)), i->x0))
+      BINARY(ISUB, exactly(m, (int64_t)((uint64_t)whole(x) - (uint64_t)whole(y)), i->x0))
+      BINARY(IMUL, exactly(m, (int64_t)((uint64_t)whole(x) * (uint64_t)whole(y)), i->x0))
       BINARY(IDIV, y == 0.0 ? -1.0 : wrapped(whole(x / y), i->x0))
       BINARY(IREM, y == 0.0 ? x : fmod(x, y) + 0.0)
     case SELECT: { /* a is the predicate; b where it is false, c where it is true */
@@ -385,7 +391,7 @@ static void step(const Machine *m, const Instruction *i) {
     case JOIN: /* x0 parts: place, splat, rows, length of a row, start, stride of rows in the result */
       for (int64_t q = 0; q < i->x0; q++, t += 6) {
         const double *from = M + t[0];
-        for (int64_t r = 0; r < t[2]; r++, from += t[1] ? 0 : t[3]) copy(o + t[4] + r * t[5], from, t[3], (int)t[1]);
+        for (int64_t r = 0; r < t[2]; r++, from += t[1] ? 0 : t[3]) copy(o + t[4] + r * t[5], from, t[3], t[1] != 0);
       }
       break;
     case SLICE: { /* x0 axes with an index; then the places, or contiguous where mode is 1 */
@@ -496,7 +502,7 @@ static void step(const Machine *m, const Instruction *i) {
         const int64_t k = i->mode ? n - 1 - turn : turn, *row = t;
         for (int64_t q = 0; q < i->x1; q++, row += 4) copy(M + row[1], M + row[0] + k * row[2], row[2], 0);
         run(m, i->x0);
-        for (int64_t q = 0; q < i->x2; q++, row += 4) copy(M + row[0] + k * row[2], M + row[1], row[2], (int)row[3]);
+        for (int64_t q = 0; q < i->x2; q++, row += 4) copy(M + row[0] + k * row[2], M + row[1], row[2], row[3] != 0);
       }
       break;
     }

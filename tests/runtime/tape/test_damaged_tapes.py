@@ -11,6 +11,7 @@ import pytest
 from jaxmbs.runtime import tape as room
 from jaxmbs.runtime.tape import Tape, TapeError
 from jaxmbs.runtime.tape._bytes import _DIGEST, _MARK, _digest, read_tape, write_tape
+from jaxmbs.runtime.tape._opcodes import CODE, FIELDS
 
 from .damage import arena_of, damaged
 from .programs import PROGRAMS
@@ -64,6 +65,18 @@ def fuzz(program, number, seed):
 def sanitized(tmp_path_factory):
     program = driver(tmp_path_factory.mktemp("driver"))
     return program or pytest.skip("no C compiler with sanitisers")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flag", [1, 2**31, 2**32, 2**40, -(2**62)])
+def test_a_flag_is_one_whatever_bit_it_has(sanitized, flag):
+    """The machine and the check read it alike: one number is written out, and no row that ends outside."""
+    parts = tape_of("scan").parts
+    tables, (scan,) = parts.tables.copy(), np.flatnonzero(parts.code[:, 0] == CODE["SCAN"])
+    row = dict(zip(FIELDS, parts.code[scan], strict=True))
+    first = row["table"] + 4 * row["x1"]
+    tables[first + 1], tables[first + 3] = parts.size - 1, flag
+    run_all(sanitized, [(parts._replace(tables=tables).validated(), np.zeros(parts.size))])
 
 
 @pytest.mark.slow

@@ -161,3 +161,25 @@ def test_whole_numbers_that_doubles_do_not_have_are_kept(number):
     np.testing.assert_array_equal(as_constant(x), np.full(2, number))
     np.testing.assert_array_equal(as_argument(x, jnp.asarray(number)), np.full(2, number - 1))
     np.testing.assert_array_equal(as_argument(x, jnp.asarray(7)), [6, 6])
+
+
+def _congruence(x):
+    """A generator of Lehmer's: products of 62 bits."""
+    step = lambda x, _: ((1103515245 * x + 12345) % 2**31,) * 2
+    return lax.scan(step, x, None, length=6)[1]
+
+
+@pytest.mark.parametrize("function, x", [
+    (_congruence, 42),
+    (lambda x: jnp.cumprod(jnp.arange(1, 21) * x), 1),
+    (lambda x: jnp.prod(jnp.arange(1, 20) * x), 1),
+    (lambda x: jnp.sum(x * jnp.ones(5, int)), 2**52 - 1),
+    (lambda x: x * jnp.arange(3) - x, 2**52 - 1),
+    (lambda x: jnp.dot(jnp.full(3, x), jnp.full(3, x)), 2**27 + 1),
+    (lambda x: x**5, 2**13 + 1),
+])  # fmt: skip
+def test_whole_numbers_that_grow_beyond_doubles_are_the_compilers(function, x):
+    x = jnp.asarray(x)
+    tape, full = (mbs.jit(function, compile=kind) for kind in ("tape", "full"))
+    for _ in range(2):
+        np.testing.assert_array_equal(tape(x), full(x))
