@@ -102,7 +102,7 @@ def _pass_samples(pairs, whole, factors):
                 return (y, v, *ends, jnp.maximum(above, top), jnp.minimum(below, bottom)), None
 
             y, v = state
-            y, v, *bounds = lax.scan(one, (y, v, y, y, y, y), pair, unroll=2)[0]
+            y, v, *bounds = lax.scan(one, (y, v, y, y, y, y), pair)[0]
             return (y, v), (*state, *bounds)
 
         zero = jnp.zeros_like(whole[0, 0])

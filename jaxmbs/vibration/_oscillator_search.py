@@ -81,7 +81,7 @@ def _search_blocks(blocks, step, bounds, parts, scale, oscillators, factors):
             after = tuple(advance(parts[0], state, *pair))
             return after, after
 
-        after = lax.scan(one, start, (load, rise), unroll=2)[1]
+        after = lax.scan(one, start, (load, rise))[1]
         y, v = (jnp.concatenate([x[None], xs]) for x, xs in zip(start, after, strict=True))
 
         def search_step(found, k):
