@@ -15,17 +15,23 @@ SIZE = st.floats(0.05, 20.0)
 LAWS = ("cycloidal", "modified sine", "3-4-5", "4-5-6-7")
 
 
+@jax.jit
+def _sampled(signal, t):
+    first = jax.grad(signal)
+    return tuple(jax.vmap(f)(t) for f in (signal, first, jax.grad(first)))
+
+
 def sampled(signal, t):
     """Value and the first two rates at times."""
-    first = jax.grad(signal)
-    return tuple(np.asarray(jax.vmap(f)(jnp.asarray(t))) for f in (signal, first, jax.grad(first)))
+    return tuple(map(np.asarray, _sampled(signal, jnp.asarray(t))))
 
 
+@jax.jit
 def along(signal, t):
     return jax.vmap(signal)(jnp.asarray(t))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(distance=SIZE, speed=SIZE, acceleration=SIZE, jerk=st.none() | SIZE, way=st.sampled_from([1.0, -1.0]))
 def test_a_move_ends_at_its_distance_within_its_limits_and_touches_one(distance, speed, acceleration, jerk, way):
     move = Trapezoid(way * distance, speed, acceleration, jerk, start=0.3, before=2.0)
