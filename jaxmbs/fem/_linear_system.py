@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
+
 from ..checks import as_flag
 from ..elements import DIRECTIONS
 from ..linear._system import LinearSystem
@@ -39,14 +41,15 @@ def assemble(
     matrices: dict[str, Any] = dict(zip(kinds, made, strict=True))
     if preload is not None:
         matrices["stiffness"] = stiffness_under_load(structure, preload)
-    labels = structure.labels
-    if blocks:
+    labels, massless = structure.labels, ()
+    if blocks:  # held and absent coordinates have no mass, which a trace does not see
+        massless = np.flatnonzero(structure.index.table[:, : structure.size] < 0).tolist()
         labels = [(name, direction) for name in structure.names for direction in DIRECTIONS[: structure.size]]
     places = (structure.names, structure.positions)
     interface = [_node_name(structure, item) for item in interface]
     if structure.held:
         matrices["ground_inertia"] = ground_inertia(structure, blocks)
-    return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places)
+    return LinearSystem(**matrices, interface=interface, coordinates=labels, positions=places, massless=massless)
 
 
 def _node_name(structure, item):

@@ -93,11 +93,18 @@ def massless_rows(system: LinearSystem, among: Iterable[int] | None = None) -> t
     """
     rows = range(system.num_rows) if among is None else sorted(among)
     if not is_concrete(system.mass):
-        return tuple(sorted(set(system.massless) & set(rows)))
+        return tuple(sorted((set(system.massless) & set(rows)) - _padded_rows(system)))
     if isinstance(system.mass, BlockMatrix):
         return tuple(k for k in _massless_block_rows(system) if k in set(rows))
     zero = ~np.any(np.asarray(system.mass), axis=1)
     return tuple(sorted({*(k for k in rows if zero[k]), *dependent_rows(system.mass, rows)}))
+
+
+def _padded_rows(system):
+    """Rows of block matrices that stand for no coordinate of a node."""
+    if not isinstance(system.mass, BlockMatrix) or system.block_rows is not None:
+        return set()
+    return set(np.flatnonzero(system.mass.pattern.padding).tolist())
 
 
 def _massless_block_rows(system):
