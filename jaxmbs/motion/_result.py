@@ -57,7 +57,7 @@ def motion_of(
     if equations.follows_rows:  # the constraints alone determine coordinates, and their derivative
         saved, there = ((t, lax.stop_gradient(psi), *rest) for t, psi, *rest in (saved, there))
     gone = ~(jnp.all(jnp.isfinite(saved[1]), axis=1) & jnp.all(jnp.isfinite(saved[2]), axis=1))
-    together = _together((start.t, *y0[:parts]), saved, there, ended | gone)
+    together = _with_start_and_end((start.t, *y0[:parts]), saved, there, ended | gone)
     if is_hybrid:
         of_sides, used = rows_of_sides(equations, final, account, there)
         together = jax.tree.map(lambda x, more: jnp.concatenate([x, more]), together, of_sides)
@@ -92,7 +92,7 @@ def motion_of(
     return Motion(times, states, code, diagnostics, end, record)
 
 
-def _together(first, saved, end, gone):
+def _with_start_and_end(first, saved, end, gone):
     """Rows (1 + T + 1, ...) of the start, the saved times and the end.
 
     Rows that are gone are the end's: so the derivative of what is lost meets all parameters as NaN, and that of what

@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 from ..checks import distinct_names, place_of
+from ..errors import ModelError
 from ..status import succeeded
 from ._plans import Designs
 from ._results import NOT_COMPUTED, build_dataset
@@ -23,7 +24,7 @@ def layout_bytes(
     coords: Mapping[str, Any],
     units: Mapping[str, str],
 ) -> bytes:
-    """What a study is of: its designs, dimensions, coordinates and units, as an npz without pickles."""
+    """Designs, dimensions, coordinates and units of a study, as an npz without pickles."""
     words = {
         "designs": list(plan.designs),
         "axes": [name for name, _ in plan.axes],
@@ -105,6 +106,8 @@ def pareto_front(found: Any, objectives: Sequence[str], maximise: Sequence[str] 
 
     Raises: UnknownNameError for names that are not there, ValueError for answers of more than a number.
     """
+    if not {"data_vars", "coords", "isel"} <= set(dir(found)) or "status" not in found:
+        raise ModelError(["found must be the Dataset of a study, with its status"], "the question")
     objectives = distinct_names("objectives", objectives)
     for name in objectives:
         place_of("answer or variable", name, {**found.data_vars, **found.coords})

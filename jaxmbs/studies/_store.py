@@ -117,11 +117,11 @@ class StudyStore:
 
     @property
     def has_layout(self) -> bool:
-        """Whether `write_layout` has written."""
+        """True where the designs are kept in the folder."""
         return (self.path / "layout.npz").exists()
 
     def write_layout(self, layout: bytes) -> None:
-        """Write what the study is of, for those who open it without its function."""
+        """Write designs and dimensions, for those who open the study without its function."""
         write_atomic(self.path / "layout.npz", layout)
 
     def write(self, number: int, arrays: Mapping[str, np.ndarray]) -> None:

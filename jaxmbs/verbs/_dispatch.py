@@ -90,7 +90,7 @@ def dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable 
 
 
 def _common_signature(functions: list[Callable]) -> inspect.Signature:
-    """What `help` and editors show of a verb: the arguments of the first function, and what only others have by name.
+    """Signature of a verb in `help` and editors: the arguments of the first noun, by name those of others.
 
     Without types, which are long; type checkers see each call with its own.  What only some nouns need is `...`.
     """

@@ -1,4 +1,4 @@
-"""How far the motions of oscillators can go within steps over which their load is straight."""
+"""Bounds of the motions of oscillators within steps over which their load is straight."""
 
 from typing import NamedTuple
 
@@ -9,13 +9,13 @@ from ._oscillator_motion import Oscillators
 
 
 class BoundFactors(NamedTuple):
-    """What bounds take of states, loads and their rises in a step, each (f,).
+    """Factors of the bounds by states, loads and their rises in a step, each (f,).
 
     Attributes:
         rest: position at rest by the load and by its rise.
         speed: of the free motion about it over its circular frequency, by v / scale, the load and its rise.
         has_envelope: a spring holds the oscillator, and damping takes energy from it.
-        beyond: what a motion can go in a step beyond its ends, by its size there and those of load and rise.
+        beyond: excess of a motion in a step over its ends, by its size there and those of load and rise.
     """
 
     rest: tuple[Array, Array]
@@ -65,7 +65,7 @@ def envelope(
 
 
 def overshoot(factors: BoundFactors, size: Array, load: Array, rise: Array) -> Array:
-    """What motions (n, f) can go in a step beyond its ends, by the largest sizes there, of load and of rise."""
+    """Excess of motions (n, f) in a step over its ends, at most, by the largest sizes there, of load and of rise."""
     of_size, of_load, of_rise = (x[None] for x in factors.beyond)
     found = of_size * size + of_load * load + of_rise * rise
     return jnp.where(jnp.isnan(found), jnp.inf, found)  # infinite factors of nothing

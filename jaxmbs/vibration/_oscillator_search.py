@@ -103,7 +103,7 @@ def _step_bounds(y, v, load, rise, factors):
 
 
 def _in_order(visit, found, bounds):
-    """What is found by visits of numbers (f,) in the order of bounds (2, n, f), until none is above it."""
+    """Extremes after visits of numbers (f,) in the order of bounds (2, n, f), until none is above them."""
 
     def above(carry):
         found, bounds = carry
