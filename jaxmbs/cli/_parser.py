@@ -2,9 +2,9 @@
 
 import argparse
 import importlib
-import importlib.metadata
 from pathlib import Path
 
+from .. import __version__
 from ..io._numbers import real
 
 _TABLES, _PICTURES = (".csv", ".nc"), (".png", ".svg", ".pdf", ".html")
@@ -14,7 +14,7 @@ _MODEL = "a .urdf, an .xml of MuJoCo or a .json of jaxmbs"
 def parser() -> argparse.ArgumentParser:
     """Parser of the whole command line; `options.run(options)` runs the command."""
     whole = argparse.ArgumentParser(prog="python -m jaxmbs", description="Differentiable multibody dynamics in JAX.")
-    whole.add_argument("--version", action="version", version=f"jaxmbs {importlib.metadata.version('jaxmbs')}")
+    whole.add_argument("--version", action="version", version=f"jaxmbs {__version__}")
     commands = whole.add_subparsers(metavar="command", required=True)
 
     check = _command(commands, "check", "every fault, mobility, redundancy, and what was left out of a file")

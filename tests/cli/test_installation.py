@@ -1,11 +1,11 @@
 """The command line: doctor, version, wrong commands."""
 
-import importlib.metadata
 import subprocess
 import sys
 
 import pytest
 
+import jaxmbs
 from jaxmbs.cli import main
 
 
@@ -19,7 +19,7 @@ def test_version(capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["--version"])
     assert stopped.value.code == 0
-    assert capsys.readouterr().out.split() == ["jaxmbs", importlib.metadata.version("jaxmbs")]
+    assert capsys.readouterr().out.split() == ["jaxmbs", jaxmbs.__version__]
 
 
 @pytest.mark.parametrize("arguments", [["dance"], [], ["demo", "--loud"]])

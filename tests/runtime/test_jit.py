@@ -9,6 +9,7 @@ from jaxmbs.runtime import SMALL_PROGRAM, jit
 from jaxmbs.runtime import _compiler_options as options
 from jaxmbs.runtime import _jit as module
 from jaxmbs.runtime._compiler_options import compiler_options
+from jaxmbs.runtime._tape_program import tapes_work
 
 pytestmark = pytest.mark.usefixtures("tricks_on")
 
@@ -81,3 +82,9 @@ def test_quick_programs_are_small_ones():
 def test_unknown_kind():
     with pytest.raises(ValueError, match="'auto', 'tape', 'quick' or 'full'"):
         jit(lambda x: x, compile="slow")
+
+
+def test_releases_whose_programs_tapes_do_not_read_are_compiled(monkeypatch):
+    monkeypatch.setattr("jaxmbs.runtime._tape_program._KNOWN_PROGRAMS", False)
+    assert not tapes_work()
+    np.testing.assert_array_equal(jit(lambda x: jnp.cumsum(2.0 * x))(jnp.arange(3.0)), [0.0, 2.0, 6.0])
