@@ -16,6 +16,7 @@ from ..forces._internal_state import InternalState, States
 from ..forces._readings import PointLoads
 from ..forces._validity import Margin
 from ..friction._places import as_optional_friction, place_faults
+from ..math._extremes import largest
 from ..math._linalg import skew
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3, WordedError
 from ._hunt_crossley import HuntCrossley
@@ -181,7 +182,7 @@ class Contact(AbstractPoseLaw):
         ends = self.pair.validity(rotation, displacement)
         if self.max_depth is None:
             return ends
-        left = self.max_depth - jnp.max(self.pair.touch(rotation, displacement).depth)
+        left = self.max_depth - largest(self.pair.touch(rotation, displacement).depth)
         return ends | {"depth": Margin(left, "m", "is pressed deeper than its max_depth")}
 
     def point_loads(self, *args: Any) -> PointLoads:

@@ -10,6 +10,7 @@ from ..checks import faults_if, not_positive
 from ..drawings import Cylinder, Drawing, Plane, Tube
 from ..forces._fields import number
 from ..forces._validity import Margin
+from ..math._extremes import largest
 from ..math._linalg import direction, safe_norm
 from ..typing import Convertible, Matrix3, Scalar, Vector3
 from ._pair import AbstractPair, Touch
@@ -47,7 +48,7 @@ class CylinderOnPlane(AbstractPair):
     def validity(self, rotation: Matrix3, displacement: Vector3) -> dict[str, Margin]:
         """Angle of the axis to that of the plane, less a hundredth [rad]; apart also the gap over the length."""
         tilt = jnp.arctan2(safe_norm(rotation[:2, 2]), jnp.abs(rotation[2, 2])) - _STANDING
-        gap = -jnp.max(self.touch(rotation, displacement).depth)
+        gap = -largest(self.touch(rotation, displacement).depth)
         left = jnp.where(gap > 0, jnp.maximum(tilt, gap / self.length), tilt)
         return {"tilt": Margin(left, "rad", "has an end on the plane, no point of whose rim is lowest")}
 

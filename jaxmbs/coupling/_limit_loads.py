@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, is_concrete, not_positive, require_numbers, require_reals
 from ..math._eigen import eigh
+from ..math._extremes import largest
 from ..quantities import entries
 from ..reductions._base import Reduced
 from ..reports import Report, Reported, reported
@@ -239,7 +240,7 @@ def truncation_shortfall(limits: ArrayLike, truth: ArrayLike) -> Shortfall:
     short = jnp.maximum(1.0 - quotient, 0.0)
     count = jnp.sum(short > 0, axis=0).astype(quotient.dtype)
     mean = jnp.sum(short, axis=0) / jnp.maximum(count, 1.0)
-    return Shortfall(count / len(quotient), jnp.max(short, axis=0), mean, quotient)
+    return Shortfall(count / len(quotient), largest(short, 0), mean, quotient)
 
 
 def _safe_sqrt(square):

@@ -7,6 +7,8 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
+from ..math._extremes import largest
+
 
 @dataclasses.dataclass(frozen=True)
 class Worst:
@@ -32,7 +34,7 @@ class Worst:
     def __call__(self, design: PyTree) -> Any:
         """The largest number of a design, and its answers beside it where there are some."""
         numbers, answers = self.numbers(design)
-        return jnp.max(numbers) if answers is None else (jnp.max(numbers), answers)
+        return largest(numbers) if answers is None else (largest(numbers), answers)
 
     def numbers(self, design: PyTree) -> tuple[Array, Any]:
         """(numbers, answers or None) of a design."""

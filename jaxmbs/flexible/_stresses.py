@@ -15,6 +15,7 @@ from ..fem import Structure, gather_rows, scatter_rows
 from ..fem._prestress import element_geometric_stiffness
 from ..fem._recovery import recover_under_loads
 from ..math import _stress as measures
+from ..math._extremes import largest
 from ..model._entry_points import states_of
 from ..model._system import System
 from ..quantities import Axis, Quantity, numbered
@@ -59,7 +60,7 @@ class StressEnvelope(NamedTuple):
     @property
     def peak(self) -> Float[Array, ""]:
         """The highest value of all [Pa]."""
-        return jnp.max(jnp.stack([jnp.max(one) for one in self.highest.values() if one.size]))
+        return largest(jnp.stack([largest(one) for one in self.highest.values() if one.size]))
 
 
 class Stresses(Reported, eqx.Module):

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..math._extremes import largest
 from ..tables import fields_repr
 
 #: Angle between two axes up to which they count as parallel [rad].
@@ -43,5 +44,5 @@ def tooth_margins(gears: Any, nearer: Array, approach: Array) -> dict[str, Margi
     pressed = "presses its teeth by more than a quarter of their pitch"
     return {
         "reach": Margin(nearer + 2.0 * gears.module, "m", "has its wheels so far apart that teeth do not touch"),
-        "teeth": Margin(quarter - jnp.max(approach), "m", pressed),
+        "teeth": Margin(quarter - largest(approach), "m", pressed),
     }

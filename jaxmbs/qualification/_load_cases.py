@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..checks import distinct_names, not_increasing, number_faults, repeated, require_reals
 from ..errors import ModelError
+from ..math._extremes import largest, least
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..runtime import as_dtype
@@ -124,7 +125,7 @@ def _extremes(name, loads, names, times, sigmas):
         raise ModelError(faults, "the load case")
     times = jnp.asarray(times, loads.dtype)
     where = times[jnp.argmax(loads, axis=0)], times[jnp.argmin(loads, axis=0)]
-    return _Extremes(names, "s", jnp.max(loads, axis=0), jnp.min(loads, axis=0), *where)
+    return _Extremes(names, "s", largest(loads, 0), least(loads, 0), *where)
 
 
 def _table_rows(envelope):

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, not_positive
 from ..fatigue._arrays import float_array
+from ..math._extremes import largest, least
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..runtime import as_dtype, jit
@@ -43,12 +44,12 @@ class ShockSpectrum(Reported, eqx.Module):
     @property
     def primary(self) -> Float[Array, " f"]:
         """Greatest magnitude while the signal lasts."""
-        return jnp.max(jnp.abs(self.during), axis=0)
+        return largest(jnp.abs(self.during), 0)
 
     @property
     def residual(self) -> Float[Array, " f"]:
         """Greatest magnitude after the signal."""
-        return jnp.max(jnp.abs(self.after), axis=0)
+        return largest(jnp.abs(self.after), 0)
 
     @property
     def maximax(self) -> Float[Array, " f"]:
@@ -131,4 +132,4 @@ def _free_extremes(y, dy, w, rate):
     for t in (angle, angle + jnp.pi):
         values.append(jnp.exp(-decay / wd * t) * (a * jnp.cos(t) + b * jnp.sin(t)))
     values = jnp.stack(values)
-    return jnp.stack([jnp.max(values, axis=0), jnp.min(values, axis=0)])
+    return jnp.stack([largest(values, 0), least(values, 0)])

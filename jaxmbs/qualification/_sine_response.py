@@ -14,6 +14,7 @@ from ..errors import ModelError
 from ..fatigue._log_lines import frequency_faults, log_lines
 from ..fatigue._psd import STANDARD_GRAVITY
 from ..linear._system import LinearSystem
+from ..math._extremes import largest
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..runtime import as_array, as_dtype, jit
@@ -72,7 +73,7 @@ class SineResponse(Reported, eqx.Module):
     @property
     def peaks(self) -> Float[Array, " outputs"]:
         """Largest amplitudes (outputs,) over the frequencies."""
-        return jnp.max(self.amplitudes, axis=0)
+        return largest(self.amplitudes, 0)
 
     @property
     def notch_depth(self) -> Float[Array, " frequencies"]:

@@ -1,5 +1,6 @@
 """Bounds of the motions of oscillators within steps over which their load is straight."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -15,12 +16,14 @@ class BoundFactors(NamedTuple):
         rest: position at rest by the load and by its rise.
         speed: of the free motion about it over its circular frequency, by v / scale, the load and its rise.
         has_envelope: a spring holds the oscillator, and damping takes energy from it.
+        phase: radians of an undamped oscillator in a step, 0 without envelope.
         beyond: excess of a motion in a step over its ends, by its size there and those of load and rise.
     """
 
     rest: tuple[Array, Array]
     speed: tuple[Array, Array, Array]
     has_envelope: Array
+    phase: Array
     beyond: tuple[Array, Array, Array]
 
 
@@ -45,23 +48,35 @@ def bound_factors(scale: Array, step: Array, oscillators: Oscillators) -> BoundF
         rest,
         (scale / omega, gain_of_slope / omega, static / (step * omega)),
         has_envelope,
+        jnp.where(has_envelope, omega * step, 0.0),
         (of_size, of_load, of_rise),
     )
 
 
-def envelope(
-    y: Array, v: Array, load: Array, rise: Array, rest: tuple[Array, Array], speed: tuple[Array, Array, Array]
+def free_state(
+    state: Sequence[Array], load: Array, rise: Array, rest: Sequence[Array], speed: Sequence[Array]
 ) -> tuple[Array, Array]:
-    """The highest and lowest place that the free motion about the moving position at rest may reach in a step.
+    """Free motion (p, q) of a state (y, v / scale) about the moving position at rest, and its rate over omega.
 
-    Damping takes from its energy: its amplitude is at most that of the beginning.
+    Damping takes from its energy: within a step it stays within the amplitude `hypot(p, q)` of the beginning.
 
-    Args: y and v / scale at the beginning, `rest` and `speed` of `BoundFactors`.
+    Args: rest and speed of `BoundFactors`.
     """
-    middle, climb = rest[0] * load + rest[1] * rise, rest[0] * rise
-    free, rate = y - middle, speed[0] * v + speed[1] * load - speed[2] * rise
-    size = jnp.sqrt(free * free + rate * rate)
-    return middle + size + jnp.maximum(climb, 0.0), middle - size + jnp.minimum(climb, 0.0)
+    free = state[0] - (rest[0] * load + rest[1] * rise)
+    return free, speed[0] * state[1] + speed[1] * load - speed[2] * rise
+
+
+def motion_state(
+    free: Sequence[Array], load: Array, rise: Array, rest: Sequence[Array], speed: Sequence[Array]
+) -> tuple[Array, Array]:
+    """State (y, v / scale) of a free motion (p, q): the inverse of `free_state`."""
+    y = free[0] + rest[0] * load + rest[1] * rise
+    return y, (free[1] - speed[1] * load + speed[2] * rise) / speed[0]
+
+
+def free_turn(whole: Array, speed: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Matrix of a free motion (p, q) over a step of a transition (2, 4, f)."""
+    return (whole[0, 0], whole[0, 1] / speed), (speed * whole[1, 0], whole[1, 1])
 
 
 def overshoot(factors: BoundFactors, size: Array, load: Array, rise: Array) -> Array:

@@ -2,14 +2,13 @@
 
 import jax
 import jax.numpy as jnp
-from jax import lax
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float
 
-from ..runtime import small_call
-from ._oscillator_bounds import bound_factors, envelope, overshoot
-from ._oscillator_motion import Oscillators, advance, speed_scale, transition, values
-from ._oscillator_search import PARTS, Blocks, Extremes, search
+from ._oscillator_blocks import pass_samples
+from ._oscillator_bounds import bound_factors
+from ._oscillator_motion import Oscillators, speed_scale, transition, values
+from ._oscillator_search import PARTS, Extremes, search
 
 
 def peaks(
@@ -60,7 +59,7 @@ def _extremes(load, step, oscillators):
     scale = speed_scale(step / PARTS, oscillators)
     parts = _parts(transition(step / PARTS, oscillators))
     factors = bound_factors(scale, step, oscillators)
-    end, blocks, bounds = _pass_samples(pairs, parts[0], factors)
+    end, blocks, bounds = pass_samples(*pairs, parts[0], factors)
     found = search(blocks, bounds, parts, scale, step, oscillators, factors)
     lost = ~jnp.all(jnp.isfinite(jnp.stack(end)), axis=0)  # of a load that is not finite
     value = jnp.where(lost[None], jnp.nan, jnp.stack([found.value[0], -found.value[1]]))
@@ -85,32 +84,3 @@ def _twice(matrix):
 def _block_size(steps):
     """Power of two near half the root of the number of steps: as much to search as there are blocks."""
     return max(16, 1 << ((steps.bit_length() - 1) // 2))
-
-
-def _pass_samples(pairs, whole, factors):
-    """The last state, blocks, and bounds (2, blocks, f) of the values in them and of their negatives."""
-
-    def run(given):
-        (loads, rises), whole, rest, speed = given
-
-        def block(state, pair):
-            def one(carry, pair):
-                y, v, high, low, above, below = carry
-                top, bottom = envelope(y, v, *pair, rest, speed)
-                y, v = advance(whole, (y, v), *pair)
-                ends = jnp.maximum(high, y), jnp.minimum(low, y)
-                return (y, v, *ends, jnp.maximum(above, top), jnp.minimum(below, bottom)), None
-
-            y, v = state
-            y, v, *bounds = lax.scan(one, (y, v, y, y, y, y), pair)[0]
-            return (y, v), (*state, *bounds)
-
-        zero = jnp.zeros_like(whole[0, 0])
-        return lax.scan(block, (zero, zero), (loads, rises))
-
-    end, (y, v, high, low, above, below) = small_call(run)((tuple(pairs), whole, factors.rest, factors.speed))
-    load = jnp.max(jnp.maximum(jnp.abs(pairs[0]), jnp.abs(pairs[0] + pairs[1])), axis=1)[:, None]
-    rise = jnp.max(jnp.abs(pairs[1]), axis=1)[:, None]
-    beyond = overshoot(factors, jnp.maximum(high, -low), load, rise)
-    envelopes = jnp.where(factors.has_envelope[None, None], jnp.stack([above, -below]), jnp.inf)
-    return end, Blocks(*pairs, y, v), jnp.minimum(jnp.stack([high, -low]) + beyond[None], envelopes)

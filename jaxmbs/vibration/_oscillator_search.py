@@ -7,22 +7,14 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..runtime import small_call
-from ._oscillator_bounds import BoundFactors, envelope, overshoot
+from ._oscillator_blocks import Blocks
+from ._oscillator_bounds import BoundFactors, free_state, overshoot
 from ._oscillator_motion import Oscillators, advance
 from ._step_polynomial import REACH, step_polynomial, turns
 
 PARTS = 4  # of each step at the highest frequencies, so that they are short of `REACH`
 _NEAR = 1 + 1e-7  # bounds this close to an extreme are not searched
 _GROUP = 4  # oscillators that are searched together: what one of them needs is done for all
-
-
-class Blocks(NamedTuple):
-    """Loads (blocks, size) before steps, their rises in them, and states y, v (blocks, f) before blocks."""
-
-    load: Array
-    rise: Array
-    y: Array
-    v: Array
 
 
 class Extremes(NamedTuple):
@@ -95,8 +87,11 @@ def _search_blocks(blocks, step, bounds, parts, scale, oscillators, factors):
 
 def _step_bounds(y, v, load, rise, factors):
     """Bounds (2, size, f) of values and of their negatives in the steps of a block, from values (size + 1, f)."""
-    above, below = envelope(y[:-1], v, load, rise, *jax.tree.map(lambda x: x[None], (factors.rest, factors.speed)))
-    envelopes = jnp.where(factors.has_envelope[None, None], jnp.stack([above, -below]), jnp.inf)
+    rest, speed, has_envelope = jax.tree.map(lambda x: x[None], (factors.rest, factors.speed, factors.has_envelope))
+    p, q = free_state((y[:-1], v), load, rise, rest, speed)
+    middle = rest[0] * (load + 0.5 * rise) + rest[1] * rise
+    reach = jnp.sqrt(p * p + q * q) + 0.5 * jnp.abs(rest[0] * rise)
+    envelopes = jnp.where(has_envelope[None], jnp.stack([middle + reach, reach - middle]), jnp.inf)
     ends = jnp.stack([jnp.maximum(y[:-1], y[1:]), jnp.maximum(-y[:-1], -y[1:])])
     sizes = jnp.maximum(jnp.abs(load), jnp.abs(load + rise)), jnp.abs(rise)
     return jnp.minimum(ends + overshoot(factors, jnp.max(ends, axis=0), *sizes)[None], envelopes)

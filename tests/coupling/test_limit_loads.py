@@ -191,10 +191,11 @@ def test_cqc_of_unequal_damping():
     np.testing.assert_allclose(cqc_correlation(omega, ratios), white_noise_correlation(omega, ratios), rtol=1e-9)
 
 
-def oscillation(w, ratio, load):
-    """Of one oscillator under a load that is straight between samples: SciPy."""
+def oscillation(w, ratio, load, parts=1):
+    """Of one oscillator under a load that is straight between samples, at so many places to a sample: SciPy."""
     system = ([[0.0, 1.0], [-(w**2), -2 * ratio * w]], [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]])
-    return scipy.signal.lsim(system, load, STEP * np.arange(len(load)))[1]
+    places = np.arange(parts * (len(load) - 1) + 1) / parts
+    return scipy.signal.lsim(system, np.interp(places, np.arange(len(load)), load), STEP * places)[1]
 
 
 @pytest.mark.long
@@ -217,7 +218,7 @@ def test_transient_and_sums_by_numpy(cases, case):
     w_B = np.sqrt(values)
     peaks = np.zeros((4, 3))
     for i, j in np.ndindex(4, 3):
-        J = w_B[i] * np.abs(oscillation(w_B[i], 0.0, pulse * shapes[0, i])).max()
+        J = w_B[i] * np.abs(oscillation(w_B[i], 0.0, pulse * shapes[0, i], 400)).max()
         phi, m = shapes[3, i], shapes[3, i] * Phi[:, j].sum() * 0.2
         w2, Y = scipy.linalg.eigh(np.diag([w_B[i] ** 2, own[j]]), [[1 + 0.8 * phi**2, m], [m, 1.0]])
         sign = -np.sign(shapes[0, i] * m)
