@@ -1,4 +1,4 @@
-"""Shock spectra, exact between samples, beside a loop that takes the maxima at the samples alone, by kinds of records.
+"""Shock spectra, exact between samples, beside a loop of the maxima at the samples alone, by kinds of records.
 
 Sixty thousand samples and a hundred oscillators, with those far below the sampling rate ("low", up to a tenth of it)
 and those near half of it apart ("high").  CPU time, warm, without compiling.
@@ -12,7 +12,7 @@ from jax import lax
 
 from jaxmbs.qualification import shock_spectrum
 from jaxmbs.runtime import small_call
-from jaxmbs.vibration._oscillator_motion import Oscillators, advance, speed_scale, transition
+from jaxmbs.vibration._oscillator_motion import Oscillators, advance, transition
 
 STEP, Q = 1e-4, 10.0
 
