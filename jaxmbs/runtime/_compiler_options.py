@@ -23,7 +23,7 @@ _OFTEN = {**_FULL, "xla_backend_optimization_level": 3}
 #: The option that each of these tricks sets.
 OPTIONS = dict(zip(("fusion_emitters", "ynn_fusion", "codegen_split", "optimization_level"), _FULL, strict=True))
 #: Releases of JAX from which on XLA has an option no more.
-GONE = {"xla_cpu_use_fusion_emitters": (0, 12)}
+GONE = {"xla_cpu_use_fusion_emitters": (0, 11)}
 #: Kinds of programs: by a tape first and then compiled, by a tape alone, compiled without optimisation, and with it.
 KINDS = ("auto", "tape", "quick", "full")
 #: The option of XLA_FLAGS for loops that become one kernel, in bytes of what a loop carries.

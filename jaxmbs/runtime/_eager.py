@@ -53,13 +53,12 @@ class _TapeTrace(jax.core.Trace):
 
     def process_primitive(self, primitive: Any, args: Any, params: Any, /) -> Any:
         key = _key(primitive, args, params)
-        if key is None:
-            return primitive.bind(*args, **params)
-        if key not in _TAPES:
+        if key is not None and key not in _TAPES:
             keep(_TAPES, key, _tape(primitive, args, params))
-        tape = _TAPES[key]
+        tape = None if key is None else _TAPES[key]
         if tape is None:
-            return primitive.bind(*args, **params)
+            with jax.core.eval_context():  # JAX 0.12 leaves no trace while one has an operation
+                return primitive.bind(*args, **params)
         found = jax.device_put(tape(*args))
         return found if primitive.multiple_results else found[0]
 

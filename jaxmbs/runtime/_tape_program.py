@@ -57,17 +57,12 @@ class TapeProgram:
         return found
 
 
-#: Releases from 0.11 on write their scans in a form that tapes do not read yet: programs are compiled there.
-_KNOWN_PROGRAMS = jax.__version_info__ < (0, 11)
-
-
 def tapes_work() -> bool:
     """True where programs may run on tapes: in double precision on one CPU, with a release of JAX whose programs they
     read and nothing of its debugging on."""
     debugging = ("jax_debug_nans", "jax_debug_infs", "jax_disable_jit")
     return (
         is_on("tape")
-        and _KNOWN_PROGRAMS
         and is_available()
         and setting("jax_enable_x64")
         and not any(map(setting, debugging))

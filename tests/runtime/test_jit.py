@@ -9,7 +9,8 @@ from jaxmbs.runtime import SMALL_PROGRAM, jit
 from jaxmbs.runtime import _compiler_options as options
 from jaxmbs.runtime import _jit as module
 from jaxmbs.runtime._compiler_options import compiler_options
-from jaxmbs.runtime._tape_program import tapes_work
+from jaxmbs.runtime.tape import Tape, UnsupportedError
+from jaxmbs.runtime.tape._flatten import parts_of_scan
 
 pytestmark = pytest.mark.usefixtures("tricks_on")
 
@@ -85,6 +86,12 @@ def test_unknown_kind():
 
 
 def test_releases_whose_programs_tapes_do_not_read_are_compiled(monkeypatch):
-    monkeypatch.setattr("jaxmbs.runtime._tape_program._KNOWN_PROGRAMS", False)
-    assert not tapes_work()
-    np.testing.assert_array_equal(jit(lambda x: jnp.cumsum(2.0 * x))(jnp.arange(3.0)), [0.0, 2.0, 6.0])
+    def unknown(params):
+        return parts_of_scan({"structures": params})
+
+    monkeypatch.setattr("jaxmbs.runtime.tape._control.parts_of_scan", unknown)
+    with pytest.raises(UnsupportedError, match="scans of this release"):
+        Tape(jax.make_jaxpr(lambda x: jax.lax.scan(lambda c, r: (c + r, c), 0.0, x))(jnp.arange(3.0)))
+    np.testing.assert_array_equal(
+        jit(lambda x: jax.lax.scan(lambda c, r: (c + r, c), 0.0, x)[1])(jnp.arange(3.0)), [0.0, 0.0, 1.0]
+    )

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ._flatten import parts_of_scan
 from ._memory import Buffer, Value
 from ._writer import Writer, rule
 
@@ -85,7 +86,7 @@ def _while(writer, operation, values):
 @rule("scan")
 def _scan(writer, operation, values):
     params, body = operation.params, writer.new_tape()
-    num_known, num_carried = params["num_consts"], params["num_carry"]
+    num_known, num_carried = parts_of_scan(params)
     known, start, stacks = values[:num_known], values[num_known:][:num_carried], values[num_known + num_carried :]
     shapes = operation.inputs
     atoms, outputs = operation.outputs[:num_carried], operation.outputs[num_carried:]

@@ -38,6 +38,17 @@ def _binary(writer, operation, values):
     return [_write(writer, _OF_INTEGERS[op], operation, values, x0=bits)]
 
 
+@rule("log2")
+def _log2(writer, operation, values):
+    """As XLA has it: the natural logarithm by that of two."""
+    out = operation.outputs[0]
+    two = np.asarray(np.log(2.0))
+    found = _write(writer, "LOG", operation, values)
+    return [
+        _write(writer, "DIV", Operation("div", {}, [out, Atom(two, two)], [out]), [found, writer.arena.constant(two)])
+    ]
+
+
 @rule("square")
 def _square(writer, operation, values):
     if operation.inputs[0].dtype.kind != "f":

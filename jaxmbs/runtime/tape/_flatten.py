@@ -74,6 +74,21 @@ def flatten(program: Any, inputs: Sequence[Atom]) -> tuple[list[Operation], list
     return kept[::-1], results
 
 
+def parts_of_scan(params: dict) -> tuple[int, int]:
+    """Numbers of arrays that a scan knows, and of those that it carries; its stacks come after them.
+
+    JAX 0.10 counts them; later releases keep the structures of the three.
+
+    Raises: UnsupportedError for releases that do otherwise: the compiler has their programs.
+    """
+    if "num_carry" in params:
+        return params["num_consts"], params["num_carry"]
+    if "ft_in" not in params:
+        raise UnsupportedError("scans of this release of JAX")
+    known, carried, _ = params["ft_in"].unpack()
+    return len(known), len(carried)
+
+
 def _inline(program, inputs, operations):
     jaxpr, constants = (program.jaxpr, program.consts) if isinstance(program, ClosedJaxpr) else (program, ())
     if any("Callback" in type(effect).__name__ or "Debug" in type(effect).__name__ for effect in jaxpr.effects):
@@ -153,6 +168,12 @@ def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
         first = lengths.matvec + lengths.vecmat
         sides = first + lengths.solve + lengths.transpose_solve
         return params["jaxprs"].solve, [*args[first : first + lengths.solve], *args[sides:]]
+    if name == "call_hi_primitive":  # of JAX 0.12: an operation that says itself of which others it is made
+        shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
+        own = params["_prim"]
+        return jax.make_jaxpr(lambda *x: jax.tree.leaves(own.expand(*jax.tree.unflatten(own.in_tree, x))))(
+            *shapes
+        ), list(args)
     if name in _SMALL_PROGRAMS:
         shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
         return jax.make_jaxpr(lambda *x: equation.primitive.impl(*x, **params))(*shapes), list(args)

@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 from jax.extend.core import ClosedJaxpr, Literal
 
-from ._flatten import UnsupportedError, called
+from ._flatten import UnsupportedError, called, parts_of_scan
 from ._pair import Pair, is_complex, pair_of, parts
 from ._pair_rules import HOST_PRIMITIVES, PAIR_RULES
 
@@ -114,7 +114,7 @@ def _while(params, args):
 
 
 def _scan(params, args):
-    number, carried = params["num_consts"], params["num_carry"]
+    number, carried = parts_of_scan(params)
     known, start, stacks = args[:number], args[number : number + carried], args[number + carried :]
 
     def turn(values, rows):

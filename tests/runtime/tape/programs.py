@@ -112,7 +112,7 @@ PROGRAMS = {
             k.astype(float) / 2,
             jnp.cumsum(k),
             jnp.sum(k),
-            lax.div(k, k),
+            lax.div(k + 1, k),
             k.astype(bool),
         ],
         (WHOLE,),
