@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         contact,
         coupling,
         design,
+        documents,
         dynamics,
         elements,
         experiment,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from .batching import batch
     from .builder import SystemBuilder
     from .design import Limit, minimise
+    from .documents import report
     from .dynamics import forward_dynamics, mass_matrix
     from .errors import AssemblyError, BatchError, ModelError, ModelFileError, SimulationError, UnknownNameError
     from .forces import (
@@ -142,6 +144,7 @@ __all__ = [
     "contact",
     "coupling",
     "design",
+    "documents",
     "dynamics",
     "elements",
     "equilibrium",
@@ -178,6 +181,7 @@ __all__ = [
     "reaction",
     "reactions",
     "reductions",
+    "report",
     "rotation",
     "rotations",
     "runtime",

@@ -44,10 +44,10 @@ class Report(NamedTuple):
         times = [Quantity("t", self.t, "s")] if np.ndim(self.t) > 1 else []
         return ((quantity, self.axes(quantity)) for quantity in (*times, *self.quantities))
 
-    def parts(self) -> tuple[str, Rows]:
-        """The line of words, and head and rows of the table."""
+    def parts(self, most: int = _MOST) -> tuple[str, Rows]:
+        """The line of words, and head and rows of the table, of the numbers at most so many."""
         fault = f"FAILED: {self.fault}" if self.fault else ""
-        return "; ".join(filter(None, (fault, self.summary or self._extent()))), self.table or self._rows()
+        return "; ".join(filter(None, (fault, self.summary or self._extent()))), self.table or self._rows(most)
 
     def _extent(self):
         """The number of times or designs, in words."""
@@ -55,14 +55,14 @@ class Report(NamedTuple):
         longest = max(leads, key=len, default=())
         return ", ".join(f"{len(axis.labels)} {axis.name}s" for axis in longest)
 
-    def _rows(self):
+    def _rows(self, most):
         """Head and rows; of many entries each quantity has its share, and a last line counts the others."""
         quantities = [q for q in self.quantities if q.in_table and np.size(q.values)]
         counts = [_count(self.axes(q)) for q in quantities]
         share = 1
-        while share < max(counts, default=1) and sum(min(n, share + 1) for n in counts) <= _MOST:
+        while share < max(counts, default=1) and sum(min(n, share + 1) for n in counts) <= most:
             share += 1
-        shown = [row for q in quantities for row, _ in zip(self._entries(q), range(share), strict=False)][:_MOST]
+        shown = [row for q in quantities for row, _ in zip(self._entries(q), range(share), strict=False)][:most]
         is_wide = any(row[2] for row in shown)
         head = ("", "value or least", "at", "largest", "at", "unit") if is_wide else ("", "value", "unit")
         rows = [row if is_wide else (row[0], row[1], row[5]) for row in shown]

@@ -40,6 +40,9 @@ FACES = {
         set_quick_flags sets_marks small_call store take_notes tracer_errors_in_words trick_states tuning
         user_jit with_library_calls warn_of_wrong_release without_tricks without_unused working_bytes
     """,
+    "jaxmbs.documents": """
+        report
+    """,
     "jaxmbs.dynamics": """
         CableResult ContactLoad ElementReports FrictionLoads Validity acceleration angular_acceleration cable_states
         compliance_effort contact_load element_reports forward_dynamics generalised_momentum gravity_effort
@@ -79,11 +82,13 @@ FACES = {
         Free Harmonic         Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp
         Revolute Screw         SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder
         Table Torque Universal         UnknownNameError Weld adapters analysis as_block assembly batch batching
-        blocks blocksparse bondgraph cache check         constraints contact coupling design dynamics elements
+        blocks blocksparse bondgraph cache check         constraints contact coupling design documents dynamics
+        elements
         equilibrium experiment export_fmu fatigue fem flexible forces         forward_dynamics frequency_response
         friction hydraulics identification identify inertia inverse_dynamics io         jit joints kinematics linear
         linearise load_model mass_matrix minimise model modes motion ode position         qualification
-        random_response reaction reactions reductions rotation rotations runtime save_model         shock_spectrum
+        random_response reaction reactions reductions report rotation rotations runtime save_model
+        shock_spectrum
         signal_flow signals simulate statics stiffness studies sweep vector_field velocity vibration viz
     """,
     "jaxmbs.adapters": """

@@ -1,11 +1,14 @@
 """Commands that write files, each as a whole or not at all."""
 
 import argparse
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .. import viz
+import numpy as np
+
+from .. import documents, verbs, viz
 from ..atomic_write import atomic_path
 from ..io.model_file import save_model
 from . import _interrupts as interrupts
@@ -24,6 +27,19 @@ def view(options: argparse.Namespace) -> int:
 
         matplotlib.use("Agg")
         viz.plot_mechanism(system, state, plane=options.plane).figure.savefig(part, dpi=200)
+    return 0
+
+
+def report(options: argparse.Namespace) -> int:
+    """The machine with its loads in a pose and, up to `--t1`, its motion and loads, as one page."""
+    system, state = read_state(options)
+    results: dict[str, Any] = {}
+    if options.t1 is not None:
+        ts = np.linspace(float(state.t), options.t1, options.steps + 1)
+        results["motion"] = verbs.simulate(system, state, ts=ts, progress=sys.stderr.isatty(), throw=False)
+    results["reactions"] = verbs.reactions(system, results.get("motion", state))
+    with _output_path(options.out) as part:
+        documents.report(part, system, title=options.title or Path(options.out).stem, state=state, **results)
     return 0
 
 

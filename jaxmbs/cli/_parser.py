@@ -39,6 +39,16 @@ def parser() -> argparse.ArgumentParser:
     _out(modes, "table, .csv (default: it is printed)", _TABLES[:1])
     modes.set_defaults(run=_run("analyses", "modes"))
 
+    report = _command(
+        commands, "report", "one HTML file: the machine, its loads in a pose, its motion, validity, versions"
+    )
+    _pose(report)
+    report.add_argument("--t1", type=float, metavar="SECONDS", help="end of a motion from the pose (default: none)")
+    report.add_argument("--steps", type=_count, default=100, metavar="N", help="times of it (default: %(default)s)")
+    report.add_argument("--title", default="", help="of the page (default: the name of the file)")
+    _out(report, "the page, .html", (".html",), required=True)
+    report.set_defaults(run=_run("files", "report"))
+
     view = _command(commands, "view", "a picture of a pose, or a scene to turn round")
     _pose(view)
     _out(view, "picture (.png, .svg, .pdf) or scene (.html)", _PICTURES, required=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..atomic_write import atomic_file
+from ..documents import report
 from ..viz import scene
 from ._loads import QUANTITIES, crank_angle
 from ._pictures import draw
@@ -26,6 +27,7 @@ def open_folder(output) -> Path:
 def write(folder: Path, results: dict) -> list[Path]:
     """Write everything; returns the files.  Without matplotlib there are no plots, and a line says so."""
     written = [_loads_table(folder / "loads.csv", results["loads"]), _scene(folder / "scene.html", results)]
+    written.append(_report(folder / "report.html", results))
     try:
         return written + draw(folder, results)
     except ModuleNotFoundError as error:
@@ -41,6 +43,13 @@ def _scene(path: Path, results) -> Path:
     systems, motions, reactions = (dict(zip(names, results[key], strict=True)) for key in _PLAYED)
     scene(systems, motions, path, loads=reactions, traces=["rod_tail"], title="Slider-crank before and after")
     return path
+
+
+def _report(path: Path, results) -> Path:
+    """The improved design with its motion, loads and what the search did."""
+    (_, system), (_, motion), (_, loads) = (results[key] for key in _PLAYED)
+    parts = {"motion": motion, "reactions": loads, "optimum": results["optimum"], "free_run": results["free"]}
+    return report(path, system, title="Slider-crank after optimisation", **parts)
 
 
 def _loads_table(path: Path, pair) -> Path:

@@ -1,6 +1,6 @@
 """Text that describes a system, for `system.describe()` and notebooks."""
 
-from ..tables import aligned, as_html
+from ..tables import Rows, aligned, as_html
 from ._rows import coupled_names, row_elements
 
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
@@ -72,8 +72,11 @@ def describe(topology, built=None, rows=(), more=()) -> str:
     return "\n".join([*lines, *more, "", aligned([_HEAD, *_joint_rows(topology)], left=len(_HEAD))])
 
 
+def describe_parts(topology, rows=(), more=()) -> tuple[list[str], Rows]:
+    """Lines, and head and rows of the table of joints."""
+    return [*_heading_lines(topology), *_coupler_lines(topology, rows), *more], [_HEAD, *_joint_rows(topology)]
+
+
 def describe_html(topology, rows=(), more=()) -> str:
     """Description of a topology as an HTML table, for notebooks."""
-    return as_html(
-        _heading_lines(topology) + _coupler_lines(topology, rows) + list(more), [_HEAD, *_joint_rows(topology)]
-    )
+    return as_html(*describe_parts(topology, rows, more))

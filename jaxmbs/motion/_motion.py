@@ -61,7 +61,8 @@ class Motion(Reported, eqx.Module):
     state knows the numbers of the mechanism that events have changed by then, and every question takes them: pass the
     system that the motion was made with.  Saved at the time of an event is the state after it; saved at the time of a
     sample of a block is the state before it, so that a motion may be continued from any of its states.
-    `sampling` says how the samples of blocks were taken; None without sampled blocks.
+    `sampling` says how the samples of blocks were taken; None without sampled blocks.  `solver` has the solver and
+    its tolerances in words.
     """
 
     ts: Float[Array, " times"]
@@ -71,6 +72,7 @@ class Motion(Reported, eqx.Module):
     end: State
     events: EventRecord | None = None
     sampling: Sampling | None = None
+    solver: str = eqx.field(static=True, default="")
 
     def report(self) -> Report:
         summary, rows = _table_parts(self)

@@ -141,7 +141,8 @@ def simulate(
         motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
-    return _with_verdict(system, with_jam(system, motion), t0, throw)
+    motion = dataclasses.replace(with_jam(system, motion), solver=options.in_words)
+    return _with_verdict(system, motion, t0, throw)
 
 
 def _with_formulation(system, state, formulation, solver, dt):

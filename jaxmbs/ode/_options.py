@@ -53,6 +53,20 @@ class Options(NamedTuple):
     checkpoints: int
     loop: str
 
+    @property
+    def in_words(self) -> str:
+        """The solver with its tolerances or its step, as a sentence of a report; traced numbers are called that."""
+        by = "fixed steps" if self.dt is not None else "steps that adapt"
+        numbers = {"rtol": self.rtol, "atol": self.atol} if self.dt is None else {"dt": self.dt}
+        said = (f"{name} = {_in_words(x)}" for name, x in numbers.items())
+        return f"{type(self.solver).__name__}, {by}, {', '.join(said)}"
+
+
+def _in_words(x):
+    if not is_concrete(x):
+        return "traced"
+    return f"{float(x):.4g}" if np.ndim(x) == 0 else "one for each entry"
+
 
 def solver_or_default(solver: Any) -> Any:
     """The solver, by default Dopri8: at a relative tolerance of 1e-9 order eight takes the fewest evaluations."""

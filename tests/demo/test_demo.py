@@ -76,7 +76,13 @@ def test_grid_holds_the_reference_times():
 def test_command_writes_table_and_plots(studied, tmp_path, capsys):
     folder = tmp_path / "new" / "folder"
     assert cli.main(["demo", "--quick", "--output", str(folder)]) == 0
-    assert {path.name for path in folder.iterdir()} == {"loads.csv", "scene.html", "loads.png", "energy.png"}
+    assert {path.name for path in folder.iterdir()} == {
+        "loads.csv",
+        "scene.html",
+        "report.html",
+        "loads.png",
+        "energy.png",
+    }
     assert str(folder / "loads.csv") in capsys.readouterr().out
     with (folder / "loads.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -90,7 +96,7 @@ def test_without_matplotlib_the_table_is_written(studied, tmp_path, capsys, monk
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert cli.main(["demo", "--output", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"loads.csv", "scene.html"}
+    assert {path.name for path in tmp_path.iterdir()} == {"loads.csv", "scene.html", "report.html"}
     assert ".[viz]" in capsys.readouterr().err
 
 

@@ -1,0 +1,78 @@
+"""What the machine is: bodies, joints, elements, freedoms, and a scene of it."""
+
+from html import escape
+from typing import Any
+
+import jax
+import numpy as np
+
+from ..model._describe import describe_parts
+from ..model._open_friction import open_friction_lines
+from ..model._system import System
+from ..tables import fields_repr, format_number
+from ._page import Passage
+from ._plots import picture
+from ._results import result_section
+
+_FRAMES = 240  # of the scene: eight seconds on the screen at thirty a second
+
+
+def machine_section(system: Any, state: Any, results: dict) -> list[Passage]:
+    """Sections on a mechanism; of another model its own report."""
+    if not isinstance(system, System):
+        return [result_section("Model", system)]
+    moved = results.get("motion", state)
+    found = [_overview(system, moved, results.get("reactions"))]
+    found.append(Passage("Bodies", rows=_body_rows(system)))
+    if elements := _element_rows(system):
+        found.append(Passage("Forces", rows=elements))
+    return found
+
+
+def _overview(system, moved, loads):
+    heading, joints = describe_parts(system.topology, system.rows, open_friction_lines(system))
+    gravity = ", ".join(map(format_number, np.asarray(system.gravity)))
+    mass = format_number(np.sum(np.asarray(system.mass)))
+    lines = [*heading, f"mass of the bodies {mass} kg, gravity ({gravity}) m/s^2"]
+    return Passage("Machine", lines, joints, html=_scene(system, moved, loads))
+
+
+def _scene(system, moved, loads):
+    if moved is None:
+        return ""
+    from ..viz import plot_mechanism, scene
+
+    start = moved[0] if hasattr(moved, "ts") else moved
+    moved, loads = _frames(moved, loads)
+    played = scene(system, moved, loads=loads).html
+    drawn = picture(lambda ax: plot_mechanism(system, start, ax=ax))
+    frame = f'<iframe class="screen" srcdoc="{escape(played)}" title="the machine as it moves"></iframe>'
+    return frame + (drawn and f'<figure class="paper"><img src="{drawn}" alt="the machine at the start"></figure>')
+
+
+def _frames(moved, loads):
+    """States and loads at so many times that a scene of them is small; forces alone of the whole motion."""
+    times = len(moved) if hasattr(moved, "ts") else 1
+    if times <= _FRAMES:
+        return moved, loads
+    kept = np.linspace(0, times - 1, _FRAMES).round().astype(int)
+    thin = lambda x: x[kept] if np.ndim(x) and np.shape(x)[0] == times else x  # noqa: E731
+    return moved[kept], jax.tree.map(thin, loads)
+
+
+def _body_rows(system):
+    centre, inertia = np.asarray(system.com), np.asarray(system.inertia)
+    rows = [("body", "mass [kg]", "centre of mass [m]", "principal inertias [kg m^2]")]
+    for name, mass, c, I in zip(system.topology.body_names, np.asarray(system.mass), centre, inertia, strict=True):
+        principal = np.linalg.eigvalsh(I)
+        rows.append((name, format_number(mass), *(", ".join(map(format_number, x)) for x in (c, principal))))
+    return rows
+
+
+def _element_rows(system):
+    rows = [
+        (name, fields_repr(jax.tree.map(lambda x, k=k: x[k] if np.ndim(x) else x, group.law)))
+        for group in system.forces
+        for k, name in enumerate(group.names)
+    ]
+    return [("element", "law"), *rows] if rows else []
