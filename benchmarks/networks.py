@@ -82,7 +82,7 @@ class Case:
         """The sparse matrix `Q C^-1 Q^T` (6 p, 6 p) that the peers factor; symmetric positive definite here."""
         bonds = self.bonds if position is None else _moved(self.bonds, position)
         axes, stiffness = np.asarray(bonds.twist_axes), np.linalg.inv(np.asarray(bonds.compliance))
-        carried = np.roll(self.carries, 3, axis=1)[:, :, None] & np.roll(self.carries, 3, axis=1)[:, None, :]
+        carried = self.carries[:, :, None] & self.carries[:, None, :]
         inverse = np.linalg.inv(axes)  # local twist from world twist
         K = np.einsum("qji,qjk,qkl->qil", inverse, stiffness * carried, inverse)
         parent, child = self.bonds.network.ends

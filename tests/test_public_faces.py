@@ -207,7 +207,7 @@ FACES = {
         response_spectrum shock_spectrum sine_response stress_spectrum von_mises_spectrum
     """,
     "jaxmbs.studies": """
-        Designs StudyError grid latin_hypercube normal open pareto_front sobol sweep
+        Designs SobolShares StudyError grid latin_hypercube normal open pareto_front sobol sobol_shares sweep
     """,
     "jaxmbs.viz": """
         ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell

@@ -15,7 +15,8 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._labels import parse_label
 from ..linear._system import LinearSystem
-from ..typing import CoordinateLike
+from ..runtime import as_array
+from ..typing import ArrayLike, CoordinateLike
 
 KINDS = ("displacement", "velocity", "acceleration")
 
@@ -103,16 +104,21 @@ def _translations(labels):
 class BondForces(eqx.Module):
     """Loads of bonds of a network, on their first ends.
 
-    Args: bonds: their names, default all.
+    Args:
+        bonds: their names, default all.
+        factor: of the loads, () or one for each of them: a stress of a bracket [Pa] by its force is
+            `BondForces("fl", factor=2.1e4)`, in Pa/N.
 
     On a moving ground the masses of coordinates that are tied to it are not in these loads: where they matter, move
     those coordinates, `BaseAcceleration(..., at=...)`, and ask for `BaseForces`.
     """
 
     bonds: tuple[str, ...] | None = eqx.field(static=True)
+    factor: Array
 
-    def __init__(self, *bonds: str) -> None:
+    def __init__(self, *bonds: str, factor: ArrayLike = 1.0) -> None:
         self.bonds = distinct_names("bonds", bonds) or None
+        self.factor = as_array(factor)
 
     def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
         loads = reactions(system, _Answer(terms))
@@ -120,7 +126,11 @@ class BondForces(eqx.Module):
         for name in names:
             place_of("bond", name, loads)
         labels = [f"{name} {label}" if len(names) > 1 else label for name in names for label in loads[name].labels]
-        return jnp.concatenate([loads[name].on_first for name in names], axis=-1), tuple(labels)
+        found = jnp.concatenate([loads[name].on_first for name in names], axis=-1)
+        if jnp.shape(self.factor) not in ((), (len(labels),)):
+            fault = f"a factor of shape {jnp.shape(self.factor)} for the {len(labels)} loads of bonds"
+            raise ModelError([fault], "the output")
+        return found * jnp.broadcast_to(self.factor, found.shape).astype(found.dtype), tuple(labels)
 
 
 class BaseForces(eqx.Module):

@@ -9,10 +9,12 @@ if TYPE_CHECKING:
     from ._opened import open_study as open
     from ._opened import pareto_front
     from ._plans import Designs, grid, latin_hypercube, normal, sobol
+    from ._sobol_shares import SobolShares, sobol_shares
     from ._study import StudyError, sweep
 
 __all__ = [
     "Designs",
+    "SobolShares",
     "StudyError",
     "grid",
     "latin_hypercube",
@@ -20,6 +22,7 @@ __all__ = [
     "open",
     "pareto_front",
     "sobol",
+    "sobol_shares",
     "sweep",
 ]
 

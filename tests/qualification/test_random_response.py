@@ -214,9 +214,14 @@ def test_moved_coordinates_and_moved_ground_agree():
     np.testing.assert_allclose(still.rms[2], still.rms[3], rtol=1e-12)
     net = connect({"chain": free}, {"bolt": rigid_bond("chain.foot", "ground")})
     bolted = random_response(
-        net, {"base": BaseAcceleration(GSFC, "z")}, {"a": Coordinates("chain.c z"), "bolt": BondForces("bolt")}
+        net,
+        {"base": BaseAcceleration(GSFC, "z")},
+        {"a": Coordinates("chain.c z"), "bolt": BondForces("bolt"), "stress": BondForces("bolt", factor=2e4)},
     )
-    np.testing.assert_allclose(bolted.rms, np.asarray(moved.rms)[[0, 2]], rtol=1e-8)
+    np.testing.assert_allclose(bolted.rms[:2], np.asarray(moved.rms)[[0, 2]], rtol=1e-8)
+    np.testing.assert_allclose(bolted.rms[2], 2e4 * bolted.rms[1], rtol=1e-12)
+    with pytest.raises(ModelError, match="a factor of shape"):
+        random_response(net, {"base": BaseAcceleration(GSFC, "z")}, {"bolt": BondForces("bolt", factor=[1.0, 2.0])})
 
 
 @pytest.mark.long

@@ -2,20 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from ...builder import SystemBuilder
-
-
-class JointLimits(NamedTuple):
-    """Limits of a joint: coordinates [m or rad], velocity, effort [N or N m]; infinite if not given."""
-
-    lower: float = -np.inf
-    upper: float = np.inf
-    velocity: float = np.inf
-    effort: float = np.inf
+from ...joints._limits import JointLimits
 
 
 @dataclass(frozen=True)
