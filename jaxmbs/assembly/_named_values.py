@@ -169,7 +169,9 @@ def _joints_of_loop(top, joint):
 def _warn_about_degrees(name, joint, value, part):
     """Warn of an angle of more than two turns: it may be in degrees."""
     turns = joint.kind == "Revolute" and part == "coordinates" and is_concrete(value)
-    if turns and np.any(np.abs(value) > 4.0 * np.pi):
+    sizes = np.abs(np.asarray(value, float)) if turns else np.zeros(1)
+    in_degrees = (sizes > 2.0 * np.pi) & (sizes % 5.0 == 0.0)  # nobody means ten radians to the last digit
+    if turns and np.any(in_degrees | (sizes > 4.0 * np.pi)):
         angle = float(np.max(np.abs(value)))
         text = f"state: joint {name!r} is put at {angle:.6g} rad, {angle / 2.0 / np.pi:.1f} turns"
         warn(f"{text}; angles are in radians, not degrees")

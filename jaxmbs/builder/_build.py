@@ -14,6 +14,7 @@ from ..joints import AbstractRows, Weld
 from ..model._internal_states import replace_field
 from ..model._open_friction import open_friction, warn_of_open_friction
 from ..model._pose import Pose
+from ..model._scale import warn_of_scale
 from ..model._system import System
 from ._arrays import reference_poses
 from ._assemble_system import assemble_system
@@ -57,6 +58,7 @@ def build_system(
     if traced:
         return system
     system = analyse_mobility(system, independent)
+    warn_of_scale(system)
     if system.friction is not None:
         warn_of_open_friction(system)
         system = _with_shared_loads(system, bool(open_friction(system)))

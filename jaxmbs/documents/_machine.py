@@ -7,7 +7,6 @@ import jax
 import numpy as np
 
 from ..model._describe import describe_parts
-from ..model._open_friction import open_friction_lines
 from ..model._system import System
 from ..tables import fields_repr, format_number
 from ._page import Passage
@@ -30,7 +29,7 @@ def machine_section(system: Any, state: Any, results: dict) -> list[Passage]:
 
 
 def _overview(system, moved, loads):
-    heading, joints = describe_parts(system.topology, system.rows, open_friction_lines(system))
+    heading, joints = describe_parts(system.topology, system.rows, system.doubts())
     gravity = ", ".join(map(format_number, np.asarray(system.gravity)))
     mass = format_number(np.sum(np.asarray(system.mass)))
     lines = [*heading, f"mass of the bodies {mass} kg, gravity ({gravity}) m/s^2"]

@@ -22,6 +22,7 @@ from ._internal_states import InternalStates
 from ._open_friction import open_friction_lines
 from ._pose import Pose
 from ._rows import RowGroup
+from ._scale import scale_lines
 from ._signals import BlockGroup, MeasureGroup
 from ._topology import Topology
 
@@ -162,15 +163,20 @@ class System(eqx.Module):
         Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).
         """
         if state is None:
-            return describe(self.topology, rows=self.rows, more=open_friction_lines(self))
+            return describe(self.topology, rows=self.rows, more=self.doubts())
         check_state(self, state)
-        return describe(state.topology_at(self), self.topology.analysis, self.rows, open_friction_lines(self))
+        return describe(state.topology_at(self), self.topology.analysis, self.rows, self.doubts())
+
+    def doubts(self) -> list[str]:
+        """Sentences on what may not be as it was meant: loads of rubbing joints that are open, numbers far out of the
+        model's own scale."""
+        return [*open_friction_lines(self), *scale_lines(self)]
 
     def __repr__(self) -> str:
         return f"System: {summary(self.topology)}"
 
     def _repr_html_(self) -> str:
-        return describe_html(self.topology, self.rows, open_friction_lines(self))
+        return describe_html(self.topology, self.rows, self.doubts())
 
 
 def coordinates_by_joint(topology: Topology, values: Array) -> dict:
