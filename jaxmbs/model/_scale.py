@@ -37,7 +37,7 @@ def _lengths(system) -> Iterator[tuple[str, float]]:
     for name, point in zip(top.body_names, np.asarray(system.com), strict=True):
         yield f"the centre of mass of body {name!r}", float(np.linalg.norm(point))
     bodies = ("ground", *top.body_names)
-    for name, body, point in zip(top.frame_names, top.frame_body, np.asarray(system.frames.x), strict=True):
+    for name, body, point in zip(top.frame_names, top.frame_body, np.asarray(system.frames.position), strict=True):
         yield f"frame {name!r} of {bodies[body + 1]!r}", float(np.linalg.norm(point))
 
 
