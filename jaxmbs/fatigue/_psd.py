@@ -8,8 +8,8 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, faults_if, not_positive
-from ..errors import ModelError
+from ..checks import any_concrete, faults_if, is_concrete, not_positive
+from ..errors import ModelError, warn
 from ..runtime import as_dtype
 from ..tables import fields_repr
 from ..typing import ArrayLike
@@ -141,9 +141,26 @@ def psd_table(
     faults += frequency_faults(f) if sizes else []
     if faults:
         raise ModelError(faults, "the table")
+    if frequency_unit == "Hz" and _is_round_in_hertz(f):
+        warn(
+            "psd_table: the frequencies are round numbers of Hz times 2 pi: are they rad/s (frequency_unit='rad/s')?"
+        )
     quantity, size = ("any", 1.0) if unit is None else UNITS[unit]
     per = 2 * np.pi if frequency_unit == "rad/s" else 1.0
     return PsdTable(f / per, S * (size * per * sides), quantity)
+
+
+def _is_round_in_hertz(f):
+    """True for concrete frequencies that have three digits once they are divided by 2 pi, and not before."""
+    if not is_concrete(f):
+        return False
+    f = np.asarray(f)
+    return bool(np.all(_is_round(f / (2 * np.pi))) and not np.any(_is_round(f)))
+
+
+def _is_round(x):
+    size = 10.0 ** (np.floor(np.log10(x)) - 2)
+    return np.abs(x / size - np.round(x / size)) < 1e-6
 
 
 def _mean_exponential(x):

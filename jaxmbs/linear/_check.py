@@ -23,7 +23,8 @@ class Check(Reported):
         asymmetry: largest `|A - A^T|` over the largest entry, by matrix.
         rigid_energy: (6,) strain energy of unit rigid motions over what the diagonal stores in the same motion; None
             without positions.
-        grounded: "free", "held" (some rigid motion is strained), or None without positions.
+        grounded: "free", "held", "held in part" (some rigid motion is strained, and some motion is not), or None
+            without positions.
         mass: total mass [kg] (mean of the three directions), or None.
         centre: (3,) centre of mass [m]; inertia: (3, 3) [kg m^2] about the given point; central_inertia: about the
             centre of mass; all three None where the mass differs by direction.
@@ -138,6 +139,8 @@ def check(
         warnings.append(
             f"coordinates without stiffness: {format_labels(tuple(label for label in slack if label not in idle))}"
         )
+    if grounded == "held" and free_motions:
+        grounded = "held in part"
     report = Check(
         size=sub.num_rows,
         asymmetry=asymmetry,

@@ -18,7 +18,9 @@ def scale_lines(system) -> list[str]:
     """A sentence for each number that is doubted; of a traced model none."""
     if not is_concrete(system):
         return []
-    masses = zip((f"the mass of body {n!r}" for n in system.topology.body_names), np.asarray(system.mass), strict=True)
+    masses = zip(
+        (f"the mass of body {n!r}" for n in system.topology.body_names), np.asarray(system.mass), strict=True
+    )
     return [
         *_outliers(list(_lengths(system)), "length", "m", "millimetres"),
         *_outliers(list(masses), "mass", "kg", "grams"),

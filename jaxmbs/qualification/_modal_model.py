@@ -9,7 +9,7 @@ from jax import lax
 
 from ..blocksparse import BlockMatrix
 from ..checks import is_concrete, may_be_nonzero
-from ..errors import ModelError
+from ..errors import ModelError, warn
 from ..linear._condensation import partition
 from ..linear._massless import condense_massless
 from ..linear._symmetric import check_mass, require_symmetric
@@ -59,6 +59,7 @@ def modal_model(
     check_mass(M)
     C = whole.system.damping if ratios is None else modal_damping(K=K, M=M, ratios=ratios)
     matrices, X, coupled = _modal_matrices(K, M, C, num, ratios is not None)
+    _warn_of_free_motions(matrices, excitation)
     expand = lambda x: _embed(whole.expand(x.T), inner, system.num_rows)
     whole_load = lambda P: whole.load(P.T).T
     light = _embed(whole.expand(jnp.zeros((first.shape[1], len(K)), K.dtype), first.T), inner, system.num_rows)
@@ -76,6 +77,18 @@ def modal_model(
         is_coupled=coupled,
         num=len(K) if num is None else num,
     )
+
+
+def _warn_of_free_motions(matrices, excitation):
+    """Warn of a structure that a moving ground does not hold in some direction: bolts may have been forgotten."""
+    K, M = matrices["stiffness"], matrices["mass"]
+    if excitation.base or not is_concrete((K, M, excitation.ground)) or not np.any(excitation.ground):
+        return
+    stiffness, mass = np.diag(np.asarray(K)), np.diag(np.asarray(M))
+    squares = np.abs(stiffness / np.where(mass > 0, mass, 1.0))
+    free = int(np.sum((squares <= 1e-9 * np.max(squares)) & (mass > 0)))
+    if free:
+        warn(f"the moving ground does not hold {free} motions of the structure: mbs.check has more of them")
 
 
 def _embed(x, inner, n):
