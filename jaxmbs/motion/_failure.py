@@ -1,5 +1,7 @@
 """The likely cause of a failed motion, in words; on the host, for the message of an error."""
 
+from typing import Any
+
 import numpy as np
 
 from ..constraints._constraint_rows import constraint_jacobian, constraint_residual
@@ -18,18 +20,18 @@ _SINGULAR = 1e-4  # singular value of unit rows, over the largest: joint axes pa
 _SHARE = 0.1  # entry of a unit singular vector above which a joint has part in the lost rank
 
 
-def explain(system: System, motion: Motion, t0: float) -> str:
+def explain(system: System, motion: Motion, t0: float, solver: Any = None) -> str:
     """The end of one failed motion and its likely cause: joints whose constraints are open or singular there, or the
     stiffest mode where steps ran out.
 
-    Args: t0: the time of its start [s].
+    Args: t0: the time of its start [s]; solver: which advice does not name again.
     """
     end, num_steps = motion.end, motion.diagnostics.num_steps
     text = describe_end(motion.status, t0, end.t, _saved(motion), num_steps)
     if np.ndim(end.t):
         return text
     if motion.status in (Status.MAX_STEPS, Status.STEP_SIZE):
-        text += describe_stiffest_mode(system, end, mean_step(t0, end.t, num_steps))
+        text += describe_stiffest_mode(system, end, mean_step(t0, end.t, num_steps), solver)
     if motion.status in _MAY_BE_RATES and system.topology.internal:
         text += describe_infinite_rates(system, motion, mean_step(t0, end.t, num_steps))
     if motion.status == Status.VALIDITY:

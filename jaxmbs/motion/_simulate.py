@@ -1,6 +1,7 @@
 """`simulate` of mechanisms: a formulation integrated with projection, and the motion's accounts and result code."""
 
 import dataclasses
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -43,6 +44,7 @@ from ._options import choose_formulation
 from ._result import motion_of
 from ._sampling import Sampling
 from ._saved_step import SavedStep, with_internal_values, with_saved_steps
+from ._stiffest_mode import advise
 
 #: Default absolute tolerance of a step by the size of a number [bytes], of coordinates and velocities [m, rad, s]:
 #: they are near one, so it is that of the relative tolerance; in single precision a few ten roundings.
@@ -66,7 +68,7 @@ def simulate(
     loop: str = "jaxmbs",
     max_steps: int = 100_000,
     max_events: int = 64,
-    progress: bool = False,
+    progress: bool | None = None,
     throw: bool = True,
 ) -> Motion:
     """The motion that starts at a state.
@@ -99,7 +101,7 @@ def simulate(
             without events that act.
         max_steps: bound on the integrator's steps.
         max_events: bound on the actions of events; the one after it ends the motion with status EVENTS.
-        progress: show a progress bar.
+        progress: show a bar; by default after three seconds, in a terminal or a notebook, while a tape runs.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
     Returns: a Motion; saved states satisfy the constraints to rounding.  In a batch, a design that is not assembled
@@ -131,18 +133,19 @@ def simulate(
         gradient=gradient,
         max_steps=max_steps,
         lands_on_times=not interpolate and not chosen.follows_rows,
-        progress=as_flag("progress", progress),
+        progress=progress is not None and as_flag("progress", progress),
         has_event=events is not None,
         max_actions=0 if events is None else events[0].max_actions,
         loop=loop,
         periods=periods,
     )
-    with progress_bar("simulate", t0, t1, options.progress):
+    advice = functools.partial(advise, system, state, solver)
+    with progress_bar("simulate", t0, t1, progress, advice):
         motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
     motion = dataclasses.replace(with_jam(system, motion), solver=options.in_words)
-    return _with_verdict(system, motion, t0, throw)
+    return _with_verdict(system, motion, t0, throw, solver)
 
 
 def _with_formulation(system, state, formulation, solver, dt):
@@ -173,11 +176,11 @@ def _check_formulation(system, state, chosen, solver, events, loop):
         _check_sampling(system, solver, loop)
 
 
-def _with_verdict(system, motion, t0, throw):
+def _with_verdict(system, motion, t0, throw, solver):
     """The motion.  Raises: SimulationError where it failed, if it shall throw; warns of stiffening."""
     note(lambda: motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
-        raise SimulationError(explain(system, motion, float(np.asarray(t0))), motion)
+        raise SimulationError(explain(system, motion, float(np.asarray(t0)), solver), motion)
     warn_of_stiffening(motion.diagnostics.stiffening)
     return motion
 

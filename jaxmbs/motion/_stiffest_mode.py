@@ -1,5 +1,7 @@
 """The stiffest mode at a state and its cause, in words: why a motion needs so many steps; on the host."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +16,7 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import coordinate_rate
 from ..model._changes import with_changes
 from ..model._system import System
+from ..ode._options import is_implicit
 from ..runtime import jit
 from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
@@ -26,8 +29,14 @@ _LIGHT = 1e-6  # of the largest inertia of the independent velocities: a body th
 _NAMED = 0.1  # of the largest entry of a shape: joints that move less are not named
 
 
-def describe_stiffest_mode(system: System, state: State, step: float) -> str:
-    """The stiffest mode beside the mean step [s]: its rate, its joints, the force element that causes it, advice."""
+def advise(system: System, state: State, solver: Any) -> str:
+    """What makes a motion from a state take long, while it runs: its stiffest mode, and a solver for it."""
+    return describe_stiffest_mode(system, state, np.inf, solver) or "; it has no mode that is much faster than others"
+
+
+def describe_stiffest_mode(system: System, state: State, step: float, solver: Any = None) -> str:
+    """The stiffest mode beside the mean step [s]: its rate, its joints, the force element that causes it, advice that
+    the solver (None: not known) has not taken already."""
     system = with_mobility_at(system, state)
     if not system.topology.mobility or not np.isfinite(state.velocities).all():
         return ""
@@ -47,6 +56,8 @@ def describe_stiffest_mode(system: System, state: State, step: float) -> str:
     if inertia < _LIGHT * np.max(M):
         text += f", and moves hardly any inertia ({inertia:.2g}): give the bodies there mass, or weld them"
     if rate * step > _STABILITY_BOUND or rate > _STIFFNESS_RATIO * np.min(rates[rates > 1e-9 * rate]):
+        if is_implicit(solver):
+            return f"{text}, which {type(solver).__name__} steps over: make it softer, or raise rtol and atol"
         text += "; take a stiff solver (solver=mbs.ode.Rodas5P())"
         return text + " or fixed steps (dt=, mbs.ode.ImplicitMidpoint())"
     return text + "; raise max_steps, or rtol and atol"

@@ -15,8 +15,10 @@ from ..checks import any_concrete, is_concrete
 from ..runtime import as_array, as_host_array
 from ..typing import ArrayLike
 from ._events import check_condition
+from ._gauss import Gauss4, ImplicitMidpoint
 from ._linear_solver import SquareSolver
 from ._problem import checkpoints_for
+from ._rosenbrock import Rodas5P
 
 #: Methods of diffrax whose memory is another state of the motion, not a slope that is evaluated anew after a jump.
 _TWO_STATES = (diffrax.LeapfrogMidpoint, diffrax.ReversibleHeun)
@@ -71,6 +73,11 @@ def _in_words(x):
 def solver_or_default(solver: Any) -> Any:
     """The solver, by default Dopri8: at a relative tolerance of 1e-9 order eight takes the fewest evaluations."""
     return diffrax.Dopri8() if solver is None else solver
+
+
+def is_implicit(solver: Any) -> bool:
+    """True for solvers that step over modes much faster than their steps."""
+    return isinstance(solver, diffrax.AbstractImplicitSolver | Rodas5P | ImplicitMidpoint | Gauss4)
 
 
 def check_options(

@@ -124,3 +124,6 @@ SEARCHES_TOGETHER = 8
 #: Largest number of directions that a component of another program derives together, though it is asked for one at a
 #: time (`openmdao_component.py`).
 JACOBIAN_DIRECTIONS = 32
+#: Seconds after which a motion shows a bar that was not asked for, and those after which it says what takes so long,
+#: if all of it would take longer than the last of these.
+SECONDS_TO_BAR, SECONDS_TO_ADVICE, SLOW_SECONDS = 3.0, 5.0, 60.0

@@ -64,7 +64,7 @@ def simulate(
     event: WordedError[Callable | None] = None,
     interpolate: bool = False,
     max_steps: int = 100_000,
-    progress: bool = False,
+    progress: bool | None = None,
     throw: bool = True,
 ) -> LinearMotion:
     """Motion of a linear system, also of a network of components, under loads and laws between its coordinates.
@@ -93,7 +93,7 @@ def simulate(
         interpolate: let steps pass over saved times, whose states come from the solver's interpolation; by default
             steps land on them, so that they meet every kink of sampled forces.
         max_steps: bound on the integrator's steps.
-        progress: show a progress bar.
+        progress: show a bar; by default after three seconds, in a terminal or a notebook, while a tape runs.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
     Rows without mass are condensed, which is exact, and put back: they follow the others and the loads on them
@@ -132,11 +132,11 @@ def simulate(
         gradient=gradient,
         max_steps=max_steps,
         lands_on_times=not interpolate,
-        progress=as_flag("progress", progress),
+        progress=progress is not None and as_flag("progress", progress),
         has_event=event is not None,
         dtype=ts.dtype,
     )
-    with progress_bar("simulate", t0, t1, options.progress):
+    with progress_bar("simulate", t0, t1, progress):
         motion = _integrate(system, condensation, LinearState(t0, *x0), ts, t1, forces, laws, event, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
         raise SimulationError(_explain(motion, float(np.asarray(t0))), motion)
