@@ -15,6 +15,7 @@ Places: TypeAlias = tuple[tuple[str, ...], ...]
 #: Quantities of a joint, a frame, and two frames.
 OF_JOINT = ("position", "velocity")
 OF_FRAME = ("position", "velocity", "angular velocity")
+OF_FORCE = ("effort",)
 OF_FRAMES = ("position", "velocity", "angular velocity", "distance", "distance rate")
 AXES = ("x", "y", "z")
 #: Quantities that are no signals, with the way out of each.
@@ -25,7 +26,7 @@ REFUSED = {
     ),
     **dict.fromkeys(
         ("reaction", "reactions", "force", "torque", "effort", "load"),
-        "put a stiff spring or a Bushing in place of the joint and measure what it yields",
+        "put a stiff spring or a Bushing in place of the joint and measure its effort, b.measure(..., force=name)",
     ),
 }
 
@@ -56,6 +57,17 @@ class JointReading(AbstractReading):
     def values(self, instant: Any, places: Places) -> Array:
         """Values (n, ...) of the joints."""
         return instant.of_joints([joint for (joint,) in places], self.of)
+
+
+class ForceReading(AbstractReading):
+    """Effort of a force element, () of one number, else (n,)."""
+
+    axis: str | None = eqx.field(static=True)
+
+    def values(self, instant: Any, places: Places) -> Array:
+        """Values (n, ...) of the elements."""
+        found = instant.efforts_of([element for (element,) in places])
+        return found if self.axis is None else found[:, AXES.index(self.axis)]
 
 
 class FrameReading(AbstractReading):

@@ -258,8 +258,9 @@ class SystemBuilder(MachineElements):
         joint: str | None = None,
         between: tuple | list | None = None,
         on: WordedError[FrameLike | None] = None,
-        of: str = "position",
+        of: str | None = None,
         axis: str | None = None,
+        force: str | None = None,
     ) -> None:
         """A signal that blocks and questions read by its name.
 
@@ -267,13 +268,16 @@ class SystemBuilder(MachineElements):
             function: `f(instant)` to a number or (n,); it has the time `instant.t`, `instant.coordinates["pin"]`,
                 `instant.velocities["pin"]`, `instant.internal["motor.current"]` and the methods position, rotation,
                 velocity and angular_velocity of a frame, `instant.position("tip")`.
-            joint: a joint; `of` its "position" or "velocity", one number or (n,).
+            joint: a joint; `of` its "position" (default) or "velocity", one number or (n,).
             on: a frame; `of` its "position", "velocity" or "angular velocity" (3,) in world axes.
             between: two frames; `of` the "distance", the "distance rate", or the "position", "velocity" or
                 "angular velocity" (3,) of the second one, seen in the axes of the first.
             axis: "x", "y" or "z", of which a vector's entry is taken.
+            force: a force element that no block drives; its effort, one number, positive where it pushes two points
+                apart (a cable that pulls is negative), else (n,), those of a bushing in its axes.
         """
-        self._add_signal(declared.Measure(name, function, joint, between, on, of, axis), self._model.measures)
+        of = of or ("position" if force is None else "effort")
+        self._add_signal(declared.Measure(name, function, joint, between, on, of, axis, force), self._model.measures)
 
     def block(
         self,

@@ -113,7 +113,7 @@ class Hydraulic:
 
 @dataclass
 class Measure:
-    """A signal: of a joint, between two frames, of one frame, or a function of the instant."""
+    """A signal: of a joint, a force element, between two frames, of one frame, or a function of the instant."""
 
     name: str
     function: Annotated[Any, Callable | None] = None
@@ -122,6 +122,7 @@ class Measure:
     on: Annotated[Any, FrameLike | None] = None
     of: str = "position"
     axis: str | None = None
+    force: str | None = None
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Groups of the measures of a declared model."""
 
-from ..blocks._readings import FrameReading, FunctionReading, JointReading, RelativeReading
+from ..blocks._readings import ForceReading, FrameReading, FunctionReading, JointReading, RelativeReading
 from ..forces._fields import as_function
 from ..joints._base import AbstractJoint
 from ..model._signals import MeasureGroup
@@ -19,6 +19,9 @@ def make_measures(model: Model, add_frame) -> tuple[MeasureGroup, ...]:
         elif item.joint is not None:
             reading, places = JointReading(item.of), (item.joint,)
             key = reading, _freedoms(model.joints[item.joint].kind)
+        elif item.force is not None:
+            reading, places = ForceReading(item.axis), (item.force,)
+            key = reading, type(model.forces[item.force].law)
         else:
             places = tuple(_add_ends(item, model, add_frame))
             reading = (FrameReading if len(places) == 1 else RelativeReading)(item.of, item.axis)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..blocks import AbstractBlock
-from ..blocks._readings import AXES, OF_FRAME, OF_FRAMES, OF_JOINT, REFUSED
+from ..blocks._readings import AXES, OF_FORCE, OF_FRAME, OF_FRAMES, OF_JOINT, REFUSED
 from ..checks import any_concrete, faults_if, no_such
 from ..forces._fields import as_function
 from ..forces._internal_state import internal_layout
@@ -19,17 +19,19 @@ _MOST_PERIODS = 8  # each adds its own samples, at which steps end
 def measure_faults(item, model: Model, reference_faults) -> list[str]:
     """Faults of one measure.  Args: reference_faults: those of a reference to a frame, of (where, reference)."""
     where = f"measure {item.name!r}"
-    given = [name for name in ("function", "joint", "between", "on") if getattr(item, name) is not None]
+    given = [name for name in ("function", "joint", "force", "between", "on") if getattr(item, name) is not None]
     if len(given) != 1:
-        return [f"{where}: give one of a function, joint=, between=, on=, got {', '.join(given) or 'none'}"]
+        return [f"{where}: give one of a function, joint=, force=, between=, on=, got {', '.join(given) or 'none'}"]
     if item.function is not None:
         return _function_faults(where, item)
-    wanted = {"joint": OF_JOINT, "on": OF_FRAME, "between": OF_FRAMES}[given[0]]
+    wanted = {"joint": OF_JOINT, "force": OF_FORCE, "on": OF_FRAME, "between": OF_FRAMES}[given[0]]
     found = []
-    if item.of in REFUSED:
+    if item.of in REFUSED and item.force is None:
         found.append(f"{where}: {_refusal(item.of)}")
     elif item.of not in wanted:
         found.append(f"{where}: of a measure {given[0]}= is {' or '.join(map(repr, wanted))}, got {item.of!r}")
+    if item.force is not None:
+        found += _force_faults(where, item.force, model)
     is_vector = given[0] != "joint" and item.of not in ("distance", "distance rate")
     if item.axis is not None and (not is_vector or item.axis not in AXES):
         found.append(f"{where}: axis is 'x', 'y' or 'z' of a vector between or on frames, got {item.axis!r}")
@@ -39,6 +41,18 @@ def measure_faults(item, model: Model, reference_faults) -> list[str]:
         return [*found, f"{where}: between= takes two frames, got {item.between!r}"]
     ends = item.between if item.between is not None else () if item.on is None else (item.on,)
     return found + [fault for end in ends for fault in reference_faults(where, end)]
+
+
+def _force_faults(where, name, model):
+    """Faults of the force element of a measure."""
+    if name not in model.forces:
+        return [f"{where}: {no_such('force element', name, model.forces)}"]
+    driven = [item.name for item in model.blocks.values() for field in drives_of(item) if field.split(".")[0] == name]
+    return [
+        f"{where}: block {block!r} drives {name!r}, whose effort follows from it at the same instant (an algebraic "
+        "loop): measure another element in line with it"
+        for block in driven
+    ]
 
 
 def _refusal(of):

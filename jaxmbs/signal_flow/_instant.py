@@ -4,12 +4,15 @@ import functools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from ..checks import place_of
+from ..forces._law_at import LawAt
 from ..kinematics._configuration import VelocityKinematics
+from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import frame_twists
 from ..model._system import System, coordinates_by_joint, velocities_by_joint
 from ..runtime import gather_static
@@ -19,7 +22,7 @@ _REFUSED = {
     "acceleration": "measure the velocity and filter it: TransferFunction([1, 0], [tau, 1]) has its rate",
     "reactions": "put a stiff spring or a Bushing in place of the joint and measure what it yields",
     "reaction": "put a stiff spring or a Bushing in place of the joint and measure what it yields",
-    "efforts": "measure the displacement of the element, and its internal states",
+    "efforts": "`instant.effort(name)` has that of a force element that no block drives",
 }
 
 
@@ -90,6 +93,33 @@ class Instant:
         places = np.array([np.r_[getattr(top.joints[top.joint_index[name]], part)] for name in joints])
         found = gather_static(values, places.reshape(-1))
         return found if places.shape[1] == 1 else found.reshape(places.shape)
+
+    def effort(self, element: str) -> Array:
+        """Effort of a force element: () of one number, positive where two points are pushed apart, else (n,), as
+        `dynamics.element_loads` has it [N, N m].  Raises: UnknownNameError, as for an inextensible cable, whose
+        tension is a reaction."""
+        return self.efforts_of([element])[0]
+
+    def efforts_of(self, elements: Sequence[str]) -> Array:
+        """Efforts (n,), or (n, size), of force elements of one size.  Raises: UnknownNameError."""
+        groups = self._system.forces
+        names = [(k, name) for k, group in enumerate(groups) for name in group.names]
+        known, found = tuple(name for _, name in names), {}
+        for k in {names[place_of("force element", element, known)][0] for element in elements}:
+            rows = self._efforts_of_group(groups[k])
+            found |= dict(zip(groups[k].names, rows[:, 0] if rows.shape[1] == 1 else rows, strict=True))
+        return jnp.stack([found[element] for element in elements])
+
+    def _efforts_of_group(self, group):
+        port = group.port
+        seen, displacement, flow = element_flows(self._system, group, self._at, self._at.V, self._at.u)
+        states = {
+            name: jnp.stack([self.internal[f"{element}.{name}"] for element in group.names])
+            for name, *_ in group.internal
+        }
+        law = LawAt(group.law, states) if states else group.law
+        own = lambda law, seen, x, f: jnp.atleast_1d(port.reading(seen, port.effort(law, x, f, self.t))[0])
+        return jax.vmap(own)(law, seen, displacement, flow)
 
     @functools.cached_property
     def _twists(self):
