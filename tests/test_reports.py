@@ -232,6 +232,7 @@ MADE = {
     "ReactionMatrix": lambda: mbs.statics.ReactionMatrix(*(np.eye(6),) * 4, np.zeros(6, int)),
     "Redundancy": redundancy,
     "Designs": lambda: mbs.studies.Designs({"x": np.asarray(numbers(3))}, (("x", np.asarray(numbers(3))),)),
+    "SobolShares": lambda: mbs.studies.SobolShares({"x": 0.7, "y": 0.2}, {"x": 0.8, "y": 0.3}, 0.99, 4, 1.0, 0.5),
     "HarmonicResponse": lambda: mbs.vibration.HarmonicResponse(2 * jnp.pi * F, complexes(3, 2), jnp.asarray(0.1), ()),
     "LinearMotion": linear_motion,
     "LinearState": lambda: linear_motion().end,
@@ -255,7 +256,7 @@ WITHOUT = {
     "no result": "Status PsdTable",
 }
 #: Numbers of the user, whose units are not known, or counts.
-UNITLESS = {"Optimum", "Redundancy", "Check", "Determinacy", "SuspensionCheck"}
+UNITLESS = {"Optimum", "Redundancy", "SobolShares", "Check", "Determinacy", "SuspensionCheck"}
 
 
 def test_every_public_result_has_a_line():

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, not_positive
@@ -37,10 +38,12 @@ class Trapezoid(AbstractSignal):
         way = jnp.where(self.distance < 0, -1.0, 1.0)
         times, jumps, order = self._jumps()
         since = t - self.start
-        moved = jnp.dot(jumps, jnp.maximum(since - times, 0.0) ** order) / (2.0 if order == 2 else 6.0)
-        # after the end the powers grow and cancel: there it is the distance itself
-        moved = jnp.where(since >= times[-1], way * self.distance, moved)
-        return self.before + way * moved
+        # from the beginning of its own piece: powers from that of the move grow and cancel
+        piece = jnp.clip(jnp.searchsorted(times, lax.stop_gradient(since), side="right") - 1, 0, len(times) - 2)
+        x, v, a, jerk = (values[piece] for values in _piece_starts(times, jumps, order))
+        s = jnp.where(since < 0.0, 0.0, since - times[piece])
+        moved = x + s * (v + s * (a / 2 + s * jerk / 6))
+        return self.before + way * jnp.where(since >= times[-1], way * self.distance, moved)
 
     @property
     def duration(self) -> Scalar:
@@ -56,6 +59,21 @@ class Trapezoid(AbstractSignal):
         limits = {"speed": self.speed, "acceleration": self.acceleration, "jerk": self.jerk}
         wrong = [f"{name} must be positive" for name, x in limits.items() if x is not None and not_positive(x)]
         return super().faults() + wrong
+
+
+def _piece_starts(times, jumps, order):
+    """Place, speed, acceleration and jerk (pieces,) where each piece begins."""
+    long = jnp.diff(times)
+    level = jnp.cumsum(jumps)[:-1]
+    none = jnp.zeros_like(level)
+
+    def at_start(rises):
+        return jnp.concatenate([none[:1], jnp.cumsum(rises)[:-1]])
+
+    jerk = level if order == 3 else none
+    a = at_start(jerk * long) if order == 3 else level
+    v = at_start(long * (a + long * jerk / 2))
+    return at_start(long * (v + long * (a / 2 + long * jerk / 6))), v, a, jerk
 
 
 def _acceleration_jumps(size, move):

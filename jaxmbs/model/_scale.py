@@ -11,12 +11,11 @@ from ..tables import format_number
 #: How many times the next smaller one a length or a mass is before it is doubted: units differ by a thousand.
 _FAR = {"length": 100.0, "mass": 1e5}
 _ALIKE = 1.5  # numbers within this factor are of one size
-_FEWEST = 4  # numbers that make a scale
 
 
 def scale_lines(system) -> list[str]:
     """A sentence for each number that is doubted; of a traced model none."""
-    if not is_concrete(system):
+    if not is_concrete(system) or np.ndim(system.mass) != 1:  # traced, or of a batch
         return []
     masses = zip(
         (f"the mass of body {n!r}" for n in system.topology.body_names), np.asarray(system.mass), strict=True
@@ -46,7 +45,7 @@ def _lengths(system) -> Iterator[tuple[str, float]]:
 def _outliers(found, kind, unit, other):
     """The one number that is far above all others, if they have a scale."""
     found = sorted((x for x in found if x[1] > 0), key=lambda x: x[1])
-    if len(found) < _FEWEST:
+    if len(found) < 4:  # too few for a scale
         return
     (name, most), (_, next_one) = found[-1], found[-2]
     if most > _FAR[kind] * next_one:

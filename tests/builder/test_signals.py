@@ -48,7 +48,7 @@ def test_all_faults_are_in_one_report():
         "measure 'turn': 'acceleration' is no signal",
         "measure 'gap': there is no body or frame 'leg'",
         "measure 'height': axis is 'x', 'y' or 'z' of a vector between or on frames, got 'up'",
-        "measure 'both': give one of a function, joint=, between=, on=, got joint, on",
+        "measure 'both': give one of a function, joint=, force=, between=, on=, got joint, on",
         "measure 'angle': a measure or block has this name",
         "block 'a': there is no signal 'angel': did you mean 'angle'?",
         "block 'a': drives 'motor.voltag': there is no field to drive 'voltag': did you mean 'voltage'?",

@@ -57,6 +57,17 @@ def test_a_move_ends_at_its_distance_within_its_limits_and_touches_one(distance,
         assert alone or max(touched) > 0.98
 
 
+def test_a_move_of_a_day_keeps_its_digits():
+    """A long piece at its speed: ten kilometres at a tenth of a metre a second."""
+    for jerk in (None, 3.0):
+        move = Trapezoid(1e4, 0.1, 1.0, jerk)
+        end = float(move.duration)
+        x, v, a = sampled(move, np.linspace(0.2, end - 0.2, 1001))
+        np.testing.assert_allclose(v[5:-5], 0.1, rtol=1e-12)
+        np.testing.assert_allclose(x[500], 5e3, rtol=1e-14)
+        np.testing.assert_allclose(a[5:-5], 0.0, atol=1e-12)
+
+
 def test_an_s_curve_takes_the_time_of_the_textbook():
     """Biagiotti and Melchiorri (2008), example 3.9: 10 from rest with limits 5, 10 and 30 takes 2.8333 s."""
     np.testing.assert_allclose(Trapezoid(10.0, 5.0, 10.0, 30.0).duration, 2.0 + 0.5 + 1 / 3, rtol=1e-12)

@@ -19,6 +19,13 @@ def _study():
     return xarray.Dataset(rows, {"design": [0, 1, 2]})
 
 
+def _scattered():
+    import xarray
+
+    x = np.linspace(0.0, 1.0, 8)
+    return xarray.Dataset({"y": ("design", x**2 + x), "reason": ("design", ["ok"] * 8), "x": ("design", x)})
+
+
 def of_state(*fine):
     return case(lambda z: call(z.bars, z.state), *fine)
 
@@ -233,6 +240,10 @@ CASES = {
     "studies.pareto_front": case(
         lambda z: call(_study(), ["x", "y"], ["y"]),
         through=lambda front: lambda found, objectives, maximise: front(found, objectives, maximise).x.values,
+    ),
+    "studies.sobol_shares": case(
+        lambda z: call(_scattered(), "y", ["x"]),
+        through=lambda shares: lambda found, answer, variables: shares(found, answer, variables).first["x"],
     ),
     "batching.batch": case(
         lambda z: call(_squared, {"x": np.array([1.0, 2.0])}),

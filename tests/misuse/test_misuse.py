@@ -26,6 +26,7 @@ EXEMPT = {
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
+        studies.SobolShares
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
@@ -77,7 +78,8 @@ EXEMPT = {
         viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac viz.plot_modes
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
         viz.plot_margins viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
-        viz.scene viz.animate_mode studies.sweep studies.open demo.run jaxmbs.cache jaxmbs.jit fmi.Fmu fmi.export_fmu
+        viz.scene viz.animate_mode studies.sweep studies.open documents.report demo.run
+        jaxmbs.cache jaxmbs.jit fmi.Fmu fmi.export_fmu
     """,
 }
 # whose calls compile for more than a second

@@ -11,9 +11,12 @@ from pathlib import Path
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE, IMAGES = DOCS / "guide" / "pictures.md", DOCS / "images"
-SCENES = {"scene.png": ("motion.html", "#t=0.42"), "mode.png": ("mode.html", "#t=0")}
+SCENES = {
+    "scene.png": ("motion.html", "#t=0.42", (900, 520)),
+    "mode.png": ("mode.html", "#t=0", (900, 520)),
+    "report.png": ("crank.html", "", (760, 700)),
+}
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_SIZE = (900, 520)
 
 
 def shown() -> set[str]:
@@ -40,8 +43,8 @@ def main() -> None:
         names: dict = {}
         for code in _BLOCK.findall(PAGE.read_text("utf-8")):
             exec(compile(code, str(PAGE), "exec"), names)
-        for picture, (page, address) in SCENES.items():
-            photographed(Path(folder, page), Path(folder, picture), address, _SIZE)
+        for picture, (page, address, size) in SCENES.items():
+            photographed(Path(folder, page), Path(folder, picture), address, size)
         for name in sorted(saved()):
             shutil.copy(name, IMAGES / name)
             print(f"{name}: {Path(name).stat().st_size / 1e3:.0f} kB")

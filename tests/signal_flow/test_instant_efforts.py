@@ -67,7 +67,9 @@ def bushing_system():
     b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
     b.body("engine", mass=10.0, inertia=0.1)
     b.joint("float", mbs.Free(), "ground", "engine")
-    b.force("mount", mbs.Bushing([1e4, 2e4, 3e4, 10.0, 10.0, 10.0], [100.0] * 3 + [1.0] * 3), between=("ground", "engine"))
+    b.force(
+        "mount", mbs.Bushing([1e4, 2e4, 3e4, 10.0, 10.0, 10.0], [100.0] * 3 + [1.0] * 3), between=("ground", "engine")
+    )
     b.measure("load", force="mount")
     b.measure("vertical", force="mount", axis="z")
     return b.build()
