@@ -39,7 +39,7 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
 
     Returns: shapes (blocks * size, num).  Source: S1 (33)-(37).
     """
-    _check_size(mass, num)
+    check_range(mass, num)
     values, X = _block_lanczos(num, sweeps, stiffness, mass)
     return Modes(values, X.reshape(-1, num), jnp.zeros(num, bool))
 
@@ -91,7 +91,7 @@ def has_range(mass: BlockMatrix, num: int) -> bool:
     return bool(rank_of_blocks(mass) >= num + BLOCK_WIDTH)
 
 
-def _check_size(mass, num):
+def check_range(mass, num):
     """Refuse a mass of too low rank: the block of vectors must fit into its range, or spurious shapes are found."""
     if is_concrete(mass.diagonal) and not has_range(mass, num):
         raise ValueError(

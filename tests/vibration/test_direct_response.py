@@ -117,7 +117,7 @@ def test_transfer_functions_of_components():
     for call, told in (
         (lambda: frequency_response(component, omega, ["n0 z"], ["n9 z"]), "n9 z"),
         (lambda: frequency_response(reduced, omega, ["n0 z"], ["n5 y"]), "no coordinate or node 'n5 y'"),
-        (lambda: frequency_response(component, omega, ["n5 z"], ["n0 z"], method="fast"), "'fast' is neither"),
+        (lambda: frequency_response(component, omega, ["n5 z"], ["n0 z"], method="fast"), "unknown method 'fast'"),
     ):
         with pytest.raises(ValueError, match=told):
             call()
