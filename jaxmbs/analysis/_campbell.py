@@ -22,7 +22,7 @@ from ..typing import ArrayLike
 from ..vibration._mode_shapes import best_pairs, mac
 from ._equilibrium import equilibrium
 from ._linearise import linearise
-from ._mechanism_modes import cyclic_columns, routh_reduction
+from ._mechanism_modes import check_cyclic, cyclic_columns, routh_reduction
 
 
 class CampbellDiagram(Reported, eqx.Module):
@@ -126,8 +126,9 @@ def campbell(
     the system depends on, of equal ones the sum.
 
     Raises: ModelError for a joint that is unknown, driven, slides or is not independent, for a system without other
-    freedoms or with joints that rub, or another `keep`; ValueError for speeds that are no row in order;
-    SimulationError where no speed has a steady motion (of single speeds `ok` tells).
+    freedoms or with joints that rub, where something depends on the angle of the spin, or for another `keep`;
+    ValueError for speeds that are no row in order; SimulationError where no speed has a steady motion (of single
+    speeds `ok` tells).
     Source: Genta, Dynamics of rotating systems (2005).
     """
     refuse_sampled(system, "campbell")
@@ -143,6 +144,7 @@ def campbell(
     linear = linearise(system, _turning(system, state, column, speeds[0]))
     if len(linear.velocities) < 2:
         raise ModelError([f"a Campbell diagram: nothing is free to vibrate beside the spin {spin!r}"])
+    check_cyclic(linear, cyclic_columns(linear, (spin,)), keep == "momentum")  # before the program: numbers are known
     names = linear.state_names
     out = [k for k, name in enumerate(names) if name.removeprefix("rate of ") == spin]
     kept = tuple(name for k, name in enumerate(names) if k not in out)

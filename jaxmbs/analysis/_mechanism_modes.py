@@ -69,7 +69,7 @@ def routh_reduction(lin, without):
         raise ModelError(["modes without cyclic coordinates: not where rows of velocity restrict the motion"])
     number = len(lin.velocities)
     rest = np.setdiff1d(np.arange(number), out)
-    _check_cyclic(lin, out)
+    check_cyclic(lin, out)
     A, internal = lin.state_space.A, 2 * number + np.arange(len(lin.internal_names))
     kept = np.concatenate([rest, number + rest, internal])
     none = jnp.zeros((len(out), len(internal)), A.dtype)
@@ -86,8 +86,8 @@ def cyclic_columns(lin, without):
     return np.unique(found)
 
 
-def _check_cyclic(lin, out):
-    """ModelError where something is seen to depend on a coordinate, or to take its momentum away."""
+def check_cyclic(lin, out, keeps_momentum=True):
+    """ModelError where something is seen to depend on a coordinate, or to take away a momentum that is kept."""
     if not is_concrete(lin.stiffness, lin.damping):
         return
     K, C, number = np.asarray(lin.stiffness), np.asarray(lin.damping), len(lin.velocities)
@@ -97,6 +97,8 @@ def _check_cyclic(lin, out):
         name = lin.names[k]
         if max(np.abs(K[:, k]).max(), np.abs(K[k]).max()) > least * max(np.abs(K).max(), 1e-300):
             faults.append(f"{name!r} is not a cyclic coordinate: the stiffness depends on it")
+        elif not keeps_momentum:
+            continue
         elif np.abs(C[k, out]).max() > least * max(np.abs(C).max(), 1e-300):
             faults.append(f"the momentum of {name!r} is not conserved: the coordinate is damped")
         elif np.any(F[k]):

@@ -44,13 +44,18 @@ def lowest_modes(stiffness: Factor, mass: BlockMatrix, num: int, sweeps: int = 3
     return Modes(values, X.reshape(-1, num), jnp.zeros(num, bool))
 
 
-@jit
 def block_modes(stiffness: BlockMatrix, mass: BlockMatrix, num: int) -> Modes:
     """Lowest modes of block matrices, of a free system too: `K + s M` is factorised, s is taken from its values.
 
+    Raises: ValueError, if concrete, for unsymmetric matrices, and for fewer than `num + 8` coordinates with mass.
     Source: S1 (33)-(37).
     """
-    K, M = symmetric_blocks(stiffness), symmetric_blocks(mass)
+    check_range(mass, num)  # before the program, in which no number is known
+    return _block_modes(symmetric_blocks(stiffness), symmetric_blocks(mass), num)
+
+
+@jit
+def _block_modes(K, M, num):
     shift = _spectral_shift(lax.stop_gradient(K), lax.stop_gradient(M))
     found = lowest_modes(factor(K + shift * M), M, num)
     values = found.values - shift

@@ -161,3 +161,20 @@ def test_all_crossings_of_smooth_curves_against_brentq():
         np.testing.assert_allclose(found[np.isfinite(found)], wanted, rtol=1e-5)
     slope = jax.grad(lambda a: diagram([1.0, 5.0], jnp.array([[0.5], [2.5]]) * a + 1.0).critical_speeds()[0])(1.5)
     np.testing.assert_allclose(slope, 1.0 / (1.0 - 0.5 * 1.5) ** 2 * 0.5, rtol=1e-9)  # 1 / (1 - a / 2)
+
+
+@pytest.mark.parametrize("keep", ["speed", "momentum"])
+@pytest.mark.parametrize("what", ["spring", "gravity"])
+def test_what_depends_on_the_angle_is_refused(keep, what):
+    """A rotor with a spring to the ground, or with its centre of mass beside the axis under gravity."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81) if what == "gravity" else (0, 0, 0))
+    b.body("bearing", mass=0.5, inertia=0.01)
+    b.body("disc", mass=5.0, com=(0, 0.02 if what == "gravity" else 0, 0), inertia=(0.05, 0.03, 0.03))
+    b.joint("float", mbs.Planar("x"), "ground", "bearing")
+    b.joint("spin", mbs.Revolute("x"), "bearing", "disc")
+    b.force("mount", mbs.Bushing([1e5] * 3 + [1e3] * 3), between=("ground", "bearing"))
+    if what == "spring":
+        spring = mbs.SpringDamper(2e4, free_length=0.1)
+        b.force("spring", spring, between=(("ground", (0, 0.5, 0)), ("disc", (0, 0.1, 0))))
+    with pytest.raises(mbs.ModelError, match="'spin' is not a cyclic coordinate: the stiffness depends on it"):
+        mbs.analysis.campbell(b.build(), np.linspace(1.0, 100.0, 3), spin="spin", keep=keep)
