@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pandas
 import pytest
@@ -81,6 +82,15 @@ def test_reactions_and_modes(folder, capsys):
 
 
 @pytest.mark.slow
+def test_report(folder, capsys):
+    said(capsys, "report", "pendulum.urdf", "-o", "arm.html", "-s", "pin=0.5", "--t1", "0.2", "--steps", "4")
+    text = Path("arm.html").read_text()
+    assert "<h1>arm</h1>" in text and "5 instants from 0 to 0.2 s" in text and "<h2>Reactions</h2>" in text
+    said(capsys, "report", "pendulum.urdf", "-o", "pose.html", "--title", "A pose")
+    text = Path("pose.html").read_text()
+    assert "<h1>A pose</h1>" in text and "<h2>Motion</h2>" not in text
+
+
 def test_view(folder, capsys):
     said(capsys, "view", "pendulum.urdf", "-o", "arm.png", "-s", "pin=0.5")
     assert (folder / "arm.png").read_bytes()[:4] == b"\x89PNG"
