@@ -19,6 +19,7 @@ import numpy as np
 from ..checks import flag_fault, is_flag
 from ..errors import AssemblyError, ModelError, UnknownNameError
 from ._faults import argument_faults
+from ._quantities import in_base_units, may_have_quantities
 
 _HERE = Path(__file__).resolve().parent.parent
 _BELOW = ("site-packages", "dist-packages")
@@ -100,6 +101,8 @@ def _explained(function: Callable, name: str, count: int = 0) -> Callable:
 
     @functools.wraps(function)
     def explained(*args, **options):
+        if may_have_quantities():
+            args, options = in_base_units(lambda: list(_parameters(function)), args, options)
         if switches:
             _check_switches(function, name, switches, args, options)
         try:
