@@ -1,6 +1,7 @@
 """Curves of the numbers of a report, by matplotlib, as addresses of pictures that hold their data."""
 
 import base64
+import functools
 import importlib.util
 import io
 from collections.abc import Callable
@@ -34,7 +35,7 @@ def curves(report: Report) -> list[tuple[str, str]]:
         for (axis, unit), rows in found.items()
         for k in range(0, len(rows), _CURVES)
     ]
-    drawn = [(picture(lambda ax, part=part: _draw(ax, *part)), _caption(*part)) for part in pictures[:_PICTURES]]
+    drawn = [(picture(functools.partial(_draw, part)), _caption(*part)) for part in pictures[:_PICTURES]]
     return [(source, words) for source, words in drawn if source]
 
 
@@ -46,9 +47,10 @@ def _caption(axis, unit, rows):
     return f"{', '.join(name for name, _, _ in rows)} [{unit or '-'}] over {axis}"
 
 
-def _draw(ax, axis, unit, rows):
+def _draw(part, ax):
     from ..viz._canvas import curve_style, format_axes
 
+    axis, unit, rows = part
     for k, (name, x, y) in enumerate(rows):
         ax.plot(*_thinned(x, y), label=name, **curve_style(k))
     if axis.startswith("frequency") and rows[0][1][0] > 0:

@@ -19,7 +19,7 @@ _MOST = 200  # rows of a table
 def result_sections(system: Any, results: Mapping[str, Any]) -> list[Passage]:
     """Sections of results by name; of a motion of a mechanism the margins of all models too."""
     found = [section for name, value in results.items() for section in _sections(_words(name), value)]
-    motion = results.get("motion")
+    motion: Any = results.get("motion")
     if isinstance(system, System) and hasattr(motion, "states"):
         margins = validity(system, motion)
         found.append(result_section("Validity", margins))

@@ -137,8 +137,8 @@ def joint_use(
     single = {name: held for name, held in limits.items() if np.ndim(q[name]) == 1}
     top = system.topology
     units = {name: top.joints[top.joint_index[name]].units[0] for name in single}
-    parts = [{name: np.asarray(values[name]) for name in single} for values in (q, v)]
-    return JointUse(np.asarray(motion.ts), *parts, _efforts(efforts, single), single, units)
+    turns, rates = ({name: np.asarray(values[name]) for name in single} for values in (q, v))
+    return JointUse(np.asarray(motion.ts), turns, rates, _efforts(efforts, single), single, units)
 
 
 def _efforts(given, names):

@@ -57,7 +57,7 @@ def function_parts(function: types.FunctionType, strict: bool) -> list:
             _refuse_impure(place, [function.__name__], f"{place}.{names}")
         return [place, names]
     if place == "reprlib":  # what Python 3.13 puts about the repr of a dataclass, against endless ones
-        return [place, code.co_qualname, function.__wrapped__]
+        return [place, code.co_qualname, getattr(function, "__wrapped__", None)]
     defaults = [function.__defaults__, function.__kwdefaults__]
     if _is_library(place):
         if strict:

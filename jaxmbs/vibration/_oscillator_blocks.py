@@ -92,7 +92,7 @@ def _pass_free_motions(loads, whole, factors):
     before = jnp.concatenate([jnp.zeros(1, rise.dtype), rise.ravel()[:-1]]).reshape(rise.shape)
     turn = free_turn(whole, speed[0])
     kick = -rest[1], -speed[2]
-    along, climb, across = *rest, jnp.abs(rest[0])
+    (along, climb), across = rest, jnp.abs(rest[0])
 
     def block(state, steps):
         def one(carry, step):
