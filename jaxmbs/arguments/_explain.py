@@ -97,7 +97,8 @@ def _explained(function: Callable, name: str, count: int = 0) -> Callable:
     """
 
     calls = itertools.count(count)
-    switches = [key for key, kind in function.__annotations__.items() if kind is bool and key != "return"]
+    kinds = {key: kind for key, kind in function.__annotations__.items() if key != "return"}
+    switches = [key for key, kind in kinds.items() if kind is bool or kind == bool | None]
 
     @functools.wraps(function)
     def explained(*args, **options):
@@ -122,7 +123,8 @@ def _check_switches(function, name, switches, args, options):
     """Raises: ModelError for switches that are neither true nor false, as the text "no", which counts as true."""
     given = dict(zip(_parameters(function), args, strict=False)) | options
     known = [key for key in switches if key in given and not isinstance(given[key], jax.core.Tracer)]
-    faults = [flag_fault(key, given[key]) for key in known if not is_flag(given[key])]
+    open_ones = [key for key in known if given[key] is None and function.__annotations__[key] is not bool]
+    faults = [flag_fault(key, given[key]) for key in known if not (is_flag(given[key]) or key in open_ones)]
     if faults:
         raise ModelError(faults, f"the call of {name}")
 
