@@ -6,6 +6,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..linear._check import check
+from ..linear._system import LinearSystem
 from ..model._describe import describe_parts
 from ..model._system import System
 from ..tables import fields_repr, format_number
@@ -17,9 +19,9 @@ _FRAMES = 240  # of the scene: eight seconds on the screen at thirty a second
 
 
 def machine_section(system: Any, state: Any, results: dict) -> list[Passage]:
-    """Sections on a mechanism; of another model its own report."""
+    """Sections on a mechanism; of a linear system its check; of another model its own report."""
     if not isinstance(system, System):
-        return [result_section("Model", system)]
+        return [result_section("Model", check(system) if isinstance(system, LinearSystem) else system)]
     moved = results.get("motion", state)
     found = [_overview(system, moved, results.get("reactions"))]
     found.append(Passage("Bodies", rows=_body_rows(system)))
@@ -37,7 +39,7 @@ def _overview(system, moved, loads):
 
 
 def _scene(system, moved, loads):
-    if moved is None:
+    if moved is None or np.ndim(getattr(moved, "ts", 0.0)) > 1:  # nothing to draw, or a batch of motions
         return ""
     from ..viz import plot_mechanism, scene
 

@@ -8,6 +8,7 @@ from typing import Any
 from ..atomic_write import write_atomic
 from ..checks import is_concrete
 from ..errors import ModelError
+from ..linear._system import LinearSystem
 from ._machine import machine_section
 from ._page import Passage, page
 from ._provenance import provenance_section
@@ -28,7 +29,7 @@ def report(
 
     Args:
         path: of the file, "crane.html".
-        system: a mechanism, or any other model with a `report()`; None for results alone.
+        system: a mechanism, a linear system, or any other model with a `report()`; None for results alone.
         title: of the page (default: the name of the file).
         state: the State that the machine is drawn in where there is no motion.
         results: by the words that head their sections, underlines as spaces: results of jaxmbs (motions, reactions,
@@ -61,7 +62,9 @@ def _check(system, results):
         for name, value in results.items()
         if not is_concrete(value)
     ]
-    if system is not None and not (hasattr(system, "describe") or hasattr(system, "report")):
+    if not (
+        system is None or isinstance(system, LinearSystem) or any(hasattr(system, x) for x in ("describe", "report"))
+    ):
         faults.append(f"the system is a {type(system).__name__}, which has neither a description nor a report")
     if faults:
         raise ModelError(faults, "the report")

@@ -47,6 +47,17 @@ def _table_parts(motion):
     return summary, [("coordinate", "first", "last", "least", "largest", "unit"), *rows]
 
 
+class Note(str):
+    """Words that are no part of a structure: motions by other tolerances are pytrees of one kind, and
+    what is compiled for one serves the other."""
+
+    def __eq__(self, other: object) -> bool:
+        return True if isinstance(other, Note) else str.__eq__(self, other)
+
+    def __hash__(self) -> int:
+        return 0
+
+
 class Motion(Reported, eqx.Module):
     """States at the times `ts` (T,), the result code () and diagnostics; a pytree, so it can be batched.
 
@@ -72,7 +83,7 @@ class Motion(Reported, eqx.Module):
     end: State
     events: EventRecord | None = None
     sampling: Sampling | None = None
-    solver: str = eqx.field(static=True, default="")
+    solver: Note = eqx.field(static=True, default=Note())
 
     def report(self) -> Report:
         summary, rows = _table_parts(self)

@@ -39,7 +39,7 @@ from ._formulation import Formulation, num_powers
 from ._formulations import Independent, Prescribed, Velocity
 from ._hybrid import HybridEquations
 from ._jam import with_jam
-from ._motion import Motion
+from ._motion import Motion, Note
 from ._options import choose_formulation
 from ._result import motion_of
 from ._sampling import Sampling
@@ -144,7 +144,7 @@ def simulate(
         motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
-    motion = dataclasses.replace(with_jam(system, motion), solver=options.in_words)
+    motion = dataclasses.replace(with_jam(system, motion), solver=Note(options.in_words))
     return _with_verdict(system, motion, t0, throw, solver)
 
 

@@ -97,6 +97,25 @@ def test_a_study(tmp_path):
     assert any("square" in row[0] and "9" in row for row in cells(text, "Study"))
 
 
+def test_a_structure(tmp_path):
+    axes = [("box", d) for d in "xyz"]
+    system = mbs.LinearSystem(
+        mass=np.eye(3), stiffness=np.diag([1e4, 2e4, 3e4]), coordinates=axes, positions={"box": (0.0, 0.0, 0.0)}
+    )
+    text = mbs.report(tmp_path / "box.html", system, modes=mbs.modes(system)).read_text()
+    assert cells(text, "Model")[1][:2] == ("coordinates", "3")
+    assert "15.92" in text.split("<h2>Modes</h2>")[1] and digest(system) in text
+
+
+def test_a_batch_of_motions(results, tmp_path):
+    system = results[0]
+    motions = mbs.batch(
+        lambda q: mbs.simulate(system, mbs.State.at(system, pin=q), t1=0.2), np.array([0.1, 0.2]), progress=False
+    )
+    text = mbs.report(tmp_path / "batch.html", system, motions=motions).read_text()
+    assert "<h2>Motions</h2>" in text
+
+
 def test_what_has_no_report_is_refused(results, tmp_path):
     with pytest.raises(ModelError, match="Numbers is a list: a report takes results"):
         mbs.report(tmp_path / "a.html", results[0], numbers=[1, 2])
