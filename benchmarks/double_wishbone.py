@@ -10,7 +10,7 @@ import numpy as np
 
 import jaxmbs as mbs
 
-POINTS = {  # hard points at design [m]: x forwards, y outwards, z up
+POINTS = {  # hardpoints at design [m]: x forwards, y outwards, z up
     "LF": (0.25, 0.4, 0.2),
     "LR": (-0.25, 0.45, 0.2),
     "LO": (0.0, 0.9, 0.2),
@@ -42,7 +42,7 @@ STRUT = {-0.03: -5065.686858697157, 0.0: -4788.973965366512, 0.05: -4317.3572192
 
 
 def table(number, seed=0):
-    """Hard points (number, 3) within 10 mm of the design."""
+    """Hardpoints (number, 3) within 10 mm of the design."""
     random = np.random.default_rng(seed)
     return {name: np.array(x) + random.uniform(-0.01, 0.01, (number, 3)) for name, x in POINTS.items()}
 
@@ -119,7 +119,7 @@ def _tension(points, loads, name, R, centre):
 
 
 def study(travels=TRAVELS):
-    """Function of hard points to the tensions (travels, 6) [N]."""
+    """Function of hardpoints to the tensions (travels, 6) [N]."""
     return lambda points: jax.vmap(lambda travel: tensions(points, travel))(jnp.asarray(travels))
 
 

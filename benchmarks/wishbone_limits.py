@@ -1,4 +1,4 @@
-"""A double wishbone under limits: 20 coordinates of hard points, 7 load cases, 50 limits, least largest member load.
+"""A double wishbone under limits: 20 coordinates of hardpoints, 7 load cases, 50 limits, least largest member load.
 
 The largest tension or push in six members over all load cases is a variable of its own, that the 42 member loads may
 not exceed; camber, toe, caster, kingpin inclination, scrub radius and track are the other eight limits.  Each load
@@ -34,7 +34,7 @@ MEMBERS = (*RODS, "strut")
 
 
 def points_of(design):
-    """Hard points [m] with the free coordinates moved, `design["LF y"]` [m]."""
+    """Hardpoints [m] with the free coordinates moved, `design["LF y"]` [m]."""
     points = {name: jnp.asarray(x) for name, x in POINTS.items()}
     for name, axis in COORDINATES:
         points[name] = points[name].at["xyz".index(axis)].add(design[f"{name} {axis}"])

@@ -11,11 +11,11 @@
 # ---
 
 # %% [markdown]
-# # A double wishbone from its hard points
+# # A double wishbone from its hardpoints
 #
-# A table of hard points gives a suspension. How do camber, toe and scrub radius change over wheel travel? What do the
+# A table of hardpoints gives a suspension. How do camber, toe and scrub radius change over wheel travel? What do the
 # tie rod, the strut and the pick-ups carry when the wheel brakes, corners or meets a kerb? How much do the bushings
-# give? And which hard points make bump steer vanish, while the tie rod and the steering stay within limits?
+# give? And which hardpoints make bump steer vanish, while the tie rod and the steering stay within limits?
 
 # %%
 import jax
@@ -28,7 +28,7 @@ import jaxmbs as mbs
 jax.config.update("jax_enable_x64", True)
 
 # %% [markdown]
-# ## The hard points
+# ## The hardpoints
 # Left wheel; x forwards, y outwards, z up [m]. `F` and `R` are the front and rear pick-ups of the lower (`L`) and
 # upper (`U`) arm, `O` their balls; `TI`, `TO` the ends of the tie rod; `AI`, `AO` two points of the axle, `AO` the
 # wheel centre; the strut goes from `S` on the body to `D` on the lower arm.
@@ -47,7 +47,7 @@ AXES = jnp.eye(3)
 
 
 def bodies(b, H):
-    """Upright and arms; they stand in the world frame at design, so that hard points are points of bodies too."""
+    """Upright and arms; they stand in the world frame at design, so that hardpoints are points of bodies too."""
     b.body("upright", 20.0, com=H["AO"], inertia=0.5)
     for arm, (front, rear, ball) in {"lower": ("LF", "LR", "LO"), "upper": ("UF", "UR", "UO")}.items():
         b.body(arm, 4.0, com=(H[front] + H[rear] + H[ball]) / 3.0, inertia=0.1)

@@ -1,4 +1,4 @@
-"""A double wishbone: 20 coordinates of hard points, 7 load cases, 50 limits; the figures of the benchmark hold."""
+"""A double wishbone: 20 coordinates of hardpoints, 7 load cases, 50 limits; the figures of the benchmark hold."""
 
 import sys
 from pathlib import Path

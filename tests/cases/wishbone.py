@@ -13,7 +13,7 @@ UP = jnp.array([0.0, 0.0, 1.0])
 
 
 def suspension(H, arms=False, travel=0.0, rack=0.0, force=None, place="AO", like=None):
-    """The mechanism of hard points H [m] with its wheel centre led to a travel [m], the rack moved [m].
+    """The mechanism of hardpoints H [m] with its wheel centre led to a travel [m], the rack moved [m].
 
     Args: arms: whether rigid arms carry the upright, else links; force (3,) [N] on the upright at `place`, a hard
     point or a point of its frame at design.
