@@ -1,4 +1,4 @@
-"""What the machine is: bodies, joints, elements, freedoms, and a scene of it."""
+"""Sections on a machine: its bodies, joints, elements and freedoms, and a scene of it."""
 
 from html import escape
 from typing import Any

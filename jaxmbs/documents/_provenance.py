@@ -1,4 +1,4 @@
-"""Where the numbers of a report come from: versions, the machine they were calculated on, a digest of the model."""
+"""Origin of the numbers of a report: versions, the device they were calculated on, a digest of the model."""
 
 import hashlib
 import importlib.metadata

@@ -18,7 +18,7 @@ from ._motion import Motion
 
 
 class _Bound(NamedTuple):
-    """What a joint reaches of one bound: its words, the values (T,) that may not exceed it, their unit."""
+    """One bound of a joint: its words, the values (T,) that may not exceed it, their unit."""
 
     words: str
     values: np.ndarray
@@ -34,7 +34,7 @@ class _Bound(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class JointUse(Reported):
-    """What a motion makes of the limits of joints; `print` is a table, `ok` the verdict.
+    """Use of the limits of joints by a motion; `print` is a table, `ok` the verdict.
 
     Attributes:
         t: (T,) times [s].
@@ -122,7 +122,7 @@ def joint_use(
     limits: Mapping[str, JointLimits],
     efforts: Reactions | Mapping[str, Any] | None = None,
 ) -> JointUse:
-    """What a motion makes of the limits of joints, on the host.
+    """Use of the limits of joints by a motion, on the host.
 
     Args:
         limits: by joint, as `mbs.io.read_urdf(...).limits`.

@@ -30,7 +30,7 @@ _NAMED = 0.1  # of the largest entry of a shape: joints that move less are not n
 
 
 def advise(system: System, state: State, solver: Any) -> str:
-    """What makes a motion from a state take long, while it runs: its stiffest mode, and a solver for it."""
+    """Advice while a motion from a state runs, and takes long: its stiffest mode, and a solver for it."""
     return describe_stiffest_mode(system, state, np.inf, solver) or "; it has no mode that is much faster than others"
 
 

@@ -53,7 +53,7 @@ def progress_bar(
 
 
 class _Watched:
-    """What a thread beside a run looks at and says."""
+    """A run that a thread looks at, to show how far it is and to say why it takes long."""
 
     def __init__(self, title, first, last, is_wanted, advice):
         self.title, self.first, self.last, self.is_wanted, self.advice = title, first, last, is_wanted, advice

@@ -65,6 +65,8 @@ def sobol_shares(
 
     Raises: UnknownNameError; ModelError for too few designs, an answer with several numbers or without scatter.
     """
+    if not hasattr(found, "data_vars"):
+        raise ModelError([f"found must be a data set of a study, as `sweep` returns it, not {found!r}"], "the shares")
     if distribution not in _BASES:
         raise ModelError([f"distribution = {distribution!r} is neither 'uniform' nor 'normal'"], "the shares")
     names, points, values = _table(found, answer, variables)

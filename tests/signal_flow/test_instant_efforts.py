@@ -51,6 +51,7 @@ def test_the_force_is_held(motion):
     np.testing.assert_allclose(system.coordinates(moved.end)["slide"], (carried - weight) / 1e4, rtol=1e-3)
 
 
+@pytest.mark.long
 def test_gradient_by_a_gain():
     first = hoist().build()
 
