@@ -95,13 +95,16 @@ class Instant:
         return found if places.shape[1] == 1 else found.reshape(places.shape)
 
     def effort(self, element: str) -> Array:
-        """Effort of a force element: () of one number, positive where two points are pushed apart, else (n,), as
-        `dynamics.element_loads` has it [N, N m].  Raises: UnknownNameError, as for an inextensible cable, whose
-        tension is a reaction."""
+        """Effort of a force element [N, N m], () of one number, positive where two points are pushed apart, else
+        (n,): that of `reactions(...).law(element)`.
+
+        Raises: UnknownNameError, as for an inextensible cable, whose tension is a reaction; in a build ModelError for
+        an element that a block drives, whose effort follows from it.
+        """
         return self.efforts_of([element])[0]
 
     def efforts_of(self, elements: Sequence[str]) -> Array:
-        """Efforts (n,), or (n, size), of force elements of one size.  Raises: UnknownNameError."""
+        """Efforts (n,), or (n, size), of force elements of one size [N, N m].  Raises: as `effort`."""
         groups = self._system.forces
         names = [(k, name) for k, group in enumerate(groups) for name in group.names]
         known, found = tuple(name for _, name in names), {}

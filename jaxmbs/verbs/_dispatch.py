@@ -43,13 +43,15 @@ class _OfThree(Protocol[M, X, L, Y, N, Z]):
 
 
 @overload
-def dispatch(of_mechanism: Callable[M, X], of_linear: Callable[L, Y]) -> Callable[[Callable], _OfTwo[M, X, L, Y]]: ...
+def dispatch(of_mechanism: Callable[M, X], of_linear: Callable[L, Y]) -> Callable[[Callable], _OfTwo[M, X, L, Y]]:
+    """Of verbs of mechanisms and of linear systems."""
 
 
 @overload
 def dispatch(
     of_mechanism: Callable[M, X], of_linear: Callable[L, Y], of_measured: Callable[N, Z]
-) -> Callable[[Callable], _OfThree[M, X, L, Y, N, Z]]: ...
+) -> Callable[[Callable], _OfThree[M, X, L, Y, N, Z]]:
+    """Of verbs that networks of measured components have too."""
 
 
 def dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable | None = None) -> Callable:

@@ -114,6 +114,14 @@ def test_what_is_no_signal(measure, words):
         hoist(more=lambda b: b.measure("wrong", **measure)).build()
 
 
+def test_a_function_is_refused_the_effort_of_what_a_block_drives():
+    def more(b):
+        b.measure("drive", lambda at: at.effort("motor"))
+
+    with pytest.raises(ModelError, match="a field that a block drives has no value of its own"):
+        hoist(more=more).build()
+
+
 def test_a_model_file_keeps_it(tmp_path):
     b = mbs.SystemBuilder()
     b.body("load", mass=2.0)

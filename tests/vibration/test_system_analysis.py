@@ -150,3 +150,12 @@ def test_front_door():
     both = connect({"pendulum": lin.system, "absorber": spring}, {"tie": rigid_bond("pendulum.pin", "absorber.end")})
     np.testing.assert_allclose(mbs.modes(both, damped=False).omega, np.sqrt((9.81 + 1) / 2), rtol=1e-9)
     assert mbs.check(mast(())).grounded == "free"
+
+
+def test_unsymmetric_blocks_are_refused():
+    """Before the program that finds the modes: within it no number is known, and they were NaN."""
+    pattern = bs.Pattern(6, 2, [(i, i + 1) for i in range(5)])
+    own, beside = jnp.stack([4 * jnp.eye(2)] * 6), jnp.stack([-0.5 * jnp.eye(2)] * 5)
+    mass, stiffness = bs.BlockMatrix(pattern, own, 0 * beside), bs.BlockMatrix(pattern, own, beside, 0.6 * beside)
+    with pytest.raises(ValueError, match="unsymmetric"):
+        mbs.modes(LinearSystem(mass=mass, stiffness=stiffness), 2)
