@@ -27,6 +27,7 @@ from jaxmbs.linear import LinearSystem
 from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from jaxmbs.runtime.tape import is_available
+from tests.compilations import compiled
 from tests.flexible.beams import elastic_beam
 from tests.marks import cases
 from tests.models import chain_of_bars, four_bar_builder
@@ -140,18 +141,6 @@ def test_equations_of_design(verb, monkeypatch):
     assert 0.9 * DESIGN[verb] < size <= DESIGN[verb]
 
 
-def _programs(ask):
-    """Number of programs that are compiled for a question."""
-    found = []
-    listener = lambda event, *_, **__: found.append(event)
-    jax.monitoring.register_event_duration_secs_listener(listener)
-    try:
-        ask()
-    finally:
-        jax.monitoring.unregister_event_duration_listener(listener)
-    return found.count("/jax/core/compile/backend_compile_duration")
-
-
 def test_programs_of_design():
     """One program has value and gradient; a search that backtracks has one more, of the values alone."""
     design, options = {"x": 0.7, "y": 0.6}, {"progress": False, "compile": "quick"}
@@ -163,10 +152,10 @@ def test_programs_of_design():
     tolerances = lambda: mbs.design.tolerances(line, design, design)
     with without_tricks("tape"):
         tolerances(), search(flat)  # programs of single operations, which are compiled once in a process
-        assert [_programs(ask) for ask in (tolerances, lambda: search(flat), lambda: search(steep))] == [1, 1, 2]
+        assert [len(compiled(ask)) for ask in (tolerances, lambda: search(flat), lambda: search(steep))] == [1, 1, 2]
     if is_available():
         tolerances(), search(flat), search(steep)
-        assert [_programs(ask) for ask in (tolerances, lambda: search(flat), lambda: search(steep))] == [0, 0, 0]
+        assert [len(compiled(ask)) for ask in (tolerances, lambda: search(flat), lambda: search(steep))] == [0, 0, 0]
 
 
 @pytest.mark.slow
@@ -174,8 +163,8 @@ def test_programs_of_an_equilibrium():
     system = four_bar(LENGTHS)
     state = begin(system)
     with pytest.warns(UserWarning, match="unstable"):
-        assert _programs(lambda: mbs.equilibrium(system, state, follow=False)) <= 1
-    assert _programs(lambda: mbs.equilibrium(system, state)) <= 2  # once more with the loads from zero
+        assert len(compiled(lambda: mbs.equilibrium(system, state, follow=False))) <= 1
+    assert len(compiled(lambda: mbs.equilibrium(system, state))) <= 2  # once more with the loads from zero
 
 
 # ------------------------------------------------------------------------------- one and many things of a kind

@@ -7,16 +7,15 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.runtime import without_tricks
+from tests.compilations import is_waited_for
 from tests.models import four_bar_builder
-
-COMPILED = "/jax/core/compile/backend_compile_duration"
 
 
 @pytest.fixture
 def programs():
     """A list that grows by the name of every program that is compiled; nothing runs on tapes."""
     found = []
-    listen = lambda event, *_, fun_name="", **__: found.append(fun_name) if event == COMPILED else None
+    listen = lambda event, *_, fun_name="", **__: found.append(fun_name) if is_waited_for(event) else None
     jax.clear_caches()  # of modules before this one
     jax.monitoring.register_event_duration_secs_listener(listen)
     with without_tricks("tape"):

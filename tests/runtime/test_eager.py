@@ -1,6 +1,5 @@
 """Single operations on tapes are those of JAX: values, types, derivatives, errors; and nothing is compiled."""
 
-import collections
 import itertools
 
 import jax
@@ -11,10 +10,7 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.runtime import not_tracing, tuning
 from jaxmbs.runtime._eager import _TAPES, eager_on_tapes
-
-COMPILED = "/jax/core/compile/backend_compile_duration"
-_programs: collections.Counter[str] = collections.Counter()
-jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: _programs.update([event]))
+from tests.compilations import compiled
 
 X = jnp.array([[1.0, -2.0, 0.5], [0.0, 3.0, -0.25]])
 K = jnp.array([2, 0, 1])
@@ -81,14 +77,9 @@ def test_operations_compile_nothing():
     jax.clear_caches()
     _TAPES.clear()
     with jax.numpy_rank_promotion("allow"), jax.numpy_dtype_promotion("standard"):
-        before = _programs[COMPILED]
-        for name in sorted(OPERATIONS.keys() - COMPILES):
-            on_tapes(OPERATIONS[name])
-        on_tapes_alone = _programs[COMPILED] - before
-        for name in sorted(OPERATIONS.keys() - COMPILES):
-            OPERATIONS[name]()
-        alone = _programs[COMPILED] - before - on_tapes_alone
-    assert on_tapes_alone <= 4 and alone > 40
+        names = sorted(OPERATIONS.keys() - COMPILES)
+        assert len(compiled(lambda: [on_tapes(OPERATIONS[name]) for name in names])) <= 4
+        assert len(compiled(lambda: [OPERATIONS[name]() for name in names])) > 40
 
 
 @pytest.mark.slow
@@ -97,13 +88,15 @@ def test_builders_and_results_compile_little(monkeypatch):
     monkeypatch.setattr(tuning, "EAGER_CALLS", 10**9)  # whatever other tests have called
     section = mbs.forces.BeamSection.of_material(70e9, 26e9, 2700.0, 4e-4, 1.3e-8, 1.3e-8)
     spectrum = mbs.qualification.shock_spectrum(np.sin(np.arange(71.0)), 1e-3, np.linspace(5.0, 80.0, 23))
-    before = _programs[COMPILED]
-    b = mbs.SystemBuilder()
-    b.beam("whip", section, [(0, 0, 0), (0, 0.0, 1)], elements=7)
-    b.joint("clamp", mbs.Weld(), "ground", "whip.0")
-    system = b.build()
-    assert system.mass.shape[0] >= 8 and spectrum.negative.shape == spectrum.maximax.shape == (23,)
-    assert _programs[COMPILED] - before <= 2
+
+    def build_and_ask():
+        b = mbs.SystemBuilder()
+        b.beam("whip", section, [(0, 0, 0), (0, 0.0, 1)], elements=7)
+        b.joint("clamp", mbs.Weld(), "ground", "whip.0")
+        system = b.build()
+        assert system.mass.shape[0] >= 8 and spectrum.negative.shape == spectrum.maximax.shape == (23,)
+
+    assert len(compiled(build_and_ask)) <= 2
 
 
 def test_within_a_trace_it_is_that_trace():

@@ -1,7 +1,5 @@
 """A question asked again compiles nothing and traces nothing: with the model built again, a lambda typed again."""
 
-import collections
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,11 +8,8 @@ import pytest
 import jaxmbs as mbs
 from jaxmbs.forces import Attachment, Sheave
 from jaxmbs.runtime import _tape_program
+from tests.compilations import compiled
 from tests.models import four_bar_builder
-
-COMPILED = "/jax/core/compile/backend_compile_duration"
-_programs: collections.Counter[str] = collections.Counter()
-jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: _programs.update([event]))
 
 
 def four_bar(k=1.0, like=None):
@@ -122,17 +117,13 @@ def test_a_question_asked_again_makes_no_program(question, monkeypatch):
     monkeypatch.setattr(_tape_program.TapeFunction, "_trace", counted)
     question(1.0)
     traced.clear()
-    before = _programs[COMPILED]
-    question(1.01)
-    assert not traced and _programs[COMPILED] == before
+    assert not compiled(lambda: question(1.01)) and not traced
 
 
 def eager_programs(question):
     """Programs that XLA compiles for a question in a process that has asked nothing before."""
     jax.clear_caches()
-    before = _programs[COMPILED]
-    question(1.0)
-    return _programs[COMPILED] - before
+    return len(compiled(lambda: question(1.0)))
 
 
 #: Programs that XLA compiles at the first call: single operations outside of any program of the library's.
