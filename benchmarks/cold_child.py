@@ -265,6 +265,11 @@ def main(case, folder=None):
 
         lap("(imports)")
         first_machines.CASES[case](lap)
+    elif case.startswith(("motion of ", "singular ")):
+        import first_motions
+
+        lap("(imports)")
+        first_motions.CASES[case](lap, found)
     elif case == "sizes":
         sizes(*value())
     elif case == "store":

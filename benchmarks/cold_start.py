@@ -76,8 +76,18 @@ CASES = {  # of this table: (first process or None, the one that is measured)
     "driven arm": (None, "arm"),
     "implicit": (None, "implicit"),
     "cube": (None, "cube"),
+    **{f"motion of {name}": (None, f"motion of {name}") for name in ("four_bar", "press", "hydraulic", "cables")},
+    **{f"singular poses, {n} loops": (None, f"singular {n}") for n in (10, 40, 160)},
 }
-UNITS = {"CPU": "s", "equations": "", "bytes": "", "run": "ms", "memory of the process": "MiB"}
+UNITS = {
+    "CPU": "s",
+    "equations": "",
+    "bytes": "",
+    "run": "ms",
+    "memory of the process": "MiB",
+    "error of the angle": "rad",
+    "steps": "",
+}
 
 
 def ask(library: Path, child: str, folder: str):

@@ -18,7 +18,11 @@ from jaxmbs import elements, fem, flexible
 from jaxmbs import qualification as qual
 from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.forces import Attachment, Sheave
-from jaxmbs.friction import SmoothCoulomb
+
+try:
+    from jaxmbs.friction import SmoothCoulomb
+except ImportError:  # before friction had a room
+    from jaxmbs.contact import DryFriction as SmoothCoulomb
 
 PIN, X = mbs.Revolute("z"), np.array([1.0, 0.0, 0.0])
 ROD = mbs.inertia.rod
@@ -33,26 +37,27 @@ def readme(lap):
     lap("README's program")
 
 
+def hoist(ramp, like=None):
+    """A load in the loop of a rope, hoisted by a drum."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    b.body("hook", 800.0)
+    b.joint("hook", mbs.Prismatic("z"), "ground", "hook", parent_frame=(2.1, 0, -1.0))
+    b.body("drum", 50.0)
+    drive = mbs.Step(0.1, ramp, 0.0, -0.8)
+    b.joint("drum", mbs.Prismatic("z"), "ground", "drum", parent_frame=(2.4, 0, -1.0), drive=drive)
+    wheels = Sheave("hook", 0.1, side="-", axis="y"), Sheave(("ground", (2.3, 0, 0)), 0.1, side="+", axis="y")
+    path = [Attachment(("ground", (2.0, 0, 0))), *wheels, Attachment("drum")]
+    length = 3.0 + 0.2 * np.pi - 800.0 * 9.81 / 2 / 4e5
+    b.cable("rope", path, stiffness=4e5, damping=2e3, free_length=length)
+    return b.build(like=like)
+
+
 def crane(lap):
     """The time in which a drive brings a load to its speed, so that the peak of the rope's force is least."""
-
-    def build(ramp, like=None):
-        b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
-        b.body("hook", 800.0)
-        b.joint("hook", mbs.Prismatic("z"), "ground", "hook", parent_frame=(2.1, 0, -1.0))
-        b.body("drum", 50.0)
-        drive = mbs.Step(0.1, ramp, 0.0, -0.8)
-        b.joint("drum", mbs.Prismatic("z"), "ground", "drum", parent_frame=(2.4, 0, -1.0), drive=drive)
-        wheels = Sheave("hook", 0.1, side="-", axis="y"), Sheave(("ground", (2.3, 0, 0)), 0.1, side="+", axis="y")
-        path = [Attachment(("ground", (2.0, 0, 0))), *wheels, Attachment("drum")]
-        length = 3.0 + 0.2 * np.pi - 800.0 * 9.81 / 2 / 4e5
-        b.cable("rope", path, stiffness=4e5, damping=2e3, free_length=length)
-        return b.build(like=like)
-
-    first = build(0.4)
+    first = hoist(0.4)
 
     def peak(design):
-        system = build(design["ramp"], like=first)
+        system = hoist(design["ramp"], like=first)
         motion = mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.0, 1.5, 61), gradient="forward")
         force = mbs.dynamics.cable_states(system, motion)["rope"].tension
         return jnp.max(force) / 4e3 + 0.3 * design["ramp"]
