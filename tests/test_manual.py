@@ -128,15 +128,15 @@ def test_words_of_everyday_tasks_are_found(task):
 
 
 _CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")
+_SOURCE = re.compile(r"Source: ([^(]{1,150}?)\b((?:19|20)\d\d)\b")
 
 
-@pytest.mark.long
 def test_cited_papers_are_in_the_bibliography():
-    """An entry with the year and one of the names before it, for every year in parentheses after "Name"."""
+    """An entry of the year and a name, for every year in parentheses, or of a source, after "Name"."""
     entries = (DOCS / "bibliography.md").read_text(encoding="utf-8").split("\n- ")
     texts = [path.read_text(encoding="utf-8") for path in (DOCS.parent / "jaxmbs").rglob("*.py")]
-    cited = [(re.findall(r"\b[A-Z]\w{2,}", before), year) for t in texts for before, year in _CITATION.findall(t)]
-    cited = [(names, year) for names, year in cited if names]
+    pairs = [pair for text in texts for form in (_CITATION, _SOURCE) for pair in form.findall(text)]
+    cited = [(names, year) for before, year in pairs if (names := re.findall(r"\b[A-Z]\w{2,}", before))]
     assert len(cited) > 15
     known = [
         any(year in entry and any(name in entry for name in names) for entry in entries) for names, year in cited
