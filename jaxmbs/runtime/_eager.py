@@ -19,7 +19,7 @@ from ._store_key import setting
 from ._tape_program import keep, tapes_work
 from ._tiers import FIXED
 from ._tracing import OUTSIDE, add_outside, current_trace_state
-from .tape import Tape, UnsupportedError
+from .tape import Limits, Tape, UnsupportedError
 
 _TAPES: dict[Any, Tape | None] = {}
 _MORE = frozenset("while scan custom_linear_solve linear_solve".split())  # loops: what they cost is not known
@@ -96,8 +96,7 @@ def _tape(primitive, args, params):
     if any(aval.weak_type for aval in traced.out_avals) or traced.effects:
         return None
     try:
-        tape = Tape(traced)
+        tape = Tape(traced, Limits(8 * tuning.EAGER_NUMBERS, tuning.EAGER_NUMBERS))
     except UnsupportedError:
         return None
-    is_small = tape.num_instructions <= tuning.EAGER_INSTRUCTIONS and tape.num_doubles <= 8 * tuning.EAGER_NUMBERS
-    return tape if is_small and tape.largest_work <= tuning.EAGER_NUMBERS else None
+    return tape if tape.num_instructions <= tuning.EAGER_INSTRUCTIONS else None

@@ -16,7 +16,7 @@ from ._store_key import question_key, setting
 from ._stored_program import StoredProgram, read_program, write_program
 from ._tiers import Tier
 from ._tricks import OFF, is_on
-from .tape import Tape, TapeError, UnsupportedError, is_available
+from .tape import Limits, Tape, TapeError, TooLargeError, UnsupportedError, is_available
 
 
 class TapeProgram:
@@ -138,12 +138,13 @@ class TapeFunction:
 
         traced = jax.make_jaxpr(flat)(*leaves)
         try:
-            tape = Tape(traced)
+            tape = Tape(traced, Limits(tuning.TAPE_DOUBLES, tuning.TAPE_WORK))
+        except TooLargeError:
+            return None
         except (UnsupportedError, TapeError) as error:  # also where a tape of ours would not hold its own checks
             UNSUPPORTED_OPERATIONS[str(error)] += 1
             return None
-        is_small = tape.num_doubles <= tuning.TAPE_DOUBLES and tape.largest_work <= tuning.TAPE_WORK
-        return StoredProgram(tape, *found) if is_small else None
+        return StoredProgram(tape, *found)
 
 
 def keep(programs: dict, key: Any, program: Any) -> None:

@@ -1,7 +1,7 @@
 """Tapes: traced programs run at once by a small machine, without a compiler."""
 
 from ._bytes import read_tape, write_tape
-from ._flatten import UnsupportedError
+from ._flatten import Limits, TooLargeError, UnsupportedError
 from ._machine import ASKED, is_available, machine_kind
 from ._overtime import OvertimeError, time_limit
 from ._rows import TapeError
@@ -19,9 +19,11 @@ __all__ = [
     "ASKED",
     "SHOWN",
     "WATCH",
+    "Limits",
     "OvertimeError",
     "Tape",
     "TapeError",
+    "TooLargeError",
     "UnsupportedError",
     "is_available",
     "time_limit",

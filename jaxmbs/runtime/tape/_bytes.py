@@ -16,7 +16,7 @@ from ._parts import Parts, Place
 from ._rows import TapeError
 from ._tape import Tape
 
-_MARK = b"jaxmbs tape 2\n\0\0"
+_MARK = b"jaxmbs tape 3\n\0\0"
 _DIGEST = 16
 _WHOLE, _DOUBLE = np.dtype("<i8"), np.dtype("<f8")
 #: Type of each array: instructions, starts, tables, sizes, places and lengths of constants, their numbers, inputs,
@@ -46,7 +46,7 @@ def write_tape(tape: Tape) -> bytes:
     parts = tape.parts
     constants = np.array([(place, numbers.size) for place, numbers in parts.constants], _WHOLE)
     numbers = np.concatenate([np.zeros(0), *(numbers for _, numbers in parts.constants)])
-    arrays = [parts.code, parts.starts, parts.tables, (parts.size, parts.largest_work), constants, numbers]
+    arrays = [parts.code, parts.starts, parts.tables, parts.size, constants, numbers]
     arrays += [_numbers_of(parts.inputs), _numbers_of(parts.outputs), _numbers_of(parts.shown)]
     flat = [np.asarray(array, kind).reshape(-1) for array, kind in zip(arrays, _TYPES, strict=True)]
     body = b"".join(
@@ -96,7 +96,7 @@ def _split(body):
 def _parts(arrays):
     code, starts, tables, sizes, constants, numbers, inputs, outputs, shown = arrays
     fields = len(FIELDS)
-    if sizes.size != 2 or not 0 <= sizes[0] <= _MOST_NUMBERS:
+    if sizes.size != 1 or not 0 <= sizes[0] <= _MOST_NUMBERS:
         raise TapeError("the arena of the tape is of no possible size")
     if code.size % fields or constants.size % 2:
         raise TapeError("the instructions or constants of the tape are cut off")
@@ -109,7 +109,6 @@ def _parts(arrays):
         inputs=_places(inputs),
         outputs=_places(outputs),
         shown=_places(shown),
-        largest_work=int(sizes[1]),
     )
 
 

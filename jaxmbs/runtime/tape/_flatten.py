@@ -1,5 +1,6 @@
 """From a traced program to one list of operations: calls are inlined, and what nothing needs is left out."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -23,6 +24,17 @@ LONG_INTEGERS = "whole numbers beyond 2^53"
 
 class UnsupportedError(Exception):
     """An operation or a type of number that the tape does not have."""
+
+
+class TooLargeError(UnsupportedError):
+    """A program with more numbers, or with a larger instruction, than its tape may have."""
+
+
+class Limits(NamedTuple):
+    """Most doubles of the arena, and whole numbers of the tables; most multiplications of one instruction."""
+
+    doubles: float = math.inf
+    work: float = math.inf
 
 
 def has_long_integers(numbers: Any, dtype: np.dtype) -> bool:

@@ -27,7 +27,7 @@ def _dot(writer, operation, values):
     strides = [_stride(places) for places in (rows, along_a, columns, along_b)]
     place = {"out": result.place, "a": a, "b": b, "x0": in_a.size}
     size = rows.size, columns.size, along_a.size
-    writer.largest_work = max(writer.largest_work, in_a.size * math.prod(size))
+    writer.claim_work(in_a.size * math.prod(size))
     if None not in strides:
         table = writer.arena.table(size, strides, in_a, in_b)
         writer.emit("DOT", operation.outputs[0].size, **place, table=table)
@@ -58,7 +58,7 @@ def _cholesky(writer, operation, values):
     if operation.params.get("symmetrize_input"):
         raise UnsupportedError("cholesky of what is made symmetric")
     place, result, N = writer.dense(values[0], array.size), writer.new(array.size), array.shape[-1]
-    writer.largest_work = max(writer.largest_work, array.size * N)
+    writer.claim_work(array.size * N)
     writer.emit("CHOLESKY", array.size, out=result.place, a=place, x0=array.size // N**2, x1=N)
     return [result]
 
@@ -71,7 +71,7 @@ def _triangular_solve(writer, operation, values):
     a, b, result = writer.dense(values[0], A.size), writer.dense(values[1], B.size), writer.new(B.size)
     mode = params["lower"] + 2 * params["transpose_a"] + 4 * params["unit_diagonal"] + 8 * (not is_left)
     fields = {"x0": A.size // N**2, "x1": N, "x2": sides, "mode": mode}
-    writer.largest_work = max(writer.largest_work, B.size * N)
+    writer.claim_work(B.size * N)
     writer.emit("TRIANGULAR", B.size, out=result.place, a=a, b=b, **fields)
     return [result]
 
@@ -83,7 +83,7 @@ def _lu(writer, operation, values):
     results = [writer.new(atom.size) for atom in operation.outputs]
     rows, columns = array.shape[-2:]
     fields = {"b": results[1].place, "c": results[2].place, "x0": array.size // (rows * columns)}
-    writer.largest_work = max(writer.largest_work, array.size * columns)
+    writer.claim_work(array.size * columns)
     writer.emit("LU", array.size, out=results[0].place, a=place, x1=rows, x2=columns, **fields)
     return results
 

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from ._flatten import TooLargeError
+
 
 class Buffer:
     """Consecutive doubles of the arena.
@@ -36,8 +38,8 @@ class Value:
 class Arena:
     """Places for arrays, constants and tables, given out and taken back while a tape is written."""
 
-    def __init__(self):
-        self.size = 0
+    def __init__(self, most: float):
+        self.size, self._most = 0, most
         self._free: dict[int, list[int]] = {}
         self.constants: list[tuple[int, np.ndarray]] = []
         self._known: dict[tuple, Value] = {}
@@ -52,6 +54,7 @@ class Arena:
         if free and not is_lasting:
             return Buffer(free.pop(), room)
         place, self.size = self.size, self.size + room
+        self._claim(self.size)
         return Buffer(place, room, is_owned=not is_lasting, is_writable=not is_lasting)
 
     def release(self, buffer: Buffer) -> None:
@@ -78,8 +81,14 @@ class Arena:
         if key not in self._places:
             self._places[key] = self._table_size
             self._table_size += numbers.size
+            self._claim(self._table_size)
             self.tables.append(numbers)
         return self._places[key]
+
+    def _claim(self, size: int) -> None:
+        # at once: tables of a large program take longer to write than it takes to compile
+        if size > self._most:
+            raise TooLargeError(f"more than {self._most:,.0f} numbers")
 
     def all_tables(self) -> np.ndarray:
         """All tables, one after another."""

@@ -43,8 +43,7 @@ def by_array(places: list[Place]) -> list[tuple[Place, ...]]:
 
 class Parts(NamedTuple):
     """Instructions (number, fields), starts of the tapes in them, tables, doubles of the arena, constants and their
-    places in it, inputs and results, numbers that may be looked at while it runs, and multiplications of the largest
-    product or factor of matrices."""
+    places in it, inputs and results, and numbers that may be looked at while it runs."""
 
     code: np.ndarray
     starts: np.ndarray
@@ -54,7 +53,6 @@ class Parts(NamedTuple):
     inputs: list[Place]
     outputs: list[Place]
     shown: list[Place]
-    largest_work: int
 
     def validated(self) -> "Parts":
         """The same.  Raises: TapeError if something would be read or written outside of the arena or the tables."""

@@ -9,7 +9,7 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from .. import _tuning as tuning
-from ._flatten import LONG_INTEGERS, UnsupportedError, has_long_integers
+from ._flatten import LONG_INTEGERS, Limits, UnsupportedError, has_long_integers
 from ._machine import bind
 from ._overtime import LIMITED, OvertimeError
 from ._parts import Parts, by_array
@@ -25,17 +25,17 @@ class Tape:
 
     Several threads may call it at once: each call has an arena of its own.
 
-    Args: program: what it runs, or the parts of a tape of it.
+    Args: program: what it runs, or the parts of a tape of it; limits: of a program.
 
-    Raises: UnsupportedError for a program with an operation or a type of number that tapes do not have, TapeError for
-    parts that would read or write outside of the arena.
+    Raises: UnsupportedError for a program with an operation or a type of number that tapes do not have, TooLargeError
+    beyond the limits, TapeError for parts that would read or write outside of the arena.
     """
 
-    def __init__(self, program: ClosedJaxpr | Parts):
+    def __init__(self, program: ClosedJaxpr | Parts, limits: Limits | None = None):
         if not isinstance(program, Parts):
             from ._written import written  # the rules of all primitives, which stored tapes do not need
 
-            program = written(program)
+            program = written(program, limits or Limits())
         self.parts = program.validated()
         self._inputs, self._outputs = by_array(program.inputs), by_array(program.outputs)
         self._is_slow = False
@@ -50,11 +50,6 @@ class Tape:
     def num_doubles(self) -> int:
         """Size of the arena."""
         return self.parts.size
-
-    @property
-    def largest_work(self) -> int:
-        """Multiplications of the largest product or factor of matrices."""
-        return self.parts.largest_work
 
     def __call__(self, *arrays: Any) -> list[np.ndarray]:
         """Results of the program, arrays of NumPy with the types of the program's results.

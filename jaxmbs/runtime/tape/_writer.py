@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ._flatten import Atom, Operation, UnsupportedError, flatten
+from ._flatten import Atom, Limits, Operation, TooLargeError, UnsupportedError, flatten
 from ._fold import folded
 from ._memory import Arena, Buffer, Value
 from ._opcodes import CODE, FIELDS
@@ -27,16 +27,21 @@ def rule(*names: str) -> Callable[[Callable], Callable]:
 class Writer:
     """Instructions of a tape and of those inside of it, while they are written."""
 
-    def __init__(self):
-        self.arena = Arena()
+    def __init__(self, limits: Limits):
+        self.arena = Arena(limits.doubles)
         self.tapes: list[list[tuple[int, ...]]] = [[]]
-        self.largest_work = 0
+        self._most_work = limits.work
         self.shown: list[tuple[int, int]] = []  # place and size
         self._tape = 0
         self._temporary: list[Buffer] = []
         self._dying: dict[Buffer, int] = {}
 
     # ------------------------------------------------------------------------------------------------- instructions
+    def claim_work(self, multiplications: int) -> None:
+        """Raises: TooLargeError if an instruction may not have as many."""
+        if multiplications > self._most_work:
+            raise TooLargeError(f"an instruction of {multiplications:,} multiplications")
+
     def emit(self, op: str, n: int, **fields: int) -> None:
         """Write an instruction for n numbers."""
         row = {"op": CODE[op], "n": n, **fields}

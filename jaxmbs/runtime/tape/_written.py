@@ -4,7 +4,7 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from . import _control, _elementwise, _index, _linalg, _rearrange, _reduce  # noqa: F401  (they register rules)
-from ._flatten import Atom, UnsupportedError
+from ._flatten import Atom, Limits, TooLargeError, UnsupportedError
 from ._memory import Value
 from ._opcodes import FIELDS
 from ._pairs import has_complex, real_program
@@ -12,20 +12,22 @@ from ._parts import Parts, Place
 from ._writer import Writer
 
 
-def written(program: ClosedJaxpr) -> Parts:
+def written(program: ClosedJaxpr, limits: Limits) -> Parts:
     """The parts of a tape that runs a program.  Raises: UnsupportedError."""
     try:
-        return _parts(program, program)
+        return _parts(program, program, limits)
+    except TooLargeError:
+        raise
     except UnsupportedError:  # only now, since few programs have complex numbers and all would be searched for them
         if not has_complex(program):
             raise
-    return _parts(real_program(program), program)
+    return _parts(real_program(program), program, limits)
 
 
-def _parts(program, asked):
+def _parts(program, asked, limits):
     """The parts for a program of real numbers that stands for the one asked for."""
     given, wanted = ([_described(v.aval) for v in each] for each in (asked.jaxpr.invars, asked.jaxpr.outvars))
-    writer = Writer()
+    writer = Writer(limits)
     shapes = [Atom(variable.aval) for variable in program.jaxpr.invars]
     inputs = []
     for shape in shapes:
@@ -41,7 +43,6 @@ def _parts(program, asked):
         inputs=_places(inputs, given, False),
         outputs=_places(outputs, wanted, True),
         shown=[Place(place, False, (size,), np.dtype(float)) for place, size in writer.shown],
-        largest_work=writer.largest_work,
     )
 
 

@@ -17,7 +17,7 @@ def test_a_tape_comes_back(name):
     again = read_tape(data)
     assert write_tape(again) == data
     assert again.parts.inputs == tape.parts.inputs and again.parts.outputs == tape.parts.outputs
-    assert (again.num_doubles, again.largest_work) == (tape.num_doubles, tape.largest_work)
+    assert again.num_doubles == tape.num_doubles
     if is_available():
         for found, want in zip(again(*PROGRAMS[name][1]), tape(*PROGRAMS[name][1]), strict=True):
             np.testing.assert_array_equal(found, want)

@@ -11,7 +11,7 @@ from jax import lax
 
 import jaxmbs as mbs
 from jaxmbs.runtime import jit
-from jaxmbs.runtime.tape import Tape, UnsupportedError, is_available
+from jaxmbs.runtime.tape import Limits, Tape, TooLargeError, UnsupportedError, is_available
 from jaxmbs.runtime.tape._opcodes import CODE
 
 from .programs import PROGRAMS, X
@@ -183,3 +183,12 @@ def test_whole_numbers_that_grow_beyond_doubles_are_the_compilers(function, x):
     tape, full = (mbs.jit(function, compile=kind) for kind in ("tape", "full"))
     for _ in range(2):
         np.testing.assert_array_equal(tape(x), full(x))
+
+
+@pytest.mark.parametrize("limits", [Limits(doubles=3000), Limits(work=3000)], ids=["numbers", "work"])
+def test_a_program_beyond_its_limits_is_refused_before_it_is_written(limits):
+    """Not after: the tables of a large one take longer to write than it takes to compile."""
+    program = jax.make_jaxpr(lambda x: x[:, None] + (x @ x)[None])(np.ones((20, 20)))
+    assert Tape(program, Limits(doubles=50_000, work=20_000)).num_doubles > 8000
+    with pytest.raises(TooLargeError):
+        Tape(program, limits)
