@@ -126,24 +126,17 @@ def rows_of(case, ours, theirs, before):
 
 def main():
     parser = common.parser(__doc__, *CASES)
-    parser.add_argument("--before", metavar="COMMIT", help="a commit to compare with")
+    parser.add_argument("--before", **common.BEFORE)
     parser.add_argument("--repeats", type=int, default=3)
     options = parser.parse_args()
     cases = [case for case in CASES if common.wanted(options, case)]
     cases, repeats = (["pendulum"], 1) if options.quick else (cases, options.repeats)
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        if options.before:
-            git = ["git", "-C", str(HERE), "worktree"]
-            subprocess.run([*git, "add", "--detach", folder, options.before], check=True, capture_output=True)
-        try:
-            for case in cases:
-                ours = least(HERE.parent, case, repeats)
-                theirs = least(Path(folder), case, repeats) if options.before else None
-                rows += rows_of(case, ours or {}, theirs, options.before)
-        finally:
-            if options.before:
-                subprocess.run([*git, "remove", "--force", folder], check=True, capture_output=True)
+    with common.checkout(options.before) as before:
+        for case in cases:
+            ours = least(HERE.parent, case, repeats)
+            theirs = least(before, case, repeats) if before else None
+            rows += rows_of(case, ours or {}, theirs, options.before)
     common.report(rows, options)
 
 

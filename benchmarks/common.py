@@ -4,13 +4,17 @@ Import this before anything that imports JAX or NumPy: `environment` sets what t
 """
 
 import argparse
+import contextlib
 import importlib.metadata
 import json
 import os
 import platform
 import statistics
+import subprocess
+import tempfile
 import time
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 
 import environment  # noqa: F401
 import jax
@@ -62,6 +66,24 @@ def parser(description, *names):
 def wanted(options, name):
     """Whether `--only` lets the case run."""
     return not options.only or any(name == pattern or name.startswith(pattern + " ") for pattern in options.only)
+
+
+BEFORE = {"metavar": "COMMIT", "help": "a commit to compare with"}
+
+
+@contextlib.contextmanager
+def checkout(commit):
+    """A folder with the files of a commit; None for None."""
+    if commit is None:
+        yield None
+        return
+    git = ["git", "-C", str(Path(__file__).parent), "worktree"]
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([*git, "add", "--detach", folder, commit], check=True, capture_output=True)
+        try:
+            yield Path(folder)
+        finally:
+            subprocess.run([*git, "remove", "--force", folder], check=True, capture_output=True)
 
 
 def run_cases(description, cases):

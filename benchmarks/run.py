@@ -39,6 +39,10 @@ NAMES = (
     "validity",
     "qualification",
     "identify_arm",
+    "kinds",
+    "notebooks",
+    "shock_records",
+    "study_store",
 )
 
 
