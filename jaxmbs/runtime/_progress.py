@@ -42,7 +42,8 @@ def progress_bar(
     if is_wanted is False or not is_concrete(begin, end):
         yield
         return
-    first, last = float(np.min(begin)), float(np.max(end))
+    # as arrays of NumPy, whose methods compile nothing
+    first, last = float(np.min(np.asarray(begin))), float(np.max(np.asarray(end)))
     watched = _Watched(title, first, last, is_wanted, advice)
     token = WATCH.set(watched.watch)
     try:
