@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .errors import ModelError, UnknownNameError
+from .errors import ModelError, UnknownNameError, warn
 
 #: Numbers from here on have squares that are not finite.
 LARGEST = 1e150
@@ -184,6 +184,18 @@ def repeated(names: Iterable[Any]) -> list:
     except TypeError:  # lists, which cannot be counted by their hashes
         return [name for k, name in enumerate(names) if names.count(name) > 1 and name not in names[:k]]
     return [name for name, count in counts.items() if count > 1]
+
+
+#: A unit that nobody gave, where one must be said.
+UNSAID = ""
+
+
+def said_unit(call: str, unit: Any, before: str) -> Any:
+    """The unit that was given; where none was, the one that was taken without a word before, with a warning."""
+    if unit != UNSAID:
+        return unit
+    warn(f"{call}: no unit was given, {before!r} is taken; say unit={before!r}, or yours", DeprecationWarning)
+    return before
 
 
 def list_faults(what: str, names: Any) -> list[str]:

@@ -116,7 +116,7 @@ def qualify(design):
     up = {"base": qual.BaseAcceleration(RANDOM, "z")}
     random = mbs.random_response(system, up, out, ratios=RATIO, num=8)
     along = qual.BaseAcceleration(None, "z")
-    sine = qual.sine_response(system, SINE, out, along, notch=NOTCH, frequencies=GRID, ratios=RATIO)
+    sine = qual.sine_response(system, SINE, out, along, notch=NOTCH, frequencies=GRID, ratios=RATIO, unit="g")
     shock = qual.response_spectrum(system, SHOCK, {"stress": out["stress"]}, source=along, ratios=RATIO, num=8)
     damage = jax.vmap(lambda row: fatigue.spectral_damage(Moments(row), CURVE, "dirlik"))(random.moments[1:])
     return random, sine, shock, 1 / damage

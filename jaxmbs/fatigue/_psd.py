@@ -8,7 +8,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, faults_if, is_concrete, not_positive
+from ..checks import UNSAID, any_concrete, faults_if, is_concrete, not_positive, said_unit
 from ..errors import ModelError, warn
 from ..runtime import as_dtype
 from ..tables import fields_repr
@@ -111,7 +111,7 @@ class PsdTable(eqx.Module):
 def psd_table(
     frequencies: ArrayLike,
     levels: ArrayLike,
-    unit: str | None = "g^2/Hz",
+    unit: str | None = UNSAID,
     *,
     frequency_unit: str = "Hz",
     sides: int = 1,
@@ -122,12 +122,14 @@ def psd_table(
         frequencies: (points,), positive and rising; one that stands twice is a step, with the levels below and above.
         levels: (points,), positive.
         unit: of the levels: "g^2/Hz", "(m/s^2)^2/Hz", "(rad/s^2)^2/Hz", "N^2/Hz", "(N m)^2/Hz" or "Pa^2/Hz".
-            None: levels of any quantity, as the stress of an S-N curve in MPa, which stay as they are.
+            None: levels of any quantity, as the stress of an S-N curve in MPa, which stay as they are.  Where none is
+            said, "g^2/Hz" is taken, with a warning.
         frequency_unit: "Hz", or "rad/s": then the levels too are per rad/s and are converted.
         sides: 1, or 2 for levels that negative frequencies share, which are doubled.
 
     Raises: ModelError with every fault.
     """
+    unit = said_unit("psd_table", unit, "g^2/Hz")
     f, S = float_array(frequencies), float_array(levels)
     sizes = f.ndim == 1 and f.shape == S.shape and f.size > 1
     faults = faults_if(

@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..checks import any_concrete, is_concrete, no_such, not_positive, require_numbers
+from ..checks import UNSAID, any_concrete, is_concrete, no_such, not_positive, require_numbers, said_unit
 from ..coupling._limit_loads import cqc_correlation
 from ..errors import ModelError
 from ..fatigue._log_lines import frequency_faults, log_lines
@@ -91,7 +91,7 @@ def response_spectrum(
     out: Any,
     combine: str = "srss",
     source: BaseAcceleration | None = None,
-    unit: str = "m/s^2",
+    unit: str = UNSAID,
     ratios: ArrayLike | None = None,
     num: int | None = None,
 ) -> ResponseSpectrum:
@@ -105,7 +105,7 @@ def response_spectrum(
         combine: "srss", root of the sum of squares; "cqc", complete quadratic combination, for close frequencies;
             "nrl", the largest and the root of the other squares; "abs", the sum of sizes.
         source: direction of the input, `BaseAcceleration(None, "z")` by default.
-        unit: of the spectrum, "m/s^2" or "g".
+        unit: of the spectrum, to be said of a table (without one "m/s^2" is taken, with a warning): "m/s^2" or "g".
         ratios: damping ratios of the modes, one or (modes,), in place of the system's damping.
         num: number of modes, default all.  The mass of the others acts statically at the last acceleration of the
             spectrum, as one more mode.
@@ -117,7 +117,9 @@ def response_spectrum(
     Source: Wilson, Der Kiureghian, Bayo (1981); Regulatory Guide 1.92 (2012).
     """
     source = BaseAcceleration(None, "z") if source is None else source
-    table = _checked(spectrum, combine, source, unit)
+    if not isinstance(spectrum, ShockSpectrum):
+        unit = said_unit("response_spectrum", unit, "m/s^2")
+    table = _checked(spectrum, combine, source, unit or "m/s^2")
     outputs = named_outputs(out)
     _check_outputs(outputs)
     model = modal_model(system, {"base": source}, outputs, ratios)

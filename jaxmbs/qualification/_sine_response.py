@@ -9,7 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Complex, Float
 
-from ..checks import any_concrete, is_concrete, no_such, not_positive, number_faults
+from ..checks import UNSAID, any_concrete, is_concrete, no_such, not_positive, number_faults, said_unit
 from ..errors import ModelError
 from ..fatigue._log_lines import frequency_faults, log_lines
 from ..fatigue._psd import STANDARD_GRAVITY
@@ -87,7 +87,7 @@ def sine_response(
     out: Any,
     source: BaseAcceleration | RandomForce | None = None,
     notch: Mapping[str, ArrayLike] | None = None,
-    unit: str = "g",
+    unit: str = UNSAID,
     frequencies: ArrayLike | None = None,
     ratios: ArrayLike | None = None,
     loss: ArrayLike = 0.0,
@@ -102,7 +102,7 @@ def sine_response(
         out: as of `random_response`.
         source: direction or pattern of the input, `BaseAcceleration(None, "z")` by default.
         notch: largest amplitude [SI] by name of an output, or of a group of outputs for each of them.
-        unit: of the levels: "g", "m/s^2" or "N".
+        unit: of the levels, to be said (without one "g" is taken, with a warning): "g", "m/s^2" or "N".
         frequencies: (frequencies,) [Hz] to answer at, within those of the levels; default `points` per octave and
             all resonances in the band.
         ratios, loss, num: as of `random_response`.
@@ -113,6 +113,7 @@ def sine_response(
     Raises: ModelError with every fault.  Source: S1 (40)-(41).
     """
     source = BaseAcceleration(None, "z") if source is None else source
+    unit = said_unit("sine_response", unit, "g")
     f, level = _checked_levels(levels, unit, source)
     outputs = named_outputs(out)
     model = modal_model(system, {"sine": source}, outputs, ratios, loss, num)

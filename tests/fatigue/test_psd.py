@@ -16,7 +16,7 @@ GSFC = [20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026]
 
 def test_overall_level_of_the_published_spectrum():
     values = read_case("RV2_gsfc_spectrum_oscillators")
-    table = psd_table(*GSFC)
+    table = psd_table(*GSFC, "g^2/Hz")
     np.testing.assert_allclose(table.rms / 9.80665, values["qualification spectrum: overall g rms (published 14.1)"])
     np.testing.assert_allclose(table.scale(-10 * np.log10(2)).rms / 9.80665, 9.995388317033177, rtol=1e-12)
 
@@ -38,7 +38,7 @@ def test_units_and_sides():
     )
     for other in (two, turned):
         np.testing.assert_allclose(other.mean_square, one.mean_square, rtol=1e-14)
-    assert one.quantity == "force" and psd_table(*GSFC).quantity == "acceleration"
+    assert one.quantity == "force" and psd_table(*GSFC, "g^2/Hz").quantity == "acceleration"
 
 
 @pytest.mark.long
@@ -115,8 +115,14 @@ def test_a_level_that_steps():
 )
 def test_faults_of_frequencies_say_which(frequencies, said):
     with pytest.raises(ModelError, match=said):
-        psd_table(frequencies, [1.0, 2.0, 3.0])
+        psd_table(frequencies, [1.0, 2.0, 3.0], "g^2/Hz")
     with pytest.raises(ModelError, match="more than twice"):
-        psd_table([1.0, 2.0, 2.0, 2.0, 3.0], np.ones(5))
+        psd_table([1.0, 2.0, 2.0, 2.0, 3.0], np.ones(5), "g^2/Hz")
     with pytest.raises(ModelError, match="levels must be positive"):
-        psd_table([1.0, 2.0], [1.0, np.nan])
+        psd_table([1.0, 2.0], [1.0, np.nan], "g^2/Hz")
+
+
+def test_a_table_without_a_unit_is_told():
+    with pytest.warns(DeprecationWarning, match="no unit was given, 'g\\^2/Hz' is taken"):
+        told = psd_table(*GSFC)
+    np.testing.assert_array_equal(told.levels, psd_table(*GSFC, "g^2/Hz").levels)

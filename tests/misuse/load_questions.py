@@ -12,7 +12,7 @@ from .attempts import call
 from .cases import case
 from .matrices import OSCILLATOR
 
-TABLE = fatigue.psd_table([20.5, 50.0, 800.0], [0.026, 0.16, 0.16])
+TABLE = fatigue.psd_table([20.5, 50.0, 800.0], [0.026, 0.16, 0.16], "g^2/Hz")
 BASE = {"base": qualification.BaseAcceleration(TABLE, "z")}
 ROWS = np.array([[1.5], [-0.3], [0.1]])
 HISTORY = np.array([[0.5, 2.0], [-1.0, 3.0], [0.25, 1.0]])

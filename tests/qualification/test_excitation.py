@@ -10,7 +10,7 @@ from jaxmbs.coupling import base_motion
 from jaxmbs.errors import ModelError
 
 SPRING = np.array([[1.0, -1.0], [-1.0, 1.0]])
-PSD = mbs.fatigue.psd_table([10.0, 500.0], [0.05, 0.05])
+PSD = mbs.fatigue.psd_table([10.0, 500.0], [0.05, 0.05], "g^2/Hz")
 OUT = {"acc": qual.Coordinates("a z")}
 
 
@@ -29,8 +29,10 @@ def pair(ground=0.0, dashpot=0.0, **options):
 
 QUESTIONS = {
     "random": lambda s, source: mbs.random_response(s, {"base": source(PSD)}, OUT).rms,
-    "sine": lambda s, source: qual.sine_response(s, ([10.0, 500.0], [1.0, 1.0]), OUT, source(None)).peaks,
-    "shock": lambda s, source: qual.response_spectrum(s, ([1e-6, 500.0], [1.0, 1.0]), OUT, source=source(None)).peaks,
+    "sine": lambda s, source: qual.sine_response(s, ([10.0, 500.0], [1.0, 1.0]), OUT, source(None), unit="g").peaks,
+    "shock": lambda s, source: (
+        qual.response_spectrum(s, ([1e-6, 500.0], [1.0, 1.0]), OUT, source=source(None), unit="m/s^2").peaks
+    ),
 }
 of_all = pytest.mark.parametrize("question", QUESTIONS.values(), ids=list(QUESTIONS))
 
@@ -92,7 +94,7 @@ def test_traced_what_nothing_holds_is_not_a_number():
             mass=free.mass, stiffness=stiffness, damping=free.damping, coordinates=["a z", "b z"],
             positions={"a": (0, 0, 0), "b": (0, 0, 1)},
         )  # fmt: skip
-        return qual.sine_response(system, ([10.0, 500.0], [1.0, 1.0]), OUT, frequencies=[20.0]).peaks
+        return qual.sine_response(system, ([10.0, 500.0], [1.0, 1.0]), OUT, frequencies=[20.0], unit="g").peaks
 
     assert np.isnan(jax.jit(rms)(free.stiffness)).all()
 

@@ -44,7 +44,7 @@ def test_limit_values_and_response_spectra():
     np.testing.assert_allclose(found.limits, 1.1 * limits)
     assert "- " in str(found) and "separation" in str(found)
     spectrum = ([1.0, 1e3], [4.0, 4.0])
-    shock = LoadCase("shock", response_spectrum(oscillator(40.0), spectrum, ["m z"], ratios=None))
+    shock = LoadCase("shock", response_spectrum(oscillator(40.0), spectrum, ["m z"], ratios=None, unit="m/s^2"))
     np.testing.assert_allclose([shock.highest[0], shock.lowest[0], shock.at_highest[0]], [4.0, -4.0, 40.0])
 
 

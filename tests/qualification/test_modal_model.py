@@ -20,7 +20,7 @@ def box(*feet):
 
 
 def shaken(system):
-    base = {"base": qual.BaseAcceleration(psd_table(*GEVS), "z")}
+    base = {"base": qual.BaseAcceleration(psd_table(*GEVS, "g^2/Hz"), "z")}
     return mbs.random_response(system, base, {"a": qual.Coordinates("box.com z")}, ratios=0.08)
 
 
@@ -38,9 +38,9 @@ def test_isolators_that_were_forgotten():
 def test_frequencies_in_radians(frequencies):
     f = np.array(frequencies)
     with pytest.warns(UserWarning, match="are they rad/s"):
-        psd_table(2 * np.pi * f, np.ones(len(f)))
+        psd_table(2 * np.pi * f, np.ones(len(f)), "g^2/Hz")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        psd_table(f, np.ones(len(f)))
-        psd_table(2 * np.pi * f, np.ones(len(f)), frequency_unit="rad/s")
-        psd_table(np.geomspace(20.0, 2000.0, 7), np.ones(7))
+        psd_table(f, np.ones(len(f)), "g^2/Hz")
+        psd_table(2 * np.pi * f, np.ones(len(f)), "g^2/Hz", frequency_unit="rad/s")
+        psd_table(np.geomspace(20.0, 2000.0, 7), np.ones(7), "g^2/Hz")

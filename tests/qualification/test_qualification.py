@@ -10,7 +10,7 @@ import jaxmbs as mbs
 from jaxmbs import fatigue, qualification
 from jaxmbs.errors import ModelError
 
-GSFC = fatigue.psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026])
+GSFC = fatigue.psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026], "g^2/Hz")
 LENGTH, WIDTH, PAYLOAD = 0.06, 0.02, 0.2
 CURVE = fatigue.SN(1e20, 8.0)  # stress in MPa
 
@@ -116,9 +116,9 @@ def test_gradient_of_a_life_by_thickness():
 
 TRAPS = {
     "levels per rad/s": lambda: fatigue.psd_table([10.0, 20.0], [1.0, 1.0], "g^2/(rad/s)"),
-    "a point at 0 Hz": lambda: fatigue.psd_table([0.0, 20.0], [1.0, 1.0]),
-    "a level of zero on log-log paper": lambda: fatigue.psd_table([10.0, 20.0], [1.0, 0.0]),
-    "sides": lambda: fatigue.psd_table([10.0, 20.0], [1.0, 1.0], sides=0),
+    "a point at 0 Hz": lambda: fatigue.psd_table([0.0, 20.0], [1.0, 1.0], "g^2/Hz"),
+    "a level of zero on log-log paper": lambda: fatigue.psd_table([10.0, 20.0], [1.0, 0.0], "g^2/Hz"),
+    "sides": lambda: fatigue.psd_table([10.0, 20.0], [1.0, 1.0], "g^2/Hz", sides=0),
     "a force spectrum on a base": lambda: qualification.BaseAcceleration(
         fatigue.psd_table([10.0, 20.0], [1.0, 1.0], "N^2/Hz")
     ),

@@ -73,13 +73,13 @@ def samples_of_a_shock(fine):
 def points_of_a_response_spectrum(fine):
     f, a = np.array([5.0, 60.0, 900.0]), np.array([2.0, 30.0, 11.0])
     given = (halved(f, by_ratio), halved(a, by_ratio)) if fine else (f, a)
-    return (response_spectrum(chain(SPRINGS), given, {"s": ROWS}, "cqc", ratios=0.02).peaks,)
+    return (response_spectrum(chain(SPRINGS), given, {"s": ROWS}, "cqc", ratios=0.02, unit="m/s^2").peaks,)
 
 
 def points_of_a_sine_sweep(fine):
     levels = (np.array([20.0, 50.0, 800.0]), np.array([1.0, 8.0, 3.0]))
     found = sine_response(
-        chain(SPRINGS), levels, {"s": ROWS}, ratios=0.02, notch={"s": 8.0}, points=128 if fine else 64
+        chain(SPRINGS), levels, {"s": ROWS}, ratios=0.02, notch={"s": 8.0}, points=128 if fine else 64, unit="g"
     )
     return found.peaks, found.fastest_sweep
 

@@ -24,7 +24,7 @@ from jaxmbs.vibration import frequency_response, harmonic_response
 
 from . import read_case
 
-GSFC = psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026])
+GSFC = psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026], "g^2/Hz")
 NAMES = ["a z", "b z", "c z"]
 
 
@@ -138,7 +138,7 @@ def test_cumulative_and_shares():
     found = random_response(chain(SPRINGS), {"base": BaseAcceleration(GSFC, "z")}, ["c z", "a z"], ratios=0.02)
     part = found.cumulative_rms([20.0, 100.0, 2000.0])
     np.testing.assert_allclose(part[2], found.rms, rtol=1e-12)
-    lower = psd_table([20.0, 50.0, 100.0], [0.026, 0.16, 0.16])
+    lower = psd_table([20.0, 50.0, 100.0], [0.026, 0.16, 0.16], "g^2/Hz")
     below = random_response(chain(SPRINGS), {"base": BaseAcceleration(lower, "z")}, ["c z", "a z"], ratios=0.02)
     np.testing.assert_allclose(part[1], below.rms, rtol=1e-12)
     shares = found.mode_shares()
@@ -285,7 +285,7 @@ def test_moved_coordinates_by_name_under_jit():
     def rms(stiffness):
         K = stiffness * jnp.array([[1.0, -1.0], [-1.0, 1.0]])
         system = LinearSystem(mass=jnp.eye(2), stiffness=K, coordinates=[("base", "z"), ("top", "z")])
-        source = BaseAcceleration(psd_table([20.0, 2000.0], [0.1, 0.1]), {"base z": 1.0}, "base")
+        source = BaseAcceleration(psd_table([20.0, 2000.0], [0.1, 0.1], "g^2/Hz"), {"base z": 1.0}, "base")
         return random_response(system, {"base": source}, ["top z"], ratios=0.05).rms[0]
 
     assert np.isclose(jax.jit(rms)(1e5), rms(1e5), rtol=1e-12)

@@ -65,7 +65,7 @@ def test_every_combination_against_modes_of_scipy():
         "nrl": big + np.sqrt(np.sum(R**2, axis=1) - big**2),
     }
     for combine, peaks in expected.items():
-        found = response_spectrum(system, SLOPING, outputs(SPRINGS), combine, ratios=0.02)
+        found = response_spectrum(system, SLOPING, outputs(SPRINGS), combine, ratios=0.02, unit="m/s^2")
         np.testing.assert_allclose(found.peaks, peaks, rtol=1e-10)
     np.testing.assert_allclose(found.effective_masses, gamma**2, rtol=1e-10)
     np.testing.assert_allclose(found.effective_masses.sum(), MASSES.sum(), rtol=1e-12)
@@ -78,7 +78,7 @@ def test_missing_mass_is_static():
     """Below a flat spectrum the signed modes and the missing part sum to the static answer."""
     static = 3.0 * np.sum(MASSES)
     for num in (1, 2, 3):
-        found = response_spectrum(chain(SPRINGS), FLAT, outputs(SPRINGS), "abs", ratios=0.02, num=num)
+        found = response_spectrum(chain(SPRINGS), FLAT, outputs(SPRINGS), "abs", ratios=0.02, num=num, unit="m/s^2")
         total = found.modal.sum(axis=0) + found.missing
         np.testing.assert_allclose(total[1:], [3.0, -static], rtol=1e-10)
         np.testing.assert_allclose(found.effective_masses.sum() + found.missing_mass, MASSES.sum(), rtol=1e-12)
@@ -92,7 +92,7 @@ def test_moved_foot_has_its_own_mass_among_the_missing():
         mass=M, stiffness=K, coordinates=["foot z", "m z"], positions={"foot": (0, 0, 0), "m": (0, 0, 1)}
     )
     source = BaseAcceleration(None, "z", at=["foot z"])
-    found = response_spectrum(system, FLAT, {"foot": BaseForces()}, source=source, ratios=0.02)
+    found = response_spectrum(system, FLAT, {"foot": BaseForces()}, source=source, ratios=0.02, unit="m/s^2")
     np.testing.assert_allclose(found.modal[0, 0], 6.0, rtol=1e-12)
     np.testing.assert_allclose(found.missing, 2.1, rtol=1e-12)
     np.testing.assert_allclose(found.peaks, np.hypot(6.0, 2.1), rtol=1e-12)
@@ -118,7 +118,7 @@ def test_oscillator_under_its_own_shock_spectrum():
 @pytest.mark.parametrize("combine", ["srss", "cqc", "nrl", "abs"])
 def test_gradient_by_every_stiffness(combine):
     def peaks(k):
-        return response_spectrum(chain(k), SLOPING, outputs(k), combine, ratios=0.02, num=2).peaks
+        return response_spectrum(chain(k), SLOPING, outputs(k), combine, ratios=0.02, num=2, unit="m/s^2").peaks
 
     found = jax.jacrev(jax.jit(peaks))(SPRINGS)
     np.testing.assert_allclose(jax.jacfwd(peaks)(SPRINGS), found, rtol=1e-10)
@@ -141,7 +141,7 @@ def pair_peak(k, combine="cqc"):
     )
     source = BaseAcceleration(None, {"a z": 1.0, "b z": 0.3})
     return response_spectrum(
-        system, SLOPING, {"x": Coordinates("a z", "displacement")}, combine, source, ratios=0.05
+        system, SLOPING, {"x": Coordinates("a z", "displacement")}, combine, source, ratios=0.05, unit="m/s^2"
     ).peaks[0]
 
 
@@ -167,10 +167,20 @@ def test_faults():
         response_spectrum(system, ([2.0, 1.0], [1.0, 1.0]), ["c z"], "sum", unit="ft")
     assert len(error.value.faults) == 3
     with pytest.raises(ModelError, match="below the spectrum"):
-        response_spectrum(system, ([50.0, 100.0], [1.0, 1.0]), ["c z"], ratios=0.02)
+        response_spectrum(system, ([50.0, 100.0], [1.0, 1.0]), ["c z"], ratios=0.02, unit="m/s^2")
     with pytest.raises(ModelError, match="relative"):
-        response_spectrum(system, FLAT, {"x": Coordinates("c z", "displacement", relative=False)}, ratios=0.02)
+        response_spectrum(
+            system, FLAT, {"x": Coordinates("c z", "displacement", relative=False)}, ratios=0.02, unit="m/s^2"
+        )
     with pytest.raises(ModelError, match="3 modes"):
-        response_spectrum(system, FLAT, ["c z"], ratios=0.02, num=4)
+        response_spectrum(system, FLAT, ["c z"], ratios=0.02, num=4, unit="m/s^2")
     with pytest.raises(ModelError, match="damped modes"):
-        response_spectrum(system, FLAT, ["c z"], "cqc")
+        response_spectrum(system, FLAT, ["c z"], "cqc", unit="m/s^2")
+
+
+def test_a_table_without_a_unit_is_told():
+    with pytest.warns(DeprecationWarning, match="response_spectrum: no unit"):
+        told = response_spectrum(chain(SPRINGS), FLAT, ["c z"], ratios=0.02)
+    np.testing.assert_array_equal(
+        told.peaks, response_spectrum(chain(SPRINGS), FLAT, ["c z"], ratios=0.02, unit="m/s^2").peaks
+    )

@@ -124,7 +124,7 @@ def qualified():
         mass=np.eye(1), stiffness=np.array([[4e6]]), damping=np.array([[200.0]]), coordinates=["m z"],
         positions={"m": (0, 0, 0)},
     )  # fmt: skip
-    white = mbs.fatigue.psd_table([20.0, 2000.0], [0.1, 0.1])
+    white = mbs.fatigue.psd_table([20.0, 2000.0], [0.1, 0.1], "g^2/Hz")
     response = mbs.random_response(body, {"base": qualification.BaseAcceleration(white, "z")}, ["m z"])
     both = np.stack([10 * bumps, -8 * bumps])
     shock = qualification.ShockSpectrum(*map(jnp.asarray, (f, both, 0.8 * both)), "absolute acceleration")

@@ -21,7 +21,7 @@ from . import of_all, probes
 
 ROOMS = {name: inspect.unwrap(getattr(probes, name)) for name in "kinematics motion fields variations bonds".split()}
 OMEGA, MASS = np.linspace(1.0, 40.0, 5), np.diag([1.0, 2.0, 0.5])
-PSD = psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026])
+PSD = psd_table([20.0, 50.0, 800.0, 2000.0], [0.026, 0.16, 0.16, 0.026], "g^2/Hz")
 STRESS = psd_table([20.0, 50.0, 800.0, 2000.0], [2.6, 16.0, 16.0, 2.6], unit=None)
 
 

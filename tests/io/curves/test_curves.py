@@ -38,7 +38,7 @@ def test_round_trip(tmp_path, name, times):
 @pytest.mark.parametrize("name", ["a.csv", "a.unv"])
 @pytest.mark.parametrize("unit", ["g^2/Hz", "(m/s^2)^2/Hz"])
 def test_round_trip_of_a_spectrum(tmp_path, name, unit):
-    table = psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026])
+    table = psd_table([20, 50, 800, 2000], [0.026, 0.16, 0.16, 0.026], "g^2/Hz")
     write_psd(tmp_path / name, table, unit=unit)
     back = read_psd(tmp_path / name)
     assert back.quantity == "acceleration"
@@ -75,7 +75,7 @@ def test_a_file_of_pyuff(tmp_path):
     )
     pyuff.UFF(str(tmp_path / "a.uff")).write_sets([one], mode="overwrite")
     assert read_curves(tmp_path / "a.uff").names == ("4 z",)
-    np.testing.assert_allclose(read_psd(tmp_path / "a.uff").rms, psd_table(f, levels).rms, rtol=1e-9)
+    np.testing.assert_allclose(read_psd(tmp_path / "a.uff").rms, psd_table(f, levels, "g^2/Hz").rms, rtol=1e-9)
 
 
 def test_csv_of_others(tmp_path):
