@@ -33,6 +33,8 @@ def to_data(value: Any, where: str = "the result", told: Callable[[Any], Any] = 
         return value
     if isinstance(value, float):
         return {"float": value.hex()}
+    if isinstance(value, str):
+        return {"words": _name(type(value), where), "text": str(value)}
     if isinstance(value, np.ndarray | np.generic | jax.Array):
         array = np.asarray(value)
         return {"array": array.dtype.name, "shape": array.shape, "bytes": base64.b64encode(array.tobytes()).decode()}
@@ -97,6 +99,7 @@ def _object(data, read):
 
 _READERS: dict[str, Callable[[dict, Callable], Any]] = {
     "float": lambda data, _: float.fromhex(data["float"]),
+    "words": lambda data, _: str.__new__(_class(data["words"], str), data["text"]),
     "array": _array,
     "dtype": lambda data, _: np.dtype(data["dtype"]),
     "class": lambda data, _: _class(data["class"], object),
