@@ -11,17 +11,19 @@ from typing import Any, NamedTuple
 
 from .typing import ArrayLike, ScalarLike
 
-#: Symbols of elements between two frames, or along or about the axis of a joint.
-SYMBOLS = ("spring", "damper", "actuator", "bushing", "rod")
+#: Symbols of elements between two frames, or along or about the axis of a joint; "maxwell" is a spring and a damper
+#: in series.
+SYMBOLS = ("spring", "damper", "maxwell", "actuator", "cylinder", "bushing", "rod", "beam")
 
-#: Symbols of joints: pictures show a "point" by a ring alone, "free" without a name, "none" not at all.
+#: Symbols of joints: pictures show a "point" by a ring alone, "free" and "none" not at all.
 JOINT_SYMBOLS = ("pin", "screw", "cross", "ball", "plane", "slide", "sleeve", "weld", "point", "free", "none")
 
 
 class Symbol(NamedTuple):
     """A symbol, one of `SYMBOLS`, from a frame to another one.
 
-    On a joint it lies along the axis where this slides; where it turns springs and dampers are wound about it.
+    On a joint it lies along the axis where this slides, and about it where this turns.  Several between the same
+    frames stand side by side.
     """
 
     kind: str
@@ -56,12 +58,27 @@ class Cylinder(NamedTuple):
 
 
 class Wheel(NamedTuple):
-    """A wheel about an axis (3,) of a frame, a ring in line drawings; of width 0 it is as thick as bars are."""
+    """A wheel about an axis (3,) of a frame, or of the joint (None); of width 0 it is as thick as bars are."""
 
     radius: ScalarLike
     width: ScalarLike = 0.0
     frame: int = 0
-    axis: ArrayLike = (0.0, 0.0, 1.0)
+    axis: ArrayLike | None = (0.0, 0.0, 1.0)
+    color: str = ""
+
+
+class Gear(NamedTuple):
+    """A toothed wheel about the axis z of a frame, of a pitch radius; a ring gear has its teeth inside.
+
+    `first` is the angle of the middle of a tooth from the axis x [rad].
+    """
+
+    radius: ScalarLike
+    width: ScalarLike
+    teeth: int
+    first: ScalarLike = 0.0
+    frame: int = 0
+    is_ring: bool = False
     color: str = ""
 
 

@@ -165,10 +165,10 @@ class AbstractLaw(eqx.Module):
 
 
 def drawing_of_scalar(law: AbstractLaw) -> Drawing:
-    """Symbol of a law on one coordinate: a spring if it stores energy, a damper if it has damping."""
-    if law.stores:
-        return (Symbol("spring"),)
-    return (Symbol("damper" if hasattr(law, "damping") else "actuator"),)
+    """Symbols of a law on one coordinate: a spring if it stores energy, a damper if it has one; or an actuator."""
+    has_damping = hasattr(law, "damping") and law.dissipates
+    kinds = ["spring"] * law.stores + ["damper"] * has_damping
+    return tuple(map(Symbol, kinds or ["damper" if hasattr(law, "damping") else "actuator"]))
 
 
 class AbstractScalarLaw(AbstractLaw):

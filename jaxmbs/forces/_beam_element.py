@@ -9,6 +9,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, negative
+from ..drawings import Drawing, Symbol
 from ..math._linalg import safe_norm
 from ..math._screw import screw_of_pose, screw_rate, wrench_of_screw_gradient
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
@@ -76,6 +77,10 @@ class BeamElement(AbstractPoseLaw):
     def under(self, stress: Float[Array, "... 6"]) -> "BeamElement":
         """The element under a stress that a search gives, with the slope of its own; NaN for its own stress."""
         return _BeamElementUnderStress(self.stiffness, self.screw, self.damping, stress)
+
+    def drawing(self) -> Drawing:
+        """A piece of a beam."""
+        return (Symbol("beam"),)
 
     @property
     def dissipates(self) -> bool:

@@ -9,11 +9,12 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import faults_if, may_be_nonzero, negative, not_positive
+from ..drawings import Drawing
 from ..math._vector import VectorComponents, cross, dot, norm
 from ..runtime import constant_product, gather_static
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
-from ._cable_drawing import middles
+from ._cable_drawing import cable_drawing, middles
 from ._cable_friction import Models, cable_friction_faults, friction_of_elements, tension_ratios
 from ._cable_path import CablePath, PathLayout
 from ._cable_route import CableRoute, CableState
@@ -85,6 +86,10 @@ class Cable(CableRoute, AbstractPathLaw):
     def dissipates(self) -> bool:
         """True for damping, friction, or a winch."""
         return self.is_wound or self.friction is not None or may_be_nonzero(self.damping)
+
+    def drawing(self) -> Drawing:
+        """The cable, its wheels and its drum."""
+        return cable_drawing(self, None if self.drum_radius is None else abs(float(self.drum_radius)))
 
     def paid_out(self, angle: ScalarLike, rate: ScalarLike) -> "Cable":
         """This cable when its drum has turned by an angle [rad], with the free length that is then off the drum."""

@@ -10,12 +10,13 @@ from ._cable_path import CablePath, PathLayout
 
 _ARC = 24  # points of an arc
 _WIDTH = 0.3  # of a sheave or cylinder over its radius
+_DRUM_WIDTH = 1.0  # of a drum, on which the cable lies in turns
 
 
-def cable_drawing(route) -> Drawing:
-    """The thread, and its wheels in their frames."""
+def cable_drawing(route, drum: float | None = None) -> Drawing:
+    """The thread, and its wheels in their frames; a drum turns with the child of its joint, the last frame."""
     layout = route.layout
-    tied = tuple(k for k, kind in enumerate(layout.kinds) if kind == "point")
+    tied = tuple(k for k, kind in enumerate(layout.kinds) if kind == "point" and (k or drum is None))
     shapes: list = [Thread(route.course, tied)]
     for k, element in enumerate(layout.circles):
         radius, frame = float(route.radii[k]), int(element)
@@ -23,6 +24,8 @@ def cable_drawing(route) -> Drawing:
             shapes.append(Ball(radius, frame, color=PALE))
         else:
             shapes.append(Wheel(radius, _WIDTH * radius, frame, np.asarray(route.axes[k]), PALE))
+    if drum is not None:
+        shapes.append(Wheel(drum, _DRUM_WIDTH * drum, len(layout.kinds) + 1, None, PALE))
     return tuple(shapes)
 
 

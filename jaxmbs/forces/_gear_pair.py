@@ -10,7 +10,7 @@ from jax import Array
 from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, flag, is_concrete, may_be_nonzero, negative, not_positive
-from ..drawings import Drawing, Tube, Wheel
+from ..drawings import Drawing, Gear
 from ..math._linalg import safe_norm, skew
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
@@ -103,10 +103,11 @@ class GearPair(AbstractPathLaw):
         return jnp.arctan(jnp.tan(self.pressure_angle) / jnp.cos(self.helix_angle))
 
     def drawing(self) -> Drawing:
-        """Wheels of the pitch radii, of a ring gear a tube."""
+        """Gears of the pitch radii, a tooth of A on its axis x and a gap of B where the phase wants it."""
         first, second = map(float, np.asarray(self.radii))
-        width = _WIDTH * min(first, second)
-        return Wheel(first, width, 0), Tube(second, width, 1) if self.internal else Wheel(second, width, 1)
+        width, (a, b), phase = _WIDTH * min(first, second), self.teeth, float(self.phase)
+        gap = (1 + b - a) * np.pi - phase if self.internal else (b - 1) * np.pi + phase
+        return Gear(first, width, a, 0.0, 0), Gear(second, width, b, gap / b, 1, self.internal)
 
     def report(self, *args: Any) -> dict[str, Reading]:
         """Approach and normal force of both sides of the teeth, of the arguments of `wrench`."""

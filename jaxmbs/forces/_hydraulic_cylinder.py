@@ -91,8 +91,8 @@ class HydraulicCylinder(AbstractScalarLaw):
         return ("p0", "p1") if is_shut else ()
 
     def drawing(self) -> Drawing:
-        """An actuator."""
-        return (Symbol("actuator"),)
+        """A cylinder."""
+        return (Symbol("cylinder"),)
 
     def start(self, x: ScalarLike, v: ScalarLike, t: ScalarLike) -> States:
         """Pressures of the tank."""

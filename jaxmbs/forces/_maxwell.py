@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ..checks import faults_if, not_positive
+from ..drawings import Drawing, Symbol
 from ..typing import Convertible, Scalar, ScalarLike
 from ._base import AbstractScalarLaw
 from ._element_bonds import ElementBond, ElementBonds
@@ -50,6 +51,10 @@ class Maxwell(AbstractScalarLaw):
             "0:force -> C:spring": ElementBond(force, v - creep),
             "0:force -> R:damper": ElementBond(force, creep),
         }
+
+    def drawing(self) -> Drawing:
+        """Spring and damper in series."""
+        return (Symbol("maxwell"),)
 
     def faults(self) -> list[str]:
         """Stiffness and damping must be positive."""

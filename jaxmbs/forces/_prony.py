@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import faults_if, negative, not_positive
+from ..drawings import Drawing, Symbol
 from ..math._rotation import rotation_vector
 from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw, AbstractScalarLaw
@@ -59,6 +60,10 @@ class Prony(AbstractScalarLaw):
             "0:branches -> C:springs": ElementBond(forces, v - creep),
             "0:branches -> R:dampers": ElementBond(forces, creep),
         }
+
+    def drawing(self) -> Drawing:
+        """A spring beside one of the branches."""
+        return Symbol("spring"), Symbol("maxwell")
 
     def faults(self) -> list[str]:
         """Springs do not push, relaxation takes time."""

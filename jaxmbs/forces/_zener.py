@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ..checks import faults_if, negative
+from ..drawings import Drawing, Symbol
 from ..typing import Convertible, Scalar, ScalarLike
 from ._element_bonds import ElementBond, ElementBonds
 from ._fields import number
@@ -39,6 +40,10 @@ class Zener(Maxwell):
         """Those of `Maxwell` and the spring beside them."""
         static = self.static_stiffness * (x - self.free_length)
         return super().bonds(x, v, s, t) | {"1:port -> C:static": ElementBond(static, v)}
+
+    def drawing(self) -> Drawing:
+        """A spring beside a spring and a damper in series."""
+        return Symbol("spring"), Symbol("maxwell")
 
     def faults(self) -> list[str]:
         """Those of `Maxwell`; the other spring does not push."""

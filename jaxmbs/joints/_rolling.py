@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
-from ..drawings import Ball, Drawing, Wheel
+from ..drawings import Ball, Drawing, Plane, Wheel
 from ..palette import STEEL
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis, Convertible
@@ -52,7 +52,7 @@ class RollingSphere(AbstractRolling):
     radius: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
     def drawing(self) -> Drawing:
-        return (Ball(self.radius, 1, is_clear=True, color=STEEL),)
+        return Plane(0), Ball(self.radius, 1, is_clear=True, color=STEEL)
 
     def contact(self, R: Array) -> Array:
         return jnp.zeros(3).at[2].set(-self.radius)
@@ -78,7 +78,7 @@ class RollingDisk(AbstractRolling):
         self.axle = axis_direction(axle)
 
     def drawing(self) -> Drawing:
-        return (Wheel(self.radius, 0.12 * self.radius, 1, self.axle, STEEL),)
+        return Plane(0), Wheel(self.radius, 0.12 * self.radius, 1, self.axle, STEEL)
 
     def contact(self, R: Array) -> Array:
         axle = R @ (self.axle / jnp.sqrt(jnp.sum(self.axle**2)))

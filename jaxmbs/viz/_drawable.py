@@ -5,61 +5,76 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..model._topology import JointRecord
 from ._things import Thing
 
 SLIDES = ("slide", "sleeve")  # symbols of joints
-
-
-class Span(NamedTuple):
-    """An element between two frames: a symbol of `drawings.SYMBOLS`."""
-
-    name: str
-    kind: str
-    frames: tuple[int, int]
+_CYLINDERS = ("actuator", "cylinder")  # symbols of what drives a joint
+_TORSIONS = {"spring": "spring", "damper": "damper", "maxwell": "damper"} | dict.fromkeys(_CYLINDERS, "actuator")
 
 
 class Slide(NamedTuple):
     """A sliding joint.
 
-    `reach` are the least and largest distance of its frames along the axis [m]; `is_telescope` is True if both bodies
-    lie along it, as barrel and rod of a cylinder.
+    The block of the child lies `offset` [m] along the axis from its frame, at another joint of it if one lies on the
+    axis: a piston declared by a guide at its crank's bearing is drawn at its pin.  `reach` are the least and largest
+    distance of the block from the parent's frame along the axis [m]; `is_telescope` is True if both bodies lie along
+    it, as barrel and rod of a cylinder.
     """
 
-    joint: object
+    joint: JointRecord
     axis: np.ndarray
     reach: tuple[float, float]
+    offset: float
     is_telescope: bool
 
 
-def spans(things: Iterable[Thing]) -> list[Span]:
-    """Symbols between two frames, and springs and dampers on slides."""
-    found = []
+class Span(NamedTuple):
+    """An element between two frames, or from the rail of a slide to its block.
+
+    `kind` is a symbol of `drawings.SYMBOLS`, `lane` its place among those side by side, zero in the middle.
+    """
+
+    name: str
+    kind: str
+    frames: tuple[int, int]
+    lane: float = 0.0
+    slide: Slide | None = None
+
+
+def spans(things: Iterable[Thing], slides: Iterable[Slide]) -> list[Span]:
+    """Symbols between two frames, and those on slides; a telescope looks like a cylinder or a damper itself."""
+    by_name, found = {slide.joint.name: slide for slide in slides}, []
     for thing in things:
-        for symbol in thing.symbols:
-            if thing.joint is None:
-                a, b = symbol.frames
-                found.append(Span(thing.name, symbol.kind, (thing.frames[a], thing.frames[b])))
-            elif thing.joint.symbol in SLIDES and symbol.kind in ("spring", "damper"):
-                found.append(Span(thing.name, symbol.kind, thing.joint.frames))
+        slide = None if thing.joint is None else by_name.get(thing.joint.name)
+        if thing.joint is not None and slide is None:
+            continue
+        own = ("damper", *_CYLINDERS) if slide is not None and slide.is_telescope else ()
+        shown = [symbol for symbol in thing.symbols if symbol.kind not in own]
+        pairs = [s.frames for s in shown]
+        for k, (symbol, (a, b)) in enumerate(zip(shown, pairs, strict=True)):
+            lane = pairs[:k].count((a, b)) - (pairs.count((a, b)) - 1) / 2
+            frames = (thing.frames[a], thing.frames[b])
+            found.append(Span(thing.name, symbol.kind, frames, lane, slide))
     return found
 
 
 class Torsion(NamedTuple):
-    """A "spring" or "damper" that acts about the axis of a joint."""
+    """A "spring", a "damper" or an "actuator" that acts about the axis of a joint."""
 
     name: str
     kind: str
-    joint: object
+    joint: JointRecord
 
 
 def torsions(things: Iterable[Thing]) -> list[Torsion]:
-    """All springs and dampers on revolute joints, S2 Figs 5 and 6."""
+    """All springs, dampers and drives on revolute joints, S2 Figs 5 and 6."""
     return [
-        Torsion(thing.name, symbol.kind, thing.joint)
+        Torsion(thing.name, _TORSIONS[symbol.kind], thing.joint)
         for thing in things
         if thing.joint is not None and thing.joint.symbol == "pin"
         for symbol in thing.symbols
-        if symbol.kind in ("spring", "damper")
+        if symbol.kind in _TORSIONS
     ]
 
 
@@ -96,8 +111,31 @@ def slides(system, film) -> list[Slide]:
         )
         reach = (float(distance.min()), float(distance.max()))
         far = max(np.abs(reach)) > 0.02 * film.extent
-        found.append(Slide(joint, axis, reach, telescope and far and reach[0] * reach[1] > 0))
+        telescope = telescope and far and reach[0] * reach[1] > 0
+        offset = 0.0 if telescope else _block_offset(top, film, joint)
+        found.append(Slide(joint, axis, (reach[0] + offset, reach[1] + offset), offset, telescope))
     return found
+
+
+def _block_offset(topology, film, joint) -> float:
+    """Distance along a slide's axis from the child's frame to the nearest other joint of the child on the axis."""
+    if joint.child < 0:
+        return 0.0
+    own, others = joint.frames[1], [f for other in topology.joints for f in other.frames if other is not joint]
+    there = [f for f in others if topology.frame_body[f] == joint.child]
+    axis = film.R[0, joint.frames[0]] @ film.axes[joint.name]
+    arms = np.array([film.x[0, f] - film.x[0, own] for f in there]).reshape(-1, 3)
+    along = arms @ axis
+    on_axis = along[np.linalg.norm(arms - along[:, None] * axis, axis=1) < 1e-3 * film.extent]
+    return float(min(on_axis, key=abs, default=0.0))
+
+
+def frames_with_blocks(topology, names, slides: Iterable[Slide]) -> dict[int, list[int]]:
+    """`body_frames` without frames inside of elastic bodies, and those of slides whose block lies elsewhere."""
+    left_out = {slide.joint.frames[1] for slide in slides if slide.offset}
+    left_out |= {frame for joint in topology.joints if joint.is_elastic for frame in joint.frames}
+    shown = body_frames(topology, names)
+    return {body: [frame for frame in frames if frame not in left_out] for body, frames in shown.items()}
 
 
 def _points_in_body(film, topology, frames):

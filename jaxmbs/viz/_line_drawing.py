@@ -1,25 +1,19 @@
 """Line drawings of mechanisms: strokes of a pose, in an order that is the same for every pose."""
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..palette import COLORS
-from ._drawable import body_frames, slides, spans, torsions
+from ._drawable import frames_with_blocks, slides, spans, torsions
+from ._joint_strokes import STANDING, JointAxis, joint_markers, plate_strokes, thread_strokes, torsion_strokes
 from ._shape_lines import thing_lines
+from ._strokes import DARK, STEEL, Stroke, element_strokes
 from ._things import things
 
-_STEEL, _DARK = "0.45", "0.2"
-_NO_RING = ("none", "slide", "weld")  # symbols of joints that have a block, or nothing
-
-
-class Stroke(NamedTuple):
-    """Points (n, 2) of a line, or of an area if `fill`, and its style for matplotlib."""
-
-    points: np.ndarray
-    style: dict
-    fill: bool = False
+_RAIL = 5.0  # of a rail beyond its block, in symbol sizes
+_SURFACE = {"color": STEEL, "linewidth": 1.2, "zorder": 2.3}
+_THREAD = {"color": DARK, "linewidth": 1.4, "zorder": 2.7}
+_MARK = {"linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS[3], "zorder": 4.2}
 
 
 class LineDrawing:
@@ -29,47 +23,89 @@ class LineDrawing:
     """
 
     def __init__(self, system, film, look, frames=None, arrows=None):
-        self.system, self.top, self.trajectory, self.look = system, system.topology, film, look
-        self.shown = body_frames(self.top, frames)
-        found = things(system)
-        self.slides, self.spans, self.things = slides(system, film), spans(found), thing_lines(found, film)
-        self.ends = {f for span in self.spans for f in span.frames}
-        self.ends |= {f for thing in found if thing.threads for f in thing.frames}
+        self.top, self.trajectory, self.look, found = system.topology, film, look, things(system)
+        self.mass, self.com = np.asarray(system.mass), np.asarray(system.com)
+        self.slides, self.things = slides(system, film), thing_lines(found, film)
+        self.shown, self.spans = frames_with_blocks(self.top, frames, self.slides), spans(found, self.slides)
+        extent = max(film.extent, *(thing.extent for thing in self.things), 0.0)
+        self.size = 0.022 * extent
         self.arrows = list((arrows or {}).values())
         largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for _, f in self.arrows), default=0.0)
-        radii = [float(getattr(shape, "radius", 0.0)) for thing in found for shape in thing.shapes]
-        extent = max([film.extent, *(2.0 * radius for radius in radii)])
         self.arrow_scale = 0.2 * extent / (largest or 1.0)
-        self.torsions = [t for t in torsions(found) if t.joint.name in film.axes]
+        self.axes = {j.name: JointAxis(j, film, look) for j in self.top.joints if j.name in film.axes}
+        self.torsions = [t for t in torsions(found) if t.joint.name in self.axes]
         self.hidden = {self.top.frame_body[f] for s in self.slides if s.is_telescope for f in s.joint.frames}
-        self.size = 0.022 * extent
-        self.pins = {f for j in self.top.joints if j.symbol not in _NO_RING for f in j.frames}
+        self.pins = self._frames_by_symbol()
+        self.feet = self._feet(found)
+        self.masses = self._masses()
+        self.reaches = [self._reach_of(span) for span in self.spans]
+
+    def _frames_by_symbol(self):
+        """Frames of joints with a marker, by symbol, those of deformations left out."""
+        found: dict[str, list[int]] = {}
+        for joint in self.top.joints:
+            if not (joint.is_hidden or joint.is_elastic):
+                found.setdefault("pin" if joint.symbol == "point" else joint.symbol, []).extend(joint.frames)
+        return found
+
+    def _masses(self):
+        """Bodies of one point, which are drawn as a bar to a dot at their centre of mass: (body, frames)."""
+        blocks = {self.top.frame_body[s.joint.frames[1]] for s in self.slides}
+        elastic = {self.top.frame_body[f] for j in self.top.joints if j.is_elastic for f in j.frames}
+        left_out = blocks | elastic | self.hidden
+        return [
+            (body, frames[:1])
+            for body, frames in self.shown.items()
+            if body >= 0 and body not in left_out and self._is_point(frames) and self.mass[body] > 0
+        ]
+
+    def _is_point(self, frames):
+        places = self.trajectory.x[0, frames]
+        return len(frames) < 2 or np.ptp(places, axis=0).max() < 1e-9 * self.trajectory.extent
+
+    def _mass(self, k, body, frames):
+        """A bar from the joint of a body to its centre of mass, and a dot there."""
+        film, color = self.trajectory, COLORS[body % len(COLORS)]
+        centre = film.x[k, body + 1] + film.R[k, body + 1] @ self.com[body]
+        bar = self.look(np.stack([*film.x[k, frames], centre]))
+        dot = {"linestyle": "none", "marker": "o", "markersize": 7, "color": color, "zorder": 3}
+        return [Stroke(bar, {"color": color, "linewidth": 2.0, "zorder": 2.9}), Stroke(bar[-1:], dot)]
+
+    def _feet(self, found):
+        """Frames on the ground that stand on a foot: of joints, of ends of elements, of wheels and cables."""
+        standing = {f for j in self.top.joints if j.symbol in STANDING and not j.is_hidden for f in j.frames}
+        standing |= {f for span in self.spans if span.slide is None for f in span.frames}
+        for thing in found:
+            for thread in thing.threads:
+                held = {*thread.ends, *(shape.frame for shape in thing.shapes if hasattr(shape, "frame"))}
+                standing |= {thing.frames[f] for f in held}
+        return [f for f in sorted(standing) if self.top.frame_body[f] < 0]
 
     def at(self, k: int) -> list[Stroke]:
         """All strokes of an instant."""
         points = self.look(self.trajectory.x[k])
         strokes = [self._rail(k, slide) for slide in self.slides]
         strokes += [self._body(points, body, frames) for body, frames in self.shown.items() if body >= 0]
+        for body, frames in self.masses:
+            strokes += self._mass(k, body, frames)
         for slide in self.slides:
             strokes += self._slide(k, slide)
-        for span in self.spans:
-            strokes += self._span(points, span)
+        for span, reach in zip(self.spans, self.reaches, strict=True):
+            strokes += element_strokes(span.kind, self._ends(k, span), reach, self.size, span.lane)
         for torsion in self.torsions:
-            strokes += self._torsion(k, torsion)
+            strokes += torsion_strokes(torsion.kind, self.axes[torsion.joint.name], k, self.size)
         for thing in self.things:
             strokes += self._thing(k, thing)
         for places, forces in self.arrows:
             strokes += self._arrows(places[k], forces[k])
-        return [stroke for stroke in strokes if stroke is not None] + self._marks(points)
+        return [stroke for stroke in strokes if stroke is not None] + self._joints(k, points)
 
     def _body(self, points, body, frames):
         """A stick, or the hull of points that span an area; None for a body of one point."""
-        place = points[frames]
-        wide = self.trajectory.x[0, frames]
-        if body in self.hidden or len(frames) < 2 or np.ptp(wide, axis=0).max() < 1e-9 * self.trajectory.extent:
+        if body in self.hidden or self._is_point(frames):
             return None
         style = {"color": COLORS[body % len(COLORS)], "linewidth": 3.0, "solid_capstyle": "round", "zorder": 3}
-        return Stroke(_outline(place), style | {"solid_joinstyle": "round"})
+        return Stroke(_outline(points[frames]), style | {"solid_joinstyle": "round"})
 
     def _line(self, k, slide, near, far, side=0):
         """Two points of the picture on the axis of a slide, at distances from its first (second) frame."""
@@ -77,12 +113,16 @@ class LineDrawing:
         axis = self.trajectory.R[k, slide.joint.frames[0]] @ slide.axis
         return self.look(self.trajectory.x[k, frame] + np.array([[near], [far]]) * axis)
 
+    def block(self, k, slide) -> np.ndarray:
+        """The middle (2,) of the block of a slide."""
+        return self._line(k, slide, slide.offset, slide.offset, 1)[0]
+
     def _rail(self, k, slide):
         if slide.is_telescope:
             return None
         low, high = slide.reach
-        rail = self._line(k, slide, low - 3 * self.size, high + 3 * self.size)
-        return Stroke(rail, {"color": _STEEL, "linewidth": 1.2, "linestyle": (0, (6, 2)), "zorder": 2})
+        rail = self._line(k, slide, low - _RAIL * self.size, high + _RAIL * self.size)
+        return Stroke(rail, {"color": STEEL, "linewidth": 1.2, "linestyle": (0, (6, 2)), "zorder": 2})
 
     def _slide(self, k, slide):
         """Barrel and rod of a cylinder, or a block on its rail."""
@@ -94,46 +134,40 @@ class LineDrawing:
             rod = max(0.96 * least, most - 0.85 * barrel)
             thin = self._line(k, slide, 0.0, -sign * rod, 1)
             thick = self._line(k, slide, 0.0, sign * barrel)
-            thick_style = {"color": _STEEL, "linewidth": 6.0, "solid_capstyle": "butt", "zorder": 3}
-            return [Stroke(thin, {"color": _DARK, "linewidth": 2.2, "zorder": 2.9}), Stroke(thick, thick_style)]
-        middle = self._line(k, slide, -1.6 * self.size, 1.6 * self.size, 1)
-        along = middle[1] - middle[0]
-        length = np.linalg.norm(along)
+            thick_style = {"color": STEEL, "linewidth": 6.0, "solid_capstyle": "butt", "zorder": 3}
+            return [Stroke(thin, {"color": DARK, "linewidth": 2.2, "zorder": 2.9}), Stroke(thick, thick_style)]
+        middle, (start, end) = self.block(k, slide), self._line(k, slide, -self.size, self.size, 1)
+        along, length = end - start, np.linalg.norm(end - start)
         along = along / length if length > 1e-3 * self.size else np.array([1.0, 0.0])
         across = self.size * np.array([-along[1], along[0]])
-        ends = middle.mean(axis=0) + 1.6 * self.size * np.stack([-along, along])
+        ends = middle + 1.6 * self.size * np.stack([-along, along])
         corners = np.stack([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across])
         body = self.top.frame_body[slide.joint.frames[1]]
-        color = COLORS[body % len(COLORS)] if body >= 0 else _STEEL
+        color = COLORS[body % len(COLORS)] if body >= 0 else STEEL
         style = {"facecolor": color, "edgecolor": "white", "linewidth": 0.8, "zorder": 3.5}
         return [Stroke(corners, style, True)]
 
-    def _span(self, points, span):
-        """A zigzag, a damper's line with its box, a rod."""
-        a, b = points[list(span.frames)]
-        along = b - a
-        length = np.linalg.norm(along)
-        across = np.array([-along[1], along[0]]) / (length or 1.0)
-        thin = {"color": _DARK, "linewidth": 1.1, "zorder": 2.5}
-        if span.kind == "spring":
-            share = np.r_[0.0, np.linspace(0.15, 0.85, 21), 1.0]
-            swing = np.r_[0.0, 0.0, np.tile([1.0, -1.0], 10)[:19], 0.0, 0.0] * 1.6 * self.size
-            return [Stroke(a + share[:, None] * along + swing[:, None] * across, thin | {"color": _STEEL})]
-        if span.kind in ("damper", "actuator"):
-            box = {"color": _STEEL if span.kind == "damper" else COLORS[1], "linewidth": 5.0, "zorder": 2.6}
-            middle = np.stack([a + 0.3 * along, a + 0.65 * along])
-            return [Stroke(np.stack([a, b]), thin), Stroke(middle, box | {"solid_capstyle": "butt"})]
-        return [Stroke(np.stack([a, b]), thin | {"color": _STEEL, "linewidth": 2.0})]
+    def _ends(self, k, span):
+        """Ends (2, 2) of an element in the picture, on a slide from the end of its rail to its block."""
+        if span.slide is None:
+            return self.look(self.trajectory.x[k, list(span.frames)])
+        if span.slide.is_telescope:
+            return self.look(self.trajectory.x[k, list(span.slide.joint.frames)])
+        start = min(0.0, span.slide.reach[0] - 3 * _RAIL * self.size)
+        return np.stack([self._line(k, span.slide, start, start)[0], self.block(k, span.slide)])
+
+    def _reach_of(self, span):
+        """Least and largest length of an element as seen."""
+        lengths = [np.linalg.norm(np.diff(self._ends(k, span), axis=0)) for k in range(len(self.trajectory.ts))]
+        return float(min(lengths)), float(max(lengths))
 
     def _thing(self, k, thing):
         """Surfaces and wheels, threads over them, and the points where they touch."""
-        surface = {"color": _STEEL, "linewidth": 1.2, "zorder": 2.3}
-        strokes = [Stroke(self.look(points[k]), surface) for points in thing.lines]
-        strokes += [Stroke(self._outline_of_ball(x[k], radius), surface) for x, radius in thing.balls]
-        thread = {"color": _DARK, "linewidth": 1.4, "zorder": 2.7}
-        strokes += [Stroke(self.look(points[k]), thread) for points in thing.threads]
-        mark = {"linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS[3], "zorder": 4.2}
-        return strokes + ([Stroke(self.look(thing.marks[k]), mark)] if thing.marks.shape[1] else [])
+        strokes = [Stroke(self.look(points[k]), _SURFACE) for points in thing.lines]
+        strokes += [Stroke(self._outline_of_ball(x[k], radius), _SURFACE) for x, radius in thing.balls]
+        strokes += [Stroke(shape.seen(k, self.look), _SURFACE) for shape in thing.rounds]
+        strokes += [Stroke(self.look(points[k]), _THREAD) for points in thing.threads]
+        return strokes + ([Stroke(self.look(thing.marks[k]), _MARK)] if thing.marks.shape[1] else [])
 
     def _arrows(self, places, forces):
         style = {"color": COLORS[3], "linewidth": 1.6, "zorder": 4.3}
@@ -155,45 +189,29 @@ class LineDrawing:
         angle = np.linspace(0.0, 2 * np.pi, 49)
         return self.look(centre) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
-    def _torsion(self, k, torsion):
-        """A spiral about the joint from the parent to the child, which winds up as it turns; for a damper a drum with
-        a
-        vane: an arc, and a thick part of it that turns with the child."""
-        first, second = torsion.joint.frames
-        axis = self.trajectory.axes[torsion.joint.name]
-        one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        one /= np.linalg.norm(one)
-        other, R = np.cross(axis, one), self.trajectory.R[k, first]
-        moved = R.T @ self.trajectory.R[k, second] @ one
-        turn = np.arctan2(moved @ other, moved @ one)
+    def _joints(self, k, points):
+        """Threads, plates and markers of joints."""
+        strokes = []
+        for joint in self.top.joints:
+            if joint.symbol in ("screw", "plane") and joint.name in self.axes:
+                draw = thread_strokes if joint.symbol == "screw" else plate_strokes
+                strokes += draw(self.axes[joint.name], k, self.size)
+        places = {symbol: points[frames] for symbol, frames in self.pins.items() if symbol not in ("slide", "sleeve")}
+        sleeves = [self.block(k, s)[None] for s in self.slides if s.joint.symbol == "sleeve" and not s.is_telescope]
+        if sleeves:
+            places["pin"] = np.concatenate([places.get("pin", points[:0]), *sleeves])
+        return strokes + joint_markers(places, points[self.feet].reshape(-1, 2))
 
-        def around(angles, radii):
-            flat = radii[:, None] * (np.cos(angles)[:, None] * one + np.sin(angles)[:, None] * other)
-            return self.look(self.trajectory.x[k, first] + flat @ R.T)
-
-        thin = {"color": _STEEL, "linewidth": 1.1, "zorder": 3.8}
-        if torsion.kind == "spring":
-            share = np.linspace(0.0, 1.0, 81)
-            return [Stroke(around(share * (5.0 * np.pi + turn), self.size * (0.8 + 2.0 * share)), thin)]
-        drum, vane = np.linspace(0.0, 1.5 * np.pi, 41), turn + np.linspace(-0.35, 0.35, 9)
-        wide = thin | {"linewidth": 5.0, "solid_capstyle": "butt"}
-        radius = 3.4 * self.size
+    def name_places(self) -> list[tuple[str, np.ndarray]]:
+        """Names of joints and where they are written at the first instant, of a slide at its block."""
+        blocks = {s.joint.name: self.block(0, s) for s in self.slides if not s.is_telescope}
         return [
-            Stroke(around(drum, np.full(41, radius)), thin),
-            Stroke(around(vane, np.full(9, radius)), wide),
-            Stroke(around(np.full(2, turn), np.array([0.0, radius])), thin),
-        ]
-
-    def _marks(self, points):
-        """Pins as circles, those of the ground on a triangle."""
-        open_ = {"linestyle": "none", "clip_on": False}
-        pins = sorted(self.pins)
-        ground = [f for f in sorted(self.pins | self.ends) if self.top.frame_body[f] < 0]
-        foot = dict(marker=6, color="0.35", markersize=9, zorder=1)
-        ring = dict(marker="o", color="white", markeredgecolor=_DARK, markersize=5, zorder=4)
-        return [
-            Stroke(points[ground].reshape(-1, 2), foot | open_),
-            Stroke(points[pins].reshape(-1, 2), ring | open_),
+            (
+                joint.name,
+                blocks.get(joint.name, self.look(self.trajectory.x[0, joint.frames[joint.symbol == "plane"]])),
+            )
+            for joint in self.top.joints
+            if joint.symbol not in ("none", "free") and not joint.is_elastic
         ]
 
 

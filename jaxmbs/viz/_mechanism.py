@@ -12,9 +12,12 @@ from ..model._system import System
 from ..palette import COLORS
 from ._canvas import get_axes, split_columns
 from ._element_arrows import arrows_along
+from ._labels import write_names
 from ._line_drawing import LineDrawing
 from ._projection import read_projection
 from .scenes._trajectory import frame_trajectory
+
+_SLENDER = np.array([0.5, 0.35])  # least width of a picture over its height, and height over width
 
 
 def plot_mechanism(
@@ -66,9 +69,10 @@ def plot_mechanism(
     for k, name in enumerate(traces):
         path = look(seen.x[:, known[name]])
         ax.plot(*path.T, color=COLORS[k % len(COLORS)], linewidth=1.0, linestyle=":", zorder=1.5)
+    format_view(ax, look, 0.18 if names else 0.1)
     if names:
-        _write_names(ax, system.topology, look(seen.x[0]))
-    return format_view(ax, look)
+        write_names(ax, drawing.name_places(), drawing.at(0))
+    return ax
 
 
 def plot_views(
@@ -108,10 +112,18 @@ def move_strokes(drawn, strokes) -> None:
         artist.set_xy(stroke.points) if stroke.fill else artist.set_data(*stroke.points.T)
 
 
-def format_view(ax, look):
-    """Set equal scales, and labels if the view is along an axis."""
-    ax.set_aspect("equal", adjustable="datalim" if look.labels is None else "box")
-    ax.margins(0.07)
+def format_view(ax, look, margin=0.1):
+    """Set equal scales, a margin around what is drawn, and labels if the view is along an axis."""
+    ax.set_aspect("equal", adjustable="box")
+    ax.margins(margin)
+    low, high = ax.dataLim.get_points()
+    size, middle = high - low, (low + high) / 2
+    if np.all(np.isfinite(size)) and np.max(size) > 0:
+        half = np.maximum(size, _SLENDER * np.max(size)) / 2
+        ax.update_datalim([middle - half, middle + half])
+        for axis, share in zip("xy", 2 * half / np.max(size), strict=True):
+            ax.locator_params(axis=axis, nbins=max(1, round(6 * share - 2)))
+        ax.autoscale_view()
     if look.labels is None:
         ax.set(xticks=[], yticks=[])
         ax.spines[:].set_visible(False)
@@ -120,18 +132,6 @@ def format_view(ax, look):
     ax.set_ylabel(look.labels[1])
     ax.spines[["top", "right"]].set_visible(False)
     return ax
-
-
-def _write_names(ax, topology, points):
-    """Write the names of joints, those at one place as one text."""
-    found: dict = {}
-    size = np.ptp(points, axis=0).max() or 1.0
-    for joint in topology.joints:
-        if joint.symbol not in ("none", "free"):
-            place = points[joint.frames[0]]
-            found.setdefault(tuple(np.round(place / size, 2)), (place, []))[1].append(joint.name)
-    for place, names in found.values():
-        ax.annotate(", ".join(names), place, (5, 5), textcoords="offset points", fontsize=8, zorder=5)
 
 
 def frame_positions(system: System, states: State) -> np.ndarray:

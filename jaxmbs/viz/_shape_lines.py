@@ -6,10 +6,33 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from ..drawings import Ball, Box, Cylinder, HeightSurface, Marks, Outline, Path, Plane, Tube, Wheel
+from ..drawings import Ball, Box, Cylinder, Gear, HeightSurface, Marks, Outline, Path, Plane, Tube, Wheel
+from ._gear_outline import gear_outline
 from ._things import ShapePoses, Thing, along_trajectory, place_of_shape, thread_courses
 
 _ROUND, _ALONG = 48, 160  # points of a circle, and along a surface
+
+
+class RoundLines(NamedTuple):
+    """A round part: rims (T, 2, n, 3) at its ends, their centres (T, 2, 3), two radii (T, 2, 3) across the axis."""
+
+    rims: np.ndarray
+    centres: np.ndarray
+    radii: np.ndarray
+
+    def seen(self, k: int, look) -> np.ndarray:
+        """Points (n, 2) of a line along both rims and both edges of the picture, broken by NaN."""
+        (u, v), ends = look(self.radii[k]), look(self.centres[k])
+        along = ends[1] - ends[0]
+        turn = np.arctan2(_across(along, v), _across(along, u))  # where the rim runs along the axis
+        edge = np.cos(turn) * u + np.sin(turn) * v
+        gap = np.full((1, 2), np.nan)
+        first, second = look(self.rims[k])
+        return np.concatenate([first, gap, second, gap, ends + edge, gap, ends - edge])
+
+
+def _across(a, b):
+    return a[0] * b[1] - a[1] * b[0]
 
 
 class ThingLines(NamedTuple):
@@ -17,7 +40,8 @@ class ThingLines(NamedTuple):
 
     Attributes:
         name: of the thing.
-        lines: of its shapes, (T, k, 3) each [m]; balls: (centres (T, 3), radius) of its balls.
+        lines: of its shapes, (T, k, 3) each [m]; balls: (centres (T, 3), radius) of its balls; rounds: of its
+            cylinders, tubes, wheels and gears.
         threads: (T, k, 3) each, points along its threads [m].
         marks: (T, k, 3) points of contact [m], NaN apart.
     """
@@ -25,8 +49,16 @@ class ThingLines(NamedTuple):
     name: str
     lines: list
     balls: list
+    rounds: list
     threads: list
     marks: np.ndarray
+
+    @property
+    def extent(self) -> float:
+        """The largest edge of the boxes of its shapes [m]."""
+        sizes = [np.ptp(line[0], axis=0).max() for line in self.lines] + [2.0 * radius for _, radius in self.balls]
+        sizes += [np.ptp(shape.rims[0].reshape(-1, 3), axis=0).max() for shape in self.rounds]
+        return float(max(sizes, default=0.0))
 
 
 def thing_lines(found: Iterable[Thing], film) -> list[ThingLines]:
@@ -35,15 +67,21 @@ def thing_lines(found: Iterable[Thing], film) -> list[ThingLines]:
 
 
 def _lines_of(thing, film):
-    lines, balls = [], []
+    lines, balls, rounds = [], [], []
     for shape in thing.shapes:
-        if type(shape) in _LINES and getattr(shape, "radius", 1.0) > 0:
-            place = place_of_shape(thing, shape, film)
+        if not hasattr(shape, "frame") or getattr(shape, "radius", 1.0) <= 0:  # threads, marks, points
+            continue
+        place = place_of_shape(thing, shape, film)
+        if type(shape) in _LINES:
             lines += [place.in_world(line) for line in _LINES[type(shape)](shape, place)]
-            balls += [(place.x, float(shape.radius))] if type(shape) is Ball else []
+        elif type(shape) in _LENGTHS:
+            rounds.append(_round(shape, place))
+        elif isinstance(shape, Ball):
+            balls.append((place.x, float(shape.radius)))
     threads = [thread_courses(thing, thread, film)[1] for thread in thing.threads]
     marks = [_marks(thing, shape, film) for shape in thing.shapes if isinstance(shape, Marks)]
-    return ThingLines(thing.name, lines, balls, threads, np.concatenate([np.zeros((len(film.ts), 0, 3)), *marks], 1))
+    marks = np.concatenate([np.zeros((len(film.ts), 0, 3)), *marks], 1)
+    return ThingLines(thing.name, lines, balls, rounds, threads, marks)
 
 
 def _marks(thing, shape, film):
@@ -55,32 +93,38 @@ def _marks(thing, shape, film):
     return x[:, None] + np.einsum("tij,tkj->tki", A, points)
 
 
-def circle(centre: Any, axis: Any, radius: float) -> np.ndarray:
-    """Points (..., n, 3) of a circle about centres (..., 3) and axes (..., 3)."""
-    axis = np.asarray(axis) / np.linalg.norm(axis, axis=-1, keepdims=True)
-    other = np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
-    first = np.cross(axis, other)
-    first = first / np.linalg.norm(first, axis=-1, keepdims=True)
-    angle = np.linspace(0.0, 2 * np.pi, _ROUND + 1)[:, None]
-    turned = np.cos(angle) * first[..., None, :] + np.sin(angle) * np.cross(axis, first)[..., None, :]
-    return np.asarray(centre)[..., None, :] + radius * turned
+def _round(shape, at: ShapePoses) -> RoundLines:
+    """Lines of a shape about an axis."""
+    low, high = _LENGTHS[type(shape)](shape, at)
+    first = np.cross(at.axis, np.eye(3)[np.argmin(np.abs(at.axis))])
+    first /= np.linalg.norm(first)
+    across = np.stack([first, np.cross(at.axis, first)])
+    angle, radius = np.linspace(0.0, 2 * np.pi, _ROUND + 1), float(shape.radius)
+    rim = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    if isinstance(shape, Gear):
+        rim, across = gear_outline(shape), np.eye(3)[:2]
+        rim, radius = np.concatenate([rim, rim[:1]]), np.max(np.linalg.norm(rim, axis=1))
+    ends = np.array([low, high], float)[:, None] * at.axis
+    rims = np.stack([at.in_world(end + rim @ across) for end in ends], axis=1)
+    return RoundLines(rims, at.in_world(ends), at.in_world(radius * across) - at.x[:, None])
 
 
-def _around(radius, low, high, axis=(0.0, 0.0, 1.0)):
-    """A line (k, 3) around both ends of a tube about an axis, and along it."""
-    axis = np.asarray(axis, float) / np.linalg.norm(axis)
-    ends = np.array([low, high], float)[:, None] * axis
-    return np.concatenate(circle(ends, np.array([axis] * 2), float(radius)))
+def _middle(length):
+    return -float(length) / 2, float(length) / 2
+
+
+#: Ends of round shapes along their axis [m].
+_LENGTHS: dict[type, Callable[[Any, ShapePoses], tuple]] = {
+    Cylinder: lambda shape, at: _middle(shape.length),
+    Gear: lambda shape, at: _middle(shape.width),
+    Tube: lambda shape, at: (at.low[2], at.high[2]) if shape.length is None else _middle(shape.length),
+    Wheel: lambda shape, at: _middle(shape.width),
+}
 
 
 def _plane(shape: Plane, at: ShapePoses) -> list:
     (a, b), (c, d) = at.low[:2], at.high[:2]
     return [np.array([(a, b, 0.0), (c, b, 0.0), (c, d, 0.0), (a, d, 0.0), (a, b, 0.0)])]
-
-
-def _tube(shape: Tube, at: ShapePoses) -> list:
-    low, high = (at.low[2], at.high[2]) if shape.length is None else (-shape.length / 2, shape.length / 2)
-    return [_around(shape.radius, low, high)]
 
 
 def _box(shape: Box, at: ShapePoses) -> list:
@@ -105,13 +149,9 @@ def _profile(shape: HeightSurface, at: ShapePoses) -> list:
 
 #: Lines (k, 3) or (T, k, 3) of a shape in the axes of its frame.
 _LINES: dict[type, Callable[[Any, ShapePoses], list]] = {
-    Ball: lambda shape, at: [],
     Box: _box,
-    Cylinder: lambda s, at: [_around(s.radius, -s.length / 2, s.length / 2, s.axis)],
     HeightSurface: _profile,
     Outline: _outline,
     Path: lambda shape, at: [np.asarray(shape.points)],
     Plane: _plane,
-    Tube: _tube,
-    Wheel: lambda shape, at: [circle(np.zeros(3), np.asarray(shape.axis, float), float(shape.radius))],
 }

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from ..drawings import Ball, Box, Cylinder, Drawing, Symbol, Thread, Wheel
+from ..drawings import Ball, Box, Cylinder, Drawing, Gear, Symbol, Thread, Wheel
 from ..model._topology import JointRecord
 from ..named_arrays import elements_of
 from ..runtime import jit
@@ -15,7 +15,10 @@ _MARGIN = 0.1  # of the extent of the trajectory, by which surfaces without ends
 
 
 class Thing(NamedTuple):
-    """A thing and its shapes, whose frames are numbers among `frames`; `joint` where it acts on one."""
+    """A thing and its shapes, whose frames are numbers among `frames`; `joint` where it acts on one.
+
+    Of a cable on a drum the frames of the drum's joint are the last two.
+    """
 
     name: str
     shapes: Drawing
@@ -39,8 +42,9 @@ def things(system) -> list[Thing]:
     found = []
     for group in system.forces:
         for k, (name, law) in enumerate(elements_of(group.names, group.law)):
-            joint = joints.get(group.first[k]) if group.port.is_on_joint else None
-            frames = group.port.frames_of(group, k) if joint is None else joint.frames
+            velocity = group.first[k] if group.port.is_on_joint else getattr(group.port, "velocity", None)
+            joint = joints.get(velocity)
+            frames = group.port.frames_of(group, k) + (() if joint is None else joint.frames)
             found += [Thing(name, law.drawing(), frames, joint)] if frames else []
     for group in system.closures:
         kinds = zip(elements_of(group.names, group.kind), group.first, group.second, strict=True)
@@ -60,6 +64,7 @@ class ShapePoses(NamedTuple):
         R, x: rotations (T, 3, 3) and positions (T, 3) of its frame in the world.
         others: (T, n, 3) the other frames of its thing in the axes of this one, its own origin if there is none.
         low, high: corners (3,) of the box in which these pass, with a margin.
+        axis: (3,) of the shape, in the axes of its frame, z if it has none.
     """
 
     R: np.ndarray
@@ -67,6 +72,7 @@ class ShapePoses(NamedTuple):
     others: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    axis: np.ndarray
 
     def in_world(self, points) -> np.ndarray:
         """World points (T, k, 3) of points (k, 3) or (T, k, 3) in the axes of the frame."""
@@ -82,12 +88,17 @@ def place_of_shape(thing: Thing, shape: Any, film) -> ShapePoses:
     sizes = [_size(other) for other in thing.shapes if getattr(other, "frame", shape.frame) != shape.frame]
     margin = max(sizes, default=0.0) + _MARGIN * film.extent
     low, high = inside.min(axis=(0, 1)) - margin, inside.max(axis=(0, 1)) + margin
-    return ShapePoses(film.R[:, own], film.x[:, own], inside, low, high)
+    axis = getattr(shape, "axis", (0.0, 0.0, 1.0))
+    if axis is None and thing.joint is not None:
+        axis = film.axes[thing.joint.name]  # the same in both frames of a revolute joint
+    axis = np.asarray(axis, float)
+    return ShapePoses(film.R[:, own], film.x[:, own], inside, low, high, axis / np.linalg.norm(axis))
 
 
 #: Radius of a ball around a shape.
 _SIZES: dict[type, Callable] = {
     Ball: lambda shape: shape.radius,
+    Gear: lambda shape: shape.radius,
     Wheel: lambda shape: shape.radius,
     Cylinder: lambda shape: shape.radius + shape.length / 2,
     Box: lambda shape: np.linalg.norm(shape.size) / 2,
@@ -100,7 +111,7 @@ def _size(shape):
 
 def thread_courses(thing: Thing, thread: Thread, film) -> tuple[np.ndarray, np.ndarray]:
     """Ends (T, m, 2, 3) of the straight parts of a thread, and points (T, k, 3) along it."""
-    frames = np.asarray(thing.frames)
+    frames = np.asarray(thing.frames if thing.joint is None else thing.frames[:-2])
     ends, line = along_trajectory(thread.course, film.R[:, frames], film.x[:, frames])
     return np.asarray(ends), np.asarray(line)
 

@@ -42,7 +42,8 @@ def test_lines_of_every_pair(name):
     assert touches.any()
     np.testing.assert_allclose(found.marks[0][touches], load.point[touches], atol=1e-12)
     assert np.all(np.isnan(found.marks[0][~touches]))
-    assert len(found.lines) + len(found.balls) >= 2 and all(np.all(np.isfinite(line)) for line in found.lines)
+    assert len(found.lines) + len(found.balls) + len(found.rounds) >= 2
+    assert all(np.all(np.isfinite(line)) for line in [*found.lines, *(shape.rims for shape in found.rounds)])
     force = arrows_along(system, state)["touch"][1][0]
     np.testing.assert_allclose(force, load.normal_force[:, None] * load.normal + load.friction, rtol=1e-12)
     ax = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot(), loads=True)

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 
 import jaxmbs as mbs
 from jaxmbs import viz
-from jaxmbs.forces import Attachment, BevelGear, Eyelet, Sheave, WormGear, WrapCylinder, WrapSphere
+from jaxmbs.forces import Attachment, BevelGear, Eyelet, Sheave, Winch, WormGear, WrapCylinder, WrapSphere
 from jaxmbs.viz._shape_lines import thing_lines
 from jaxmbs.viz._things import things
 from jaxmbs.viz.scenes._trajectory import frame_trajectory
@@ -39,6 +40,51 @@ def test_drawn_gears_touch():
     np.testing.assert_allclose(lead, np.pi * 4e-3, rtol=1e-9)
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.1])
+@pytest.mark.parametrize("internal", [False, True])
+def test_teeth_of_drawn_gears_stand_in_the_gaps_of_the_other(internal, turn):
+    b = mbs.SystemBuilder()
+    distance = -0.04 if internal else 0.08
+    for name, x in {"pinion": 0.0, "wheel": distance}.items():
+        b.body(name, 1.0, inertia=1e-2)
+        b.joint(name, mbs.Revolute("z"), "ground", name, parent_frame=(x, 0, 0))
+    b.gear_pair("mesh", "pinion", "wheel", teeth=(20, 60), module=2e-3, phase=0.4, internal=internal)
+    system = b.build()
+    rolled = (0.4 + 20 * turn) / 60 * (1 if internal else -1)  # the middle of the play
+    state = mbs.State.at(system, pinion=turn, wheel=rolled)
+    approach = mbs.dynamics.element_reports(system, state).results["mesh"]["approach"].value
+    np.testing.assert_allclose(approach, 0.0, atol=1e-12)
+    (gears,) = thing_lines(things(system), frame_trajectory(system, state))
+    small, large = (part.rims[0, 0][:, :2] for part in gears.rounds)
+    tips = [(points[1:-1:4] + points[2:-1:4]) / 2 for points in (small, large)]  # their middles
+    assert np.all(Path(large).contains_points(tips[0]) == internal)
+    assert not np.any(Path(small).contains_points(tips[1]))
+    reach = np.linalg.norm(small - [distance, 0], axis=1)
+    far = np.linalg.norm(large - [distance, 0], axis=1)
+    assert (reach.max() > far.min() + 2e-3) if internal else (reach.min() < far.max() - 2e-3)  # by a module
+
+
+def test_a_drum_is_drawn_about_its_joint():
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    b.body("drum", 20.0, inertia=0.3)
+    b.joint("turn", mbs.Revolute("y"), "ground", "drum", parent_frame=(0.1, 0, 0.3))
+    b.body("load", 50.0)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(0.3, 0, -1.0))
+    rope = [Winch(("ground", (0.3, 0, 0.3)), "turn", radius=0.2), Attachment("load")]
+    b.cable("rope", rope, stiffness=1e5, free_length=1.3)
+    system = b.build()
+    film = frame_trajectory(system, mbs.State.at(system, turn=0.7))
+    (thing,) = thing_lines(things(system), film)
+    (drum,) = thing.rounds
+    np.testing.assert_allclose(drum.centres[0].mean(axis=0), [0.1, 0, 0.3], atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(drum.rims[0][..., [0, 2]] - [0.1, 0.3], axis=-1), 0.2, rtol=1e-12)
+    (rope_thing,) = things(system)
+    assert system.topology.frame_body[rope_thing.frames[rope_thing.shapes[1].frame]] == 0  # it turns with its body
+    ax = viz.plot_mechanism(system, mbs.State.at(system), "xz", ax=Figure().add_subplot())
+    (feet,) = (line.get_xydata() for line in ax.lines if line.get_marker() == 6)
+    np.testing.assert_allclose(feet, [[0.1, 0.3]], atol=1e-12)  # of the bearing, none where the rope leaves
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [*WRAPS])
 def test_line_of_a_cable(kind):
@@ -58,7 +104,7 @@ def test_line_of_a_cable(kind):
     np.testing.assert_allclose(from_axis[1:-1], 0.3, atol=1e-9)
     directions = np.diff(line, axis=0)[steps > 1e-9] / steps[steps > 1e-9, None]
     assert np.min(np.sum(directions[1:] * directions[:-1], axis=1)) > np.cos(0.1)  # no corner
-    assert len(rope.lines) + len(rope.balls) == 1
+    assert len(rope.lines) + len(rope.balls) + len(rope.rounds) == 1
     ax = viz.plot_mechanism(system, state, "xz", ax=Figure().add_subplot())
     assert any(np.array_equal(drawn.get_xydata(), line[:, [0, 2]]) for drawn in ax.lines)
 

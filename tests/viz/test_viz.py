@@ -232,9 +232,9 @@ def test_sides_traces_and_names(pendulum):
 def test_everything_is_drawn_as_what_it_is():
     system, states = everything()
     ax = viz.plot_mechanism(system, jax.tree.map(lambda x: x[:1], states), "iso", ax=Figure().add_subplot())
-    assert len(ax.patches) == 2  # blocks of ram and sleeve; the cylinder is barrel and rod
-    zigzag = max((line.get_xydata() for line in ax.lines if line.get_marker() == "None"), key=len)
-    assert len(zigzag) == 23
+    assert len(ax.patches) == 5  # blocks of ram and sleeve, the plate of the puck, the muscle, the mount
+    sizes = [len(line.get_xydata()) for line in ax.lines if line.get_marker() == "None"]
+    assert sizes.count(23) == 1 and sizes.count(97) == 1  # the zigzag of the strut, the thread of the nut
     barrel = [line for line in ax.lines if line.get_linewidth() == 6.0]
     assert len(barrel) == 1
 

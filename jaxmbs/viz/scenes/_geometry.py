@@ -10,17 +10,23 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...drawings import Ball, Box, Cylinder, Gear, Outline, Path, Wheel
 from ...model._system import System
-from ...palette import BRASS, COLORS, DARK, PALE, STEEL
+from ...palette import COLORS, DARK, PALE, STEEL
 from .._body_shapes import default_shapes, inertia_box
-from .._drawable import body_frames, distinct_points, slides, spans, torsions
+from .._drawable import distinct_points, frames_with_blocks, slides, spans, torsions
+from .._joint_strokes import STANDING
 from .._things import Thing, thread_courses
 from ._shape_solids import ShapeSolid
 from ._solids import Solid, icosphere, rotation_to_axis, rounded_hull, sweep_tube, unit_coil, unit_cone, unit_cylinder
-from ._torsion_solids import torsion_solids
+from ._span_items import is_hidden, span_items
+from ._torsion_solids import thread_solid, torsion_solids
 from ._trajectory import FrameTrajectory
 
 _CLEAR = 0.45  # opacity of surfaces through which one sees
+_SHAPES = (Ball, Box, Cylinder, Gear, Outline, Path, Wheel)  # that show what a body looks like
+RAIL = 5.0  # of a rail beyond the middle of its block, in bar radii
+BAR_RADIUS = 0.02  # of bars, relative to the extent of the scene, chosen by eye
 _MANY_BODIES = 40  # more are drawn with fewer corners, to keep the file below a megabyte
 
 
@@ -59,6 +65,11 @@ class SolidLibrary:
         return self.numbers[key]
 
 
+def _shaped_frames(thing) -> set[int]:
+    """Numbers of the frames of a thing whose bodies it shows."""
+    return {shape.frame for shape in thing.shapes if isinstance(shape, _SHAPES)}
+
+
 class MechanismGeometry:
     """Geometry of one mechanism; `radius` [m] is that of its bars, `up` (3,) the direction against gravity."""
 
@@ -76,6 +87,7 @@ class MechanismGeometry:
         self.solids, self.r, self.up, self.shapes = solids, radius, up, shapes
         self.items: list[dict] = []
         self.tags: list[dict] = []
+        self.shaped = {self.top.frame_body[thing.frames[f]] for thing in things for f in _shaped_frames(thing)}
         self.points: list[tuple[str, np.ndarray]] = []  # names and places (T, 3) of points that no body carries
         self._add_bodies()
         self._add_joints()
@@ -93,9 +105,11 @@ class MechanismGeometry:
 
     def _add_bodies(self):
         # Sizes below are in bar radii: symbols of joints must stand out of the bars, and were chosen by eye.
-        shown, self.slides = body_frames(self.top), slides(self.system, self.trajectory)
+        self.slides = slides(self.system, self.trajectory)
+        shown = frames_with_blocks(self.top, None, self.slides)
         spared = {b for s in self.slides if s.is_telescope for b in map(self._body, s.joint.frames)}
         blocks = {self._body(s.joint.frames[1]) for s in self.slides}
+        beams = {self.top.frame_body[f] for joint in self.top.joints if joint.is_elastic for f in joint.frames}
         meshed = {name for name, value in self.shapes.items() if value is None}
         few = 2 if len(shown) > _MANY_BODIES else 3
         for body, frames in shown.items():
@@ -104,7 +118,7 @@ class MechanismGeometry:
             color = COLORS[body % len(COLORS)] if body >= 0 else PALE
             for solid in own or ():
                 self._add_solid(name, body + 1, solid, solid.color or color)
-            if own or body < 0 or body + 1 in spared or self._is_elastic(name):  # a mesh, or spans
+            if own or body < 0 or body + 1 in spared or self._is_elastic(name) or body in beams:  # a mesh, or spans
                 continue
             points = distinct_points([self.trajectory.position_in_body(self.top, f) for f in frames], 0.6 * self.r)
             com = np.asarray(self.system.com[body], float)
@@ -138,9 +152,9 @@ class MechanismGeometry:
         self.items.append({"name": name, "solid": self.solids(solid), "body": body, "color": rgba(color)})
 
     def _add_mass_marker(self, name, body, com, color):
-        """Add the inertia box of a body, or a ball where that is small."""
+        """Add the inertia box of a body, or a ball where that is small or a thing shows the body's shape."""
         edges, axes = inertia_box(self.system, body, self.trajectory.extent)
-        if edges.max(initial=0.0) < 2.0 * self.r:
+        if edges.max(initial=0.0) < 2.0 * self.r or body in self.shaped:
             self.add_unit_solid(name, body + 1, self.solids.ball, com, (0, 0, 1), 2.2 * self.r, 2.2 * self.r, color)
         else:
             size = np.maximum(edges, 0.5 * self.r)
@@ -157,12 +171,14 @@ class MechanismGeometry:
         r = self.r
         for slide in self.slides:
             self._add_slide(slide)
-        sliding = {s.joint.name for s in self.slides}
+        sliding = {s.joint.name: s for s in self.slides}
         for joint in self.top.joints:
             frame = joint.frames[0]
             body, place = self._body(frame), self.trajectory.position_in_body(self.top, frame)
             if joint.symbol not in ("none", "free"):
-                self.tags.append({"name": joint.name, "body": body, "point": place.tolist()})
+                block = None if joint.name not in sliding else self._block(sliding[joint.name])
+                tag_body, point = (body, place) if block is None else block
+                self.tags.append({"name": joint.name, "body": tag_body, "point": point.tolist()})
             if joint.name in sliding or joint.name not in self.trajectory.axes or self._is_elastic(joint.name):
                 continue
             axis = self._axis_in_body(frame, self.trajectory.axes[joint.name])
@@ -173,14 +189,27 @@ class MechanismGeometry:
                     self.add_unit_solid(
                         joint.name, body, self.solids.cylinder, place - 1.5 * r * z, z, 0.6 * r, 3 * r, DARK
                     )
+                if joint.symbol == "screw":
+                    thread = thread_solid(r).placed(place, rotation_to_axis(axis))
+                    self._add_solid(joint.name, body, thread, STEEL)
             elif joint.symbol == "ball":
                 self.add_unit_solid(joint.name, body, self.solids.ball, place, axis, 1.4 * r, 1.4 * r, DARK)
-            elif joint.symbol == "plane":
+            elif joint.symbol == "plane":  # goes with the child
+                body, place = self._body(joint.frames[1]), self.trajectory.position_in_body(self.top, joint.frames[1])
+                axis = self._axis_in_body(joint.frames[1], self.trajectory.axes[joint.name])
                 self.add_unit_solid(
                     joint.name, body, self.solids.cylinder, place - 0.2 * r * axis, axis, 4 * r, 0.2 * r, PALE
                 )
-            if body == 0 and joint.symbol in ("pin", "ball", "cross", "screw"):
+            if body == 0 and joint.symbol in STANDING and not joint.is_hidden:
                 self._add_ground_support(joint.name, place)
+
+    def _block(self, slide):
+        """Body and place of the block of a slide; None of a telescope."""
+        if slide.is_telescope:
+            return None
+        frame = slide.joint.frames[1]
+        along = slide.offset * self._axis_in_body(frame, slide.axis)  # both frames agree
+        return self._body(frame), self.trajectory.position_in_body(self.top, frame) + along
 
     def _add_ground_support(self, name, place):
         base = place - 4.5 * self.r * self.up
@@ -202,42 +231,44 @@ class MechanismGeometry:
             )
             self.add_unit_solid(name, self._body(b), self.solids.cylinder, at[1], -sign * z[1], 0.6 * r, rod, PALE)
             return
-        start, length = at[0] + (low - 3.2 * r) * z[0], high - low + 6.4 * r
+        start, length = at[0] + (low - RAIL * r) * z[0], high - low + 2 * RAIL * r
         self.add_unit_solid(name, self._body(a), self.solids.cylinder, start, z[0], 0.45 * r, length, STEEL)
-        color = COLORS[(self._body(b) - 1) % len(COLORS)]
+        color, middle = COLORS[(self._body(b) - 1) % len(COLORS)], at[1] + slide.offset * z[1]
         if slide.joint.symbol == "sleeve":
             self.add_unit_solid(
-                name, self._body(b), self.solids.cylinder, at[1] - 2 * r * z[1], z[1], 1.2 * r, 4 * r, color
+                name, self._body(b), self.solids.cylinder, middle - 2 * r * z[1], z[1], 1.2 * r, 4 * r, color
             )
         else:
-            block = Solid.box((2.8 * r, 2.8 * r, 5.2 * r)).placed(at[1], rotation_to_axis(z[1]))
+            block = Solid.box((2.8 * r, 2.8 * r, 5.2 * r)).placed(middle, rotation_to_axis(z[1]))
             self._add_solid(name, self._body(b), block, color)
 
     def _add_spans(self):
-        looks = {
-            "spring": [(None, (0.0, 1.0), 1.25, BRASS)],
-            "damper": [
-                (self.solids.cylinder, (0.0, 0.55), 0.8, STEEL),
-                (self.solids.cylinder, (0.4, 1.0), 0.3, PALE),
-            ],
-            "actuator": [
-                (self.solids.cylinder, (0.0, 0.5), 0.9, COLORS[1]),
-                (self.solids.cylinder, (0.4, 1.0), 0.4, PALE),
-            ],
-            "bushing": [(self.solids.cylinder, (0.0, 1.0), 1.2, DARK)],
-            "rod": [(self.solids.cylinder, (0.0, 1.0), 0.5, STEEL)],
-        }
-        for span in spans(self.things):
+        for span in spans(self.things, self.slides):
             if span.name in self.shapes:  # an elastic body that is drawn as its mesh
                 continue
-            points = [self.trajectory.position_in_body(self.top, frame) for frame in span.frames]
-            ends = [{"body": self._body(f), "point": p.tolist()} for f, p in zip(span.frames, points, strict=True)]
-            for frame in span.frames:
-                self._add_ground_end(span.name, frame)
-            for solid, part, thick, color in looks[span.kind]:
-                solid = self._coil(span, thick * self.r) if solid is None else solid
-                item = {"name": span.name, "solid": solid, "ends": ends, "part": part, "radius": thick * self.r}
-                self.items.append(item | {"color": rgba(color)})
+            ends, lengths = self._span_ends(span)
+            if span.slide is None:
+                for frame in span.frames:
+                    self._add_ground_end(span.name, frame)
+            if is_hidden(span.kind, lengths, self.r):
+                body, place = ends[0]
+                size = 1.9 * self.r
+                self.add_unit_solid(span.name, body, self.solids.ball, place, (0, 0, 1), size, size, DARK)
+                continue
+            both = [{"body": body, "point": place.tolist()} for body, place in ends]
+            for item in span_items(span.kind, lengths, self.r, self.solids.cylinder, self._coil):
+                self.items.append({"name": span.name, "ends": both} | item | {"color": rgba(item["color"])})
+
+    def _span_ends(self, span):
+        """(body, place) of both ends, on a slide from the end of its rail to its block, and lengths (T,)."""
+        film, slide = self.trajectory, span.slide
+        a, b = span.frames if slide is None else slide.joint.frames
+        ends = [(self._body(frame), film.position_in_body(self.top, frame)) for frame in (a, b)]
+        if slide is not None and not slide.is_telescope:
+            start = min(0.0, slide.reach[0] - 3 * RAIL * self.r)
+            ends = [(ends[0][0], ends[0][1] + start * self._axis_in_body(a, slide.axis)), self._block(slide)]
+        places = [film.x[:, body] + np.einsum("tij,j->ti", film.R[:, body], place) for body, place in ends]
+        return ends, np.linalg.norm(places[1] - places[0], axis=1)
 
     def _add_ground_end(self, name, frame):
         """Add a ball where an element is tied to the ground."""
@@ -262,10 +293,9 @@ class MechanismGeometry:
             for end in thread.ends:
                 self._add_ground_end(thing.name, thing.frames[end])
 
-    def _coil(self, span, radius):
+    def _coil(self, length, radius):
         """A coil for the length of a spring, rounded to powers of two so that few solids are stored."""
-        a, b = (self.trajectory.x[:, frame] for frame in span.frames)
-        slender = max(float(np.max(np.linalg.norm(b - a, axis=-1))) / radius, 1.0)
+        slender = max(length / radius, 1.0)
         return self.solids(unit_coil(2.0 ** np.clip(np.round(np.log2(slender)), 2, 6)))
 
     def _add_torsions(self):

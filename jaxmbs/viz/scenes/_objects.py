@@ -13,11 +13,12 @@ from ...model._system import System
 from ...palette import COLORS
 from ...typing import ScalarLike
 from .._body_shapes import inertia_box
+from .._drawable import slides
 from .._element_arrows import arrows_along
 from .._mesh import DisplayMesh, display_mesh, moving_meshes
 from .._projection import load_axes
 from .._things import things
-from ._geometry import MechanismGeometry, SolidLibrary, encode_array, pose_tracks
+from ._geometry import BAR_RADIUS, RAIL, MechanismGeometry, SolidLibrary, encode_array, pose_tracks
 from ._shape_solids import shape_solids, solid_corners
 from ._trajectory import frame_trajectory
 
@@ -75,7 +76,7 @@ class MechanismObject(SceneObject):
         )
         self.things = things(system)
         self.solids = shape_solids(self.things, self.trajectory, _THICKNESS * self.trajectory.extent)
-        ends = solid_corners(self.solids, self.trajectory)
+        ends = [*solid_corners(self.solids, self.trajectory), *self._rail_ends()]
         self.points = np.concatenate([self.trajectory.x[:, seen].reshape(-1, 3), *self._boxes(com), *ends])
         self.traceable = top.frame_names
         self.elastic = {}
@@ -88,6 +89,13 @@ class MechanismObject(SceneObject):
             q = np.atleast_2d(np.asarray(deformations(system, motion, name)[0]))
             self.elastic[name] = structure, frame, q[: len(self.ts)]
         self.stresses = {name: self._stress(name, values) for name, values in stresses.items()}
+
+    def _rail_ends(self):
+        """Ends (T, 3) of the rails of slides."""
+        for slide in slides(self.system, self.trajectory):
+            frame, beyond = slide.joint.frames[0], RAIL * BAR_RADIUS * self.trajectory.extent
+            for far in (slide.reach[0] - beyond, slide.reach[1] + beyond):
+                yield self.trajectory.x[:, frame] + far * self.trajectory.R[:, frame] @ slide.axis
 
     def _stress(self, name, values):
         """Sizes (T, nodes) of the stresses at the nodes of an elastic body."""

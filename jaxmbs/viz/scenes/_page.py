@@ -16,12 +16,11 @@ from ...errors import ModelError, UnknownNameError
 from ...linear._system import LinearSystem
 from ...model._system import System
 from ...typing import ScalarLike
-from ._geometry import SolidLibrary, encode_array
+from ._geometry import BAR_RADIUS, SolidLibrary, encode_array
 from ._objects import SceneObject, scene_object
 from ._view import camera_distance, fit_view
 
 # Sizes relative to the extent of the scene, chosen by eye.
-_BAR_RADIUS = 0.02  # of bars
 _LONGEST_ARROW = 0.34  # the largest load: a third of the machine is long enough to compare, and does not hide it
 _CAPTION = (
     0.62  # height of the names of systems side by side above the centre, over half the view: just above the box
@@ -41,7 +40,8 @@ class Scene:
             text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
         except ValueError:
             raise ModelError(["the scene has a number that is not finite: a motion, a load or a scale"]) from None
-        self.html = page.read_text("utf-8").replace("PLAYER", player.read_text("utf-8")).replace("SCENE_DATA", text)
+        shell = page.read_text("utf-8").replace("SCENE_TITLE", html.escape(str(data["title"]) or "jaxmbs"))
+        self.html = shell.replace("PLAYER", player.read_text("utf-8")).replace("SCENE_DATA", text)
 
     def save(self, path: str | PathLike) -> Path:
         """Write the page.  Raises: OSError."""
@@ -91,6 +91,7 @@ def scene(
         stresses: values (T, nodes) [Pa] by elastic body, `flexible.stresses(...).at_nodes()` of the motion, that
             colour its mesh in place of displacements; from zero to the largest.
         scale: factor of deformations of meshes.
+        title: heading of the picture, and of the browser's window.
 
     Returns: a `Scene`; for a four-bar of about 0.1 MB.
 
@@ -115,7 +116,7 @@ def _scene_data(shown, names, loads, limits, traces, shapes):
     """Data of the scene: all objects, the solids that they share, and the view."""
     points, solids = np.concatenate([one.points for one in shown]), SolidLibrary()
     extent = float(np.max(np.ptp(points, axis=0), initial=0.0)) or 1.0
-    radius = _BAR_RADIUS * extent
+    radius = BAR_RADIUS * extent
     view, reach = fit_view(points, shown[0].gravity, 4 * radius), _LONGEST_ARROW * extent
     arrows = [one.arrows(own, limits) for one, own in zip(shown, loads, strict=True)]
     largest = max((float(np.max(np.linalg.norm(a["force"], axis=-1), initial=0.0)) for a in arrows if a), default=0.0)
@@ -217,7 +218,7 @@ def _floor_and_camera(view, extent, points, count):
     step *= next(k * tens for tens in 10.0 ** np.arange(20) for k in (1, 2, 5) if wide / (k * tens * step) <= 20)
     angle = 0.5  # field of view [rad], about that of a 75 mm lens: little perspective distortion
     camera = {"azimuth": view.azimuth * (1.0 if count == 1 else 0.3), "elevation": view.elevation}
-    camera["distance"] = camera_distance(view, points, angle, 5 * _BAR_RADIUS * extent, **camera)
+    camera["distance"] = camera_distance(view, points, angle, 5 * BAR_RADIUS * extent, **camera)
     return {"floor": wide, "cells": wide / step, "angle": angle, "camera": camera}
 
 

@@ -7,7 +7,8 @@ import jax
 import numpy as np
 from scipy.spatial import Delaunay
 
-from ...drawings import Ball, Box, Cylinder, HeightSurface, Outline, Path, Plane, Tube, Wheel
+from ...drawings import Ball, Box, Cylinder, Gear, HeightSurface, Outline, Path, Plane, Tube, Wheel
+from .._gear_outline import gear_outline
 from .._things import ShapePoses, Thing, place_of_shape
 from ._solids import Solid, join_solids, rotation_to_axis, sweep_tube
 
@@ -60,9 +61,14 @@ def _tube(shape: Tube, at: ShapePoses, thick: float) -> Solid:
     return open_tube(float(shape.radius), float(low), float(high))
 
 
-def _cylinder(shape: Any, length: Any) -> Solid:
-    turn = rotation_to_axis(np.asarray(shape.axis, float))
-    return Solid.cylinder(float(shape.radius), float(length)).placed(rotation=turn)
+def _cylinder(shape: Any, at: ShapePoses, length: Any) -> Solid:
+    return Solid.cylinder(float(shape.radius), float(length)).placed(rotation=rotation_to_axis(at.axis))
+
+
+def _gear(shape: Gear, at: ShapePoses, thick: float) -> Solid:
+    """A toothed plate; of a ring gear the wall of its teeth."""
+    outline = gear_outline(shape)
+    return plate_of_outline(outline[::-1] if shape.is_ring else outline, float(shape.width))
 
 
 def _height_surface(shape: HeightSurface, at: ShapePoses, thick: float) -> Solid:
@@ -78,13 +84,14 @@ def _height_surface(shape: HeightSurface, at: ShapePoses, thick: float) -> Solid
 _SOLIDS: dict[type, Callable[[Any, ShapePoses, float], Solid]] = {
     Ball: lambda shape, at, thick: Solid.ball(float(shape.radius)),
     Box: lambda shape, at, thick: Solid.box(np.asarray(shape.size, float)),
-    Cylinder: lambda shape, at, thick: _cylinder(shape, shape.length),
+    Cylinder: lambda shape, at, thick: _cylinder(shape, at, shape.length),
+    Gear: _gear,
     HeightSurface: _height_surface,
     Outline: lambda shape, at, thick: plate_of_outline(np.asarray(shape.points, float), 1.5 * thick),
     Path: lambda shape, at, thick: sweep_tube(np.asarray(shape.points, float), 0.2 * thick),
     Plane: _plane,
     Tube: _tube,
-    Wheel: lambda shape, at, thick: _cylinder(shape, shape.width if shape.width > 0 else 2.0 * thick),
+    Wheel: lambda shape, at, thick: _cylinder(shape, at, shape.width if shape.width > 0 else 2.0 * thick),
 }
 
 

@@ -167,7 +167,12 @@ function contents(object, when) { // everything to draw: { shape, model, color, 
     let model = item.body === undefined ? null : item.local ? times(at[item.body], item.local) : at[item.body];
     if (item.ends) {
       const [a, b] = item.ends.map((end) => moved(at[end.body], end.point)), d = add(b, a, -1);
-      model = spanning(add(a, d, item.part[0]), add(a, d, item.part[1]), item.radius);
+      let [start, end] = item.part;
+      if (item.rigid) { // a barrel or a rod keeps its length, from its own end
+        const share = item.rigid / Math.max(Math.hypot(...d), 1e-12);
+        [start, end] = start === 0 ? [0, share] : [1 - share, 1];
+      }
+      model = spanning(add(a, d, start), add(a, d, end), item.radius);
     }
     found.push({ shape: shapes[item.solid], model, color: item.color, name: item.name, shadow: !item.trace });
   }
