@@ -36,6 +36,7 @@ class ParetoFront(Reported, eqx.Module):
         exchange: (points,) trade-off rate: cost in the first objective of one unit less of the second; nan at the
             ends, and where the search did not converge.
         ok: (points,) True where the search converged.
+        names: of the two objectives (static).
     """
 
     first: np.ndarray
@@ -43,6 +44,7 @@ class ParetoFront(Reported, eqx.Module):
     designs: PyTree
     exchange: np.ndarray
     ok: np.ndarray
+    names: tuple[str, str] = eqx.field(static=True, default=("first objective", "second objective"))
 
     def report(self) -> Report:
         point = Axis("point", np.arange(len(self.first)))
@@ -83,7 +85,7 @@ def pareto(
     parts of the front are found too.  All searches run one compiled program.
 
     Args: points: their number, at least three (fewer are returned where a search ends in a dominated design); the
-    others as of `minimise`.
+    others as of `minimise`.  The objectives have the names of their functions in pictures.
 
     Raises: TypeError for a `Worst`; ValueError as `minimise`, for fewer than three points, or for an objective that
     has no minimum alone.
@@ -123,7 +125,14 @@ def pareto(
     designs = [every[k].design[0] for k in kept]
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *designs)
     first_values, second_values = values[kept].T
-    return ParetoFront(first_values, second_values, stacked, exchange[kept], np.array([every[k].ok for k in kept]))
+    ok, names = np.array([every[k].ok for k in kept]), (_name(first, "first"), _name(second, "second"))
+    return ParetoFront(first_values, second_values, stacked, exchange[kept], ok, names)
+
+
+def _name(objective, place) -> str:
+    """Name of a function, or of its place if it has none."""
+    name = getattr(objective, "__name__", "<lambda>")
+    return f"{place} objective" if name == "<lambda>" else name.replace("_", " ")
 
 
 def _non_dominated(values: np.ndarray) -> list[int]:

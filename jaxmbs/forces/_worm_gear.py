@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import faults_if, flag, not_positive
-from ..drawings import Cylinder, Drawing, Path, Wheel
+from ..drawings import Cylinder, Drawing, Gear, Path
 from ..friction import AbstractFriction, SmoothCoulomb
 from ..friction._places import as_optional_friction, place_faults
 from ..typing import Convertible, Scalar
@@ -83,12 +83,12 @@ class WormGear(AbstractPitchPointMesh):
             self.slip_speed = None
 
     def drawing(self) -> Drawing:
-        """The worm with a thread, as long as the wheel's radius, and the wheel, as wide as the worm."""
+        """The worm with a thread, as long as the wheel's radius, and the wheel with its teeth."""
         radius, length = float(self.radius), float(self.wheel_radius)
         z = np.linspace(-length / 2, length / 2, _POINTS)
         turn = z / radius / np.tan(float(self.lead_angle))
         thread = radius * np.column_stack([np.cos(turn), np.sin(turn), z / radius])
-        return Cylinder(radius, length, 0), Path(thread, 0), Wheel(length, 2 * radius, 1)
+        return Cylinder(radius, length, 0), Path(thread, 0), Gear(length, 1.4 * radius, self.teeth, frame=1)
 
     def _friction(self):
         return self.friction

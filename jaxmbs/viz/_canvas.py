@@ -10,6 +10,7 @@ from ..palette import COLORS
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1.2, 1.2)))
 _MOST_INSIDE = 6  # names that a legend within the axes may hold
 _MOST_AT_ENDS = 7  # curves that are named where they end
+_FEW_DECADES = 2.5  # of a logarithmic axis, between which there are numbers
 _COINCIDENT = 3e-3  # of the height of the axes: about a line's width, nearer curves hide one another
 
 
@@ -98,12 +99,33 @@ def format_axes(ax, x_label, y_label, legend="inside"):
     ax.set_ylabel(y_label)
     ax.grid(alpha=0.3)
     ax.spines[["top", "right"]].set_visible(False)
+    for axis in (ax.xaxis, ax.yaxis):
+        if axis.get_scale() == "log":
+            format_log_axis(axis, *axis.get_view_interval())
     names = ax.get_legend_handles_labels()[1]
     if legend == "ends" and len(names) <= _MOST_AT_ENDS and ax.figure.get_layout_engine() is not None:
         _name_ends(ax)
     elif legend:
         _name_curves(ax, "beside" if legend == "ends" else legend)
     return ax
+
+
+def format_log_axis(axis, low, high) -> None:
+    """Number a logarithmic axis at 1, 2 and 5 of every decade, or at decades alone if it has many."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    decades = abs(np.log10(high / low)) if low > 0 else np.inf
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < _FEW_DECADES else (1.0,)))
+    axis.set_major_formatter(lambda x, _: log_number(x))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def log_number(x: float) -> str:
+    """A number as on an axis: plain, or times a power of ten where it is small or large."""
+    if x == 0 or 1e-3 <= abs(x) < 1e5:
+        return f"{x:g}"
+    mantissa, exponent = f"{x:.0e}".split("e")
+    return f"${'' if mantissa == '1' else mantissa + chr(183)}10^{{{int(exponent)}}}$"
 
 
 def _name_ends(ax):

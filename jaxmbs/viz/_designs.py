@@ -17,13 +17,15 @@ _MAP = "viridis"
 
 
 def plot_pareto_front(
-    front: WordedError[ParetoFront], first: str = "first objective", second: str = "second objective", ax: Any = None
+    front: WordedError[ParetoFront], first: str | None = None, second: str | None = None, ax: Any = None
 ) -> Any:
     """Plot a Pareto front; designs whose search did not converge are hollow.
 
-    Args: first, second: labels of the objectives, with their units; ax: matplotlib axes to draw into (default: new
-    ones).
+    Args: first, second: labels of the objectives, with their units (default: `front.names`); ax: matplotlib axes to
+    draw into (default: new ones).
     """
+    first = front.names[0] if first is None else first
+    second = front.names[1] if second is None else second
     ax, ok = get_axes(ax), np.asarray(front.ok, bool)
     ax.plot(front.first, front.second, color=BLUE, linewidth=1.0, zorder=2)
     ax.plot(front.first[ok], front.second[ok], "o", color=BLUE, zorder=3)
@@ -97,7 +99,7 @@ def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | N
     for k in range(len(table)):
         ax.axvline(k, color="0.3", linewidth=0.8)
         for height, value in ((-0.02, low[k]), (1.02, high[k])):
-            ax.text(k, height, f"{value:.3g}", ha="center", va="top" if height < 0 else "bottom", fontsize="small")
+            ax.text(k, height, f"{value:.4g}", ha="center", va="top" if height < 0 else "bottom", fontsize="small")
     ax.set_xticks(x, [f"{name}\n{units[name]}" for name in table])
     ax.tick_params(axis="x", length=0, pad=12)
     ax.set_yticks([])

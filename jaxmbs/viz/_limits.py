@@ -20,8 +20,6 @@ def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | Non
         cases: abscissa (cases,), default their number.
         ax: matplotlib axes to draw into (default: new ones).
     """
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     ax = get_axes(ax)
     x = np.arange(len(truth)) if cases is None else np.asarray(cases)
     for (name, values), color in zip(limits.items(), COLORS, strict=False):
@@ -30,9 +28,6 @@ def plot_limit_values(limits: Any, truth: Any, cases: Sequence | ArrayLike | Non
         ax.plot(x, np.asarray(found.quotient), ".-", color=color, label=label)
     ax.axhline(1.0, color="0.6", linewidth=0.8)
     ax.set_yscale("log")
-    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_minor_formatter(NullFormatter())
     if cases is None:
         ax.xaxis.get_major_locator().set_params(integer=True)
     return format_axes(ax, "case", "limit value / peak of the transient")

@@ -15,7 +15,7 @@ from ..qualification._random_response import RandomResponse
 from ..qualification._shock_spectrum import ShockSpectrum
 from ..qualification._sine_response import SineResponse
 from ..typing import ArrayLike
-from ._canvas import curve_style, format_axes, get_axes, stack_axes
+from ._canvas import curve_style, format_axes, format_log_axis, get_axes, stack_axes
 
 _LINE = {"color": "0.75", "linewidth": 0.6, "zorder": 0.5}
 
@@ -43,10 +43,10 @@ def plot_psd(
     density, below = np.asarray(response.psd(f)), np.asarray(response.cumulative_rms(f))
     rooms = stack_axes(get_axes(ax, (7.0, 4.8)), (3, 2))
     for k, (name, place) in enumerate(zip(names, places, strict=True)):
-        rooms[0].loglog(f, density[:, place], label=f"{name}: RMS {rms[place]:.3g}", **curve_style(k))
+        rooms[0].loglog(f, density[:, place], label=f"{name}: RMS {rms[place]:.3g} {unit}", **curve_style(k))
         rooms[1].semilogx(f, below[:, place], **curve_style(k))
     rooms[1].set_ylim(bottom=0.0)
-    format_axes(rooms[0], "", f"PSD [({unit})$^2$/Hz]", "beside")
+    format_axes(rooms[0], "", f"PSD [{unit if unit.isalpha() else f'({unit})'}$^2$/Hz]", "beside")
     format_axes(rooms[1], "frequency [Hz]", f"cumulative RMS [{unit}]", None)
     return rooms[0]
 
@@ -126,7 +126,8 @@ def plot_rainflow_matrix(cycles: Cycles, bins: int = 24, ax: Any = None, *, unit
     found, means, ranges = np.histogram2d(mean, size, bins, weights=counts[kept])
     ax = get_axes(ax, (5.4, 4.2))
     shown = ax.pcolormesh(means, ranges, np.where(found > 0, found, np.nan).T, cmap="Blues", norm="log")
-    ax.figure.colorbar(shown, ax=ax, label="cycles")
+    bar = ax.figure.colorbar(shown, ax=ax, label="cycles")
+    format_log_axis(bar.ax.yaxis, *shown.get_clim())
     return format_axes(ax, f"mean [{unit}]", f"range [{unit}]", None)
 
 

@@ -81,16 +81,21 @@ def plot_campbell(
     top = 1.08 * np.max(hertz)
     ax.set_ylim(0.0, top)
     for order in orders:
-        _order_label(ax, speeds, order, top)
+        _order_label(ax, speeds, order, top, hertz)
     draw_curves(ax, speeds, {f"mode {k + 1}": hertz[:, k] for k in range(hertz.shape[1])})
     return format_axes(ax, "speed [rad/s]", "frequency [Hz]", "beside")
 
 
-def _order_label(ax, speeds, order, top):
-    """Write "2×" at the place where the line of an order leaves the axes."""
-    end = min(speeds[-1], 2 * np.pi * 0.93 * top / order) if order > 0 else speeds[-1]
-    place = (end, order * end / (2 * np.pi))
-    ax.annotate(f"{order:g}×", place, (-3, 2), textcoords="offset points", ha="right", fontsize="small", color="0.4")
+def _order_label(ax, speeds, order, top, hertz):
+    """Write "2×" into the line of an order, where it is furthest from the curves (S, m)."""
+    end = min(speeds[-1], 2 * np.pi * 0.95 * top / order) if order > 0 else speeds[-1]
+    along = np.linspace(speeds[0] + 0.3 * (end - speeds[0]), end, 40)
+    own = order * along / (2 * np.pi)
+    apart = [np.abs(own - np.interp(along, speeds, curve)) for curve in hertz.T]
+    best = int(np.argmax(np.min(apart, axis=0))) if apart else -1
+    style = {"ha": "center", "va": "center", "fontsize": "small", "color": "0.4"}
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+    ax.text(along[best], own[best], f"{order:g}×", bbox=box, zorder=1.5, **style)
 
 
 def plot_mac(values: ArrayLike, ax: Any = None, *, rows: str = "mode", columns: str = "mode") -> Any:

@@ -312,3 +312,35 @@ def test_a_film_of_a_mesh(tmp_path):
             film.seek(k)
             pictures.append(np.asarray(film.convert("L"), float))
     assert np.mean(np.abs(pictures[0] - pictures[1]) > 30) > 1e-3
+
+
+def test_logarithmic_axes_have_plain_numbers(ax):
+    ax.loglog([20.0, 2000.0], [1e-6, 10.0])
+    format_axes(ax, "frequency [Hz]", "receptance [m/N]")
+    ax.figure.draw_without_rendering()
+    shown = [text.get_text() for text in ax.get_xticklabels()]
+    assert {"20", "50", "100", "1000", "2000"} <= set(shown)
+    assert not any(text.get_text() for text in ax.get_xticklabels(minor=True))
+    powers = {text.get_text() for text in ax.get_yticklabels()}
+    assert "$10^{-5}$" in powers and "0.1" in powers
+
+
+def test_orders_are_named_beside_the_modes(ax):
+    speeds = np.linspace(0.0, 160.0, 5)
+    hertz = np.outer(np.ones(5), [40.0, 42.0]) + 0.07 * speeds[:, None]
+    viz.plot_campbell(speeds, hertz, orders=(1, 2), ax=ax)
+    for text, order in zip(ax.texts, (1, 2), strict=True):
+        x, y = text.get_position()
+        np.testing.assert_allclose(y, order * x / (2 * np.pi))  # in its line
+        assert np.min(np.abs(y - [np.interp(x, speeds, curve) for curve in hertz.T])) > 5.0
+
+
+def test_a_front_names_its_objectives(ax):
+    def peak_force(x):
+        return x**2
+
+    front = mbs.design.pareto(peak_force, lambda x: (x - 2.0) ** 2, 1.0, progress=False, points=3)
+    viz.plot_pareto_front(front, ax=ax)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("peak force", "second objective")
+    viz.plot_pareto_front(front, "force [N]", ax=ax)
+    assert ax.get_xlabel() == "force [N]"

@@ -74,7 +74,8 @@ def pictured(fleet, motion):
     load = np.stack([waves[f"bearing number {i}"] for i in range(3)])[..., 0]
     table = study()
     plate, modes, functions = vibrating()
-    front = SimpleNamespace(first=np.arange(4.0), second=np.arange(4.0)[::-1] ** 2, ok=np.array([1, 1, 0, 1]))
+    ok, names = np.array([1, 1, 0, 1]), ("peak", "mass")
+    front = SimpleNamespace(first=np.arange(4.0), second=np.arange(4.0)[::-1] ** 2, ok=ok, names=names)
     limited = SimpleNamespace(limits=[limit("peak of the main bearing", 3.0, 4.0), limit("mass", 2.0, 1.9)])
     hertz = 40.0 + np.outer(np.arange(5.0), [3.0, -2.0, 0.1])
     extra = {
