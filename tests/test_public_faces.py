@@ -75,7 +75,9 @@ FACES = {
         AbstractBlock Delay FirstOrder Function LookUp PI PID RateLimit Saturation StateSpace TransferFunction
     """,
     "jaxmbs.elements": """
-        AbstractElement Beam DIRECTIONS GroundSpring Hexahedron PointMass Quadrilateral Rod Spring Triangle
+        AbstractElement Beam DIRECTIONS GroundSpring Hexahedron Laminate LayeredQuadrilateral LayeredTriangle
+        PointMass QuadraticHexahedron QuadraticTetrahedron QuadraticWedge Quadrilateral Rod ShellSection Spring
+        Tetrahedron Triangle Wedge hill_reserve orthotropic tsai_wu_reserve
     """,
     "jaxmbs": """
                 Actuator AssemblyError BatchError BumpStop Bushing CoulombFriction Coupler Cylindrical Fmu Force

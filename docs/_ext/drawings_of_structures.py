@@ -77,6 +77,49 @@ def hexahedron(p):
     p.frame((1.25, 0, -1.1), 0.4, RED)
 
 
+def _solid(p, corners, edges, with_middles):
+    """A solid by its edges, with its nodes."""
+    for a, b in edges:
+        p.line(corners[a], corners[b], width=2, color=BLUE)
+    middles = [tuple((a + b) / 2 for a, b in zip(corners[i], corners[j], strict=True)) for i, j in edges]
+    _nodes(p, [*corners, *(middles if with_middles else [])], (8, -4))
+    p.frame((1.25, 0, -1.1), 0.4, RED)
+
+
+def tetrahedron(p, with_middles=False):
+    corners = (-1.2, -0.8, -0.7), (1.1, -0.8, -0.7), (-0.3, 1.2, -0.7), (-0.2, 0, 1.1)
+    _solid(p, corners, ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)), with_middles)
+
+
+def wedge(p, with_middles=False):
+    base = (-1.2, -0.8), (1.0, -0.8), (-0.3, 1.2)
+    corners = [(x, y, z) for z in (-0.7, 0.7) for x, y in base]
+    _solid(p, corners, ((0, 1), (1, 2), (2, 0), (0, 3), (1, 4), (2, 5), (3, 4), (4, 5), (5, 3)), with_middles)
+
+
+def quadratic_hexahedron(p):
+    x, y, z = 0.9, 0.7, 0.6
+    base = (-x, -y), (x, -y), (x, y), (-x, y)
+    ring = ((0, 1), (1, 2), (2, 3), (3, 0))
+    edges = [*ring, *((k, k + 4) for k in range(4)), *((a + 4, b + 4) for a, b in ring)]
+    _solid(p, [(a - 0.2, b, c) for c in (-z, z) for a, b in base], edges, True)
+
+
+def _layers(p, corners):
+    for k, color in enumerate((BLUE, PALE, GREEN)):
+        p.plane(*[(x, y, -0.5 + 0.25 * k) for x, y in corners], fill=color)
+    _nodes(p, [(x, y, -0.25) for x, y in corners])
+    p.frame((0, 0, 0.3), 0.5, RED)
+
+
+def layered_quadrilateral(p):
+    _layers(p, ((-1.2, -1.0), (1.0, -1.0), (1.2, 1.0), (-1.0, 1.0)))
+
+
+def layered_triangle(p):
+    _layers(p, ((-1.5, -0.9), (1.2, -0.9), (-0.4, 1.3)))
+
+
 def _component(p, shape=None, held=(True, False), color=RED, words=""):
     """A bar between two interface nodes, and a shape that it moves in."""
     p.line((-1.4, 0, 0), (1.4, 0, 0), width=6, color=PALE)
@@ -162,14 +205,21 @@ STRUCTURES = {
     "Guyan": guyan,
     "Hexahedron": hexahedron,
     "Hurty": hurty,
+    "LayeredQuadrilateral": layered_quadrilateral,
+    "LayeredTriangle": layered_triangle,
     "MacNeal": macneal,
     "Mirror": mirror,
     "Mixed": mixed,
     "Unreduced": unreduced,
     "PointMass": point_mass,
+    "QuadraticHexahedron": quadratic_hexahedron,
+    "QuadraticTetrahedron": lambda p: tetrahedron(p, True),
+    "QuadraticWedge": lambda p: wedge(p, True),
     "Quadrilateral": quadrilateral,
     "Rod": rod,
     "Rubin": rubin,
     "Spring": spring,
+    "Tetrahedron": tetrahedron,
     "Triangle": triangle,
+    "Wedge": wedge,
 }

@@ -1,11 +1,17 @@
 """All finite elements of the library, for what is asked of each kind."""
 
 from ._beam import Beam
-from ._hexahedron import Hexahedron
+from ._hexahedron import Hexahedron, QuadraticHexahedron
 from ._point_mass import PointMass
-from ._quadrilateral import Quadrilateral
+from ._quadrilateral import LayeredQuadrilateral, Quadrilateral
 from ._rod import Rod
 from ._spring import GroundSpring, Spring
-from ._triangle import Triangle
+from ._tetrahedron import QuadraticTetrahedron, Tetrahedron
+from ._triangle import LayeredTriangle, Triangle
+from ._wedge import QuadraticWedge, Wedge
 
-ALL = (PointMass, Spring, GroundSpring, Rod, Beam, Triangle, Quadrilateral, Hexahedron)
+ALL = (
+    *(PointMass, Spring, GroundSpring, Rod, Beam),
+    *(Triangle, Quadrilateral, LayeredTriangle, LayeredQuadrilateral),
+    *(Tetrahedron, Wedge, Hexahedron, QuadraticTetrahedron, QuadraticWedge, QuadraticHexahedron),
+)

@@ -1,5 +1,6 @@
 """Four-node shell: MITC4 bending, membrane with incompatible modes and drilling rotations."""
 
+import abc
 from typing import Any
 
 import equinox as eqx
@@ -9,8 +10,8 @@ from jaxtyping import Array, Float
 
 from ..typing import Convertible, Matrix3
 from ._base import as_real
-from ._shared_matrices import axes_across, condense, gauss_points, inverse_jacobian, linear_shapes, plane_stress
-from ._shell import AbstractShell
+from ._shared_matrices import axes_across, condense, gauss_points, inverse_jacobian, linear_shapes
+from ._shell import AbstractShell, IsotropicFields, LayeredFields
 
 _CORNERS = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 _POINTS, _WEIGHTS = gauss_points(2, 2)
@@ -22,25 +23,18 @@ _SIDES = np.array([[0.0, 1], [0, -1], [1, 0], [-1, 0]])  # where the transverse 
 _NS, _DNS = linear_shapes(_CORNERS, _SIDES)
 
 
-class Quadrilateral(AbstractShell):
-    """Thick or thin shell of four nodes, free of shear locking; a warped one is carried by its mean plane.
-
-    Forces, per length at the centre, in element axes (x bisects the diagonals, z is the normal by the order of the
-    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
-    +z is in tension, then transverse shear forces Qx Qy [N/m].
-    Stresses [Pa] of the face +z (top), then of -z (bottom).
+class QuadrilateralShell(AbstractShell):
+    """Thick or thin shell of four nodes, of any section, free of shear locking.
 
     Bending: MITC4, Dvorkin and Bathe, Eng. Comput. 1 (1984) 77-88.  Membrane: modes 1 - xi^2, 1 - eta^2 of Taylor,
     Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211-1219.  Drilling: Hughes and Brezzi, Comput. Meth.
     Appl. Mech. Eng. 72 (1989) 105-121.
-
-    Attributes:
-        shear_factor: of the transverse shear.
-        drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
     """
 
-    shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=5 / 6)
-    drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
+    @property
+    @abc.abstractmethod
+    def drilling_factor(self) -> Array:
+        """Modulus of the drilling rotation over the shear modulus."""
 
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
@@ -66,26 +60,39 @@ class Quadrilateral(AbstractShell):
 
     def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Membrane and drilling stiffness with the incompatible modes condensed, and strains at the centre."""
+        return condense(self._membrane_parts(xy)[1], 12), _strains(self._slopes(xy, _DN0)[0], 3)[0]
+
+    def _membrane_parts(self, xy):
+        """Strain matrices (q, 3, 12 + 4), of the nodes and the incompatible modes, and their stiffness."""
         slopes, det = self._slopes(xy, _DN)
         inverse0, det0 = inverse_jacobian(_DN0, xy)
         bubbles = inverse0 @ _BUBBLES.astype(xy.dtype) * (det0 / det)[:, None, None]
-        strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)  # (q, 3, 12 + 4)
+        strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)
         turn = jnp.concatenate([_drilling_rows(slopes, _N.astype(xy.dtype)), _drilling_rows(bubbles, None)], axis=1)
-        weight = det * _WEIGHTS.astype(xy.dtype) * self.thickness
-        G = self.drilling * self.young / (2.0 * (1.0 + self.poisson))
-        K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, plane_stress(self.young, self.poisson), strain)
-        K = condense(K + G * jnp.einsum("q,qi,qj->ij", weight, turn, turn), 12)
-        return K, _strains(self._slopes(xy, _DN0)[0], 3)[0]
+        weight, A = det * _WEIGHTS.astype(xy.dtype), self.section.membrane
+        K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, A, strain)
+        return strain, K + self.drilling_factor * A[2, 2] * jnp.einsum("q,qi,qj->ij", weight, turn, turn)
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Bending stiffness with interpolated (MITC4) shear angles, and curvatures at the centre."""
         slopes, det = self._slopes(xy, _DN)
         curvature, shear = _curvatures(slopes), self._shear(xy, _POINTS)
-        weight = det * _WEIGHTS.astype(xy.dtype)
-        D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
-        K = jnp.einsum("q,qai,ab,qbj->ij", weight, curvature, D, curvature)
-        K = K + self._shear_modulus() * jnp.einsum("q,qai,qaj->ij", weight, shear, shear)
+        weight, section = det * _WEIGHTS.astype(xy.dtype), self.section
+        K = jnp.einsum("q,qai,ab,qbj->ij", weight, curvature, section.bending, curvature)
+        K = K + jnp.einsum("q,qai,ab,qbj->ij", weight, shear, section.shear, shear)
         return K, _curvatures(self._slopes(xy, _DN0)[0])[0]
+
+    def plane_stiffness(self, xy: Float[Array, "k 2"]) -> Float[Array, "n n"]:
+        """Stiffness; where membrane and bending are coupled the incompatible modes are condensed behind both."""
+        B = self.section.coupling
+        if B is None:
+            return super().plane_stiffness(xy)
+        slopes, det = self._slopes(xy, _DN)
+        strain, membrane = self._membrane_parts(xy)
+        mixed = jnp.einsum("q,qai,ab,qbj->ij", det * _WEIGHTS.astype(xy.dtype), strain, B, _curvatures(slopes))
+        order = np.r_[0:12, 16:28, 12:16]
+        whole = jnp.block([[membrane, mixed], [mixed.T, self.bending(xy)[0]]])[np.ix_(order, order)]
+        return condense(whole, 24)
 
     def _shear(self, xy, points):
         """Transverse shear angles (q, 2, 12) at points of [-1, 1]^2, interpolated from the mid-sides."""
@@ -100,15 +107,12 @@ class Quadrilateral(AbstractShell):
         inverse = inverse_jacobian(linear_shapes(_CORNERS, points)[1], xy)[0]
         return inverse @ jnp.stack([along_xi, along_eta], axis=1)
 
-    def _shear_modulus(self):
-        return self.shear_factor * self.thickness * self.young / (2.0 * (1.0 + self.poisson))
-
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces, moments and transverse shear forces per length at the centre. Source: S1 (30)."""
         xy, T = self.plane_coordinates(nodes)
         local = (T @ u.reshape(-1)).reshape(4, 6)
         shear = self._shear(xy, _CENTRE)[0] @ local[:, 2:5].reshape(-1)
-        return jnp.concatenate([super().forces(nodes, u), self._shear_modulus() * shear])
+        return jnp.concatenate([super().forces(nodes, u), self.section.shear @ shear])
 
     degeneracy = "its corners do not go round a convex outline"
 
@@ -117,6 +121,55 @@ class Quadrilateral(AbstractShell):
         normal = np.cross(nodes[:, 2] - nodes[:, 0], nodes[:, 3] - nodes[:, 1])
         after, before = np.roll(nodes, -1, axis=1) - nodes, np.roll(nodes, 1, axis=1) - nodes
         return np.any(np.sum(np.cross(after, before) * normal[:, None], axis=2) <= 0, axis=1)
+
+
+class Quadrilateral(IsotropicFields, QuadrilateralShell):
+    """Thick or thin shell of four nodes, free of shear locking; a warped one is carried by its mean plane.
+
+    Forces, per length at the centre, in element axes (x bisects the diagonals, z is the normal by the order of the
+    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
+    +z is in tension, then transverse shear forces Qx Qy [N/m].
+    Stresses [Pa] of the face +z (top), then of -z (bottom).
+
+    Bending: MITC4, Dvorkin and Bathe, Eng. Comput. 1 (1984) 77-88.  Membrane: modes 1 - xi^2, 1 - eta^2 of Taylor,
+    Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211-1219.  Drilling: Hughes and Brezzi, Comput. Meth.
+    Appl. Mech. Eng. 72 (1989) 105-121.
+
+    Attributes:
+        young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
+        shear_factor: of the transverse shear.
+        drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
+    """
+
+    shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=5 / 6)
+    drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
+
+    @property
+    def drilling_factor(self) -> Array:
+        """Modulus of the drilling rotation over the shear modulus."""
+        return self.drilling
+
+
+class LayeredQuadrilateral(LayeredFields, QuadrilateralShell):
+    """Thick or thin shell of four nodes, of layers or of any other section.
+
+    Forces as of `Quadrilateral`, in the axes of the element, per length at the centre: Nxx Nyy Nxy [N/m], tension
+    positive, then moments Mxx Myy Mxy [N], positive where the face +z is in tension, then Qx Qy [N/m].
+    Source: Dvorkin and Bathe, Eng. Comput. 1 (1984) 77-88.
+
+    Attributes:
+        layup: its section in the axes of the laminate.
+        angle: from the x axis of the element, which bisects the diagonals, to that of the laminate, about the normal
+            [rad].
+        drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
+    """
+
+    drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
+
+    @property
+    def drilling_factor(self) -> Array:
+        """Modulus of the drilling rotation over the shear modulus."""
+        return self.drilling
 
 
 def _strains(slopes, per_node):

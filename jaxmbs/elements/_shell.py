@@ -1,5 +1,6 @@
-"""Base of flat shells: material fields, transformation to the plane, pressure."""
+"""Base of flat shells: transformation to the plane, pressure, and the fields of their sections."""
 
+import abc
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -10,28 +11,21 @@ from jaxtyping import Array, Float
 
 from ..typing import Convertible, Matrix3, ScalarLike
 from ._base import AbstractElement, as_real
-from ._shared_matrices import axes_transformation, plane_stress, rigid_arm
+from ._shared_matrices import axes_transformation, rigid_arm
+from ._shell_section import ShellSection
 
 _RESULTANTS = ("Nxx", "Nyy", "Nxy", "Mxx", "Myy", "Mxy")
 
 
 class AbstractShell(AbstractElement):
-    """Flat isotropic shell with six coordinates per node, rotation about the normal (drilling) included.
+    """Shell of one section with six coordinates per node, rotation about the normal (drilling) included."""
 
-    Attributes:
-        young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
-    """
-
-    young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
-    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
-    thickness: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
-    density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
-
-    positive_fields: ClassVar[tuple[str, ...]] = ("young", "thickness")
     force_labels: ClassVar[tuple[str, ...]] = _RESULTANTS
-    stress_labels: ClassVar[tuple[str, ...]] = tuple(
-        f"{c} {face}" for face in ("top", "bottom") for c in ("xx", "yy", "xy")
-    )
+
+    @property
+    @abc.abstractmethod
+    def section(self) -> ShellSection:
+        """Stiffness and mass per area, in the axes of the element."""
 
     def axes(self, nodes: Float[Array, "k 3"]) -> Matrix3:
         """Rows x, y, z (3, 3) of the element's axes, z along its normal."""
@@ -63,38 +57,36 @@ class AbstractShell(AbstractElement):
         )
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Stiffness of membrane and bending, uncoupled in the plane of the element."""
+        """Stiffness of membrane and bending."""
         xy, T = self.plane_coordinates(nodes)
         in_plane, across = _plane_rows(self.num_nodes)
-        K = jnp.zeros((self.size, self.size), nodes.dtype)
-        K = K.at[np.ix_(in_plane, in_plane)].set(self.membrane(xy)[0])
-        K = K.at[np.ix_(across, across)].set(self.bending(xy)[0])
+        rows = np.concatenate([in_plane, across])
+        K = jnp.zeros((self.size, self.size), nodes.dtype).at[np.ix_(rows, rows)].set(self.plane_stiffness(xy))
         return T.T @ K @ T
 
+    def plane_stiffness(self, xy: Float[Array, "k 2"]) -> Float[Array, "n n"]:
+        """Stiffness over the displacements u, v and drilling rotations of all nodes, then over w, rx, ry."""
+        return jax.scipy.linalg.block_diag(self.membrane(xy)[0], self.bending(xy)[0])
+
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Consistent mass `rho t` of displacements and `rho t^3 / 12` of rotations, drilling included."""
+        """Consistent mass per area of displacements and turning mass of rotations, drilling included."""
         xy, T = self.plane_coordinates(nodes)
         N, areas = self.shapes(xy)
-        line = self.density * self.thickness
-        turn = self.thickness**2 / 12
-        one = jnp.ones_like(turn)
-        per_node = jnp.diag(line * jnp.stack([one, one, one, turn, turn, turn]))
+        section = self.section
+        per_node = jnp.diag(jnp.stack([section.area_mass] * 3 + [section.turning_mass] * 3))
         return T.T @ jnp.kron(jnp.einsum("q,qi,qj->ij", areas, N, N), per_node) @ T
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces [N/m] and moments [N] per length at the centre, element axes. Source: S1 (30)."""
         xy, T = self.plane_coordinates(nodes)
         local = (T @ u.reshape(-1)).reshape(self.num_nodes, 6)
-        D = plane_stress(self.young, self.poisson)
+        section = self.section
         strain = self.membrane(xy)[1] @ local[:, np.array([0, 1, 5])].reshape(-1)
         curvature = self.bending(xy)[1] @ local[:, 2:5].reshape(-1)
-        return jnp.concatenate([self.thickness * (D @ strain), self.thickness**3 / 12 * (D @ curvature)])
-
-    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
-        """Stresses (6,) at the centre of the top (+z) and the bottom face, element axes. Source: S1 (30)."""
-        force = self.forces(nodes, u)
-        mean, bent = force[:3] / self.thickness, 6.0 * force[3:6] / self.thickness**2
-        return jnp.concatenate([mean + bent, mean - bent])
+        N, M = section.membrane @ strain, section.bending @ curvature
+        if section.coupling is not None:
+            N, M = N + section.coupling @ curvature, M + section.coupling @ strain
+        return jnp.concatenate([N, M])
 
     def slopes(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Slopes (q, 2, k) of the shape functions at points of quadrature and the areas (q,) that belong to them."""
@@ -119,6 +111,53 @@ class AbstractShell(AbstractElement):
         N, areas = self.shapes(xy)
         f = jnp.zeros((self.num_nodes, 6), nodes.dtype).at[:, 2].set(pressure * (areas @ N))
         return T.T @ f.reshape(-1)
+
+
+class IsotropicFields(AbstractElement):
+    """Fields of a shell of one isotropic material, and its stresses.
+
+    Attributes:
+        young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
+    """
+
+    young: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    poisson: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    thickness: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real)
+    density: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
+
+    positive_fields: ClassVar[tuple[str, ...]] = ("young", "thickness")
+    stress_labels: ClassVar[tuple[str, ...]] = tuple(
+        f"{c} {face}" for face in ("top", "bottom") for c in ("xx", "yy", "xy")
+    )
+
+    @property
+    def section(self) -> ShellSection:
+        """Stiffness and mass per area."""
+        factor = getattr(self, "shear_factor", 5 / 6)
+        return ShellSection.isotropic(self.young, self.poisson, self.thickness, self.density, factor)
+
+    def stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " s"]:
+        """Stresses (6,) at the centre of the top (+z) and the bottom face, element axes. Source: S1 (30)."""
+        force = self.forces(nodes, u)
+        mean, bent = force[:3] / self.thickness, 6.0 * force[3:6] / self.thickness**2
+        return jnp.concatenate([mean + bent, mean - bent])
+
+
+class LayeredFields(AbstractElement):
+    """Fields of a shell of any section, which lies in the axes of a laminate.
+
+    Attributes:
+        layup: its section in the axes of the laminate.
+        angle: from the x axis of the element to that of the laminate, about the normal [rad].
+    """
+
+    layup: ShellSection
+    angle: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
+
+    @property
+    def section(self) -> ShellSection:
+        """Stiffness and mass per area in the axes of the element."""
+        return self.layup.turned(self.angle)
 
 
 def _plane_rows(k):

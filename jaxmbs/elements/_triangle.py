@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import Matrix3
-from ._shared_matrices import axes_across, plane_stress
-from ._shell import AbstractShell
+from ._shared_matrices import axes_across
+from ._shell import AbstractShell, IsotropicFields, LayeredFields
+from ._shell_section import squared_contraction
 
 # Areas of mid-side quadrature and quadratic shape functions: corners, then mid-sides 12, 23, 31.
 _MID_SIDES = np.array([[0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
@@ -20,15 +21,11 @@ _Q = np.array(
 )
 
 
-class Triangle(AbstractShell):
-    """Thin shell of three nodes.
-
-    Forces, per length at the centre, in element axes (x along the first side, z the normal by the order of the
-    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
-    +z is in tension. Stresses [Pa] of the face +z (top), then of -z (bottom).
+class TriangularShell(AbstractShell):
+    """Thin shell of three nodes, of any section, whose transverse shear it does not take.
 
     Bending: DKT, Batoz, Bathe and Ho, Int. J. Numer. Meth. Eng. 15 (1980) 1771-1812.  Membrane: OPT, Felippa, Comput.
-    Meth. Appl. Mech. Eng. 192 (2003) 2125-2168, exact in bending for any shape of rectangle.
+    Meth. Appl. Mech. Eng. 192 (2003) 2125-2168.
     """
 
     num_nodes = 3
@@ -49,30 +46,65 @@ class Triangle(AbstractShell):
 
     def membrane(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Basic stiffness `L E L^T / (A t)` and the higher-order part of the optimal template."""
-        area, E, L = _area(xy), plane_stress(self.young, self.poisson), _lumping_matrix(xy)
+        area, A, L = _area(xy), self.section.membrane, _lumping_matrix(xy)
         natural = _natural_strain_matrix(xy)
         squares = jnp.sum((jnp.roll(xy, -1, axis=0) - xy) ** 2, axis=1)
         Q = 2.0 * area / 3.0 * jnp.asarray(_BETA[_Q - 1], xy.dtype) / squares[None, :, None]
         means = natural @ ((Q + jnp.roll(Q, -1, axis=0)) / 2)
-        turning = area * jnp.einsum("pai,ab,pbj->ij", means, E, means)
+        turning = area * jnp.einsum("pai,ab,pbj->ij", means, A, means)
         T = _drilling_deviation(xy)
-        beta = jnp.maximum((1.0 - 4.0 * self.poisson**2) / 2, 0.01)  # beta_0; kept positive, Felippa (2003)
-        return self.thickness * (L @ E @ L.T / area + 0.75 * beta * T.T @ turning @ T), L.T / area
+        beta = jnp.maximum((1.0 - 4.0 * squared_contraction(A)) / 2, 0.01)  # beta_0; kept positive, Felippa (2003)
+        return L @ A @ L.T / area + 0.75 * beta * T.T @ turning @ T, L.T / area
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """DKT bending stiffness, and curvatures at the centre.
 
         Rotations are quadratic and satisfy Kirchhoff's condition along the sides.
         """
-        D = self.thickness**3 / 12 * plane_stress(self.young, self.poisson)
-        curvature = _curvatures(xy, _MID_SIDES)
+        D, curvature = self.section.bending, _curvatures(xy, _MID_SIDES)
         return _area(xy) / 3 * jnp.einsum("qai,ab,qbj->ij", curvature, D, curvature), _curvatures(xy, _CENTRE)[0]
+
+    def plane_stiffness(self, xy: Float[Array, "k 2"]) -> Float[Array, "n n"]:
+        """Stiffness with the work of the coupling on the uniform part of the membrane strains."""
+        K, B = super().plane_stiffness(xy), self.section.coupling
+        if B is None:
+            return K
+        mixed = _lumping_matrix(xy) @ B @ jnp.mean(_curvatures(xy, _MID_SIDES), axis=0)
+        return K.at[:9, 9:].add(mixed).at[9:, :9].add(mixed.T)
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
         """Flags of triangles without area."""
         normal = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
         size = np.ptp(nodes, axis=1).max(axis=1)
         return np.linalg.norm(normal, axis=1) <= 1e-9 * size**2
+
+
+class Triangle(IsotropicFields, TriangularShell):
+    """Thin shell of three nodes.
+
+    Forces, per length at the centre, in element axes (x along the first side, z the normal by the order of the
+    nodes): membrane forces Nxx Nyy Nxy [N/m], tension positive, then moments Mxx Myy Mxy [N], positive where the face
+    +z is in tension. Stresses [Pa] of the face +z (top), then of -z (bottom).
+
+    Bending: DKT, Batoz, Bathe and Ho, Int. J. Numer. Meth. Eng. 15 (1980) 1771-1812.  Membrane: OPT, Felippa, Comput.
+    Meth. Appl. Mech. Eng. 192 (2003) 2125-2168, exact in bending for any shape of rectangle.
+
+    Attributes:
+        young: modulus [Pa]; poisson; thickness [m]; density [kg/m^3].
+    """
+
+
+class LayeredTriangle(LayeredFields, TriangularShell):
+    """Thin shell of three nodes, of layers or of any other section; no transverse shear.
+
+    Forces as of `Triangle`, in the axes of the element, per length at the centre: Nxx Nyy Nxy [N/m], tension
+    positive, then moments Mxx Myy Mxy [N], positive where the face +z is in tension.
+    Source: Felippa, Comput. Meth. Appl. Mech. Eng. 192 (2003) 2125-2168.
+
+    Attributes:
+        layup: its section in the axes of the laminate.
+        angle: from the x axis of the element, along its first side, to that of the laminate, about the normal [rad].
+    """
 
 
 def _area(xy):

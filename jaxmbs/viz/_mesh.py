@@ -7,7 +7,7 @@ import numpy as np
 
 from ..checks import no_such
 from ..coupling._network import ComponentNetwork
-from ..elements._hexahedron import FACES
+from ..elements._solid import AbstractSolid
 from ..errors import ModelError, UnknownNameError
 from ..fem._structure import Structure
 from ..linear._system import LinearSystem
@@ -62,8 +62,8 @@ def _structure_mesh(structure):
     quads, bars, balls = [], [], []
     for group in structure.groups.values():
         k = group.connections
-        if k.shape[1] == 8:
-            quads += [k[:, face] for face in FACES]
+        if isinstance(group.element, AbstractSolid):
+            quads += [k[:, [*side, side[-1]][:4]] for side in group.element.rule.sides]
         elif k.shape[1] in (3, 4):
             quads.append(k[:, [0, 1, 2, -1]])
         elif k.shape[1] == 2:

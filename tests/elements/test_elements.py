@@ -14,6 +14,16 @@ LINE = np.array([[0.1, -0.2, 0.3], [1.0, 0.5, 0.9]])
 FLAT = np.array([[0.1, 0, 0.2], [1.3, 0.1, 0.3], [1.1, 1.2, 0.9], [-0.1, 0.9, 0.4]])
 SHELL = dict(young=2.0, poisson=0.3, thickness=0.1, density=1.5)
 
+ANY = np.random.default_rng(4).normal(size=(6, 12))
+ABD = ANY @ ANY.T / 12 + np.eye(6)
+LAYUP = el.ShellSection(ABD[:3, :3], ABD[3:, 3:], np.array([[0.6, 0.1], [0.1, 0.5]]), ABD[:3, 3:], 0.15, 0.02)
+
+
+def bent(kind):
+    """Nodes of a solid with curved edges."""
+    return kind.rule.shapes.nodes + np.random.default_rng(6).uniform(-0.04, 0.04, (kind.num_nodes, 3))
+
+
 CASES = {  # element, positions, mass
     "mass": (el.PointMass(2.0), LINE[:1], 2.0),
     "mass_with_arm": (el.PointMass(2.0, (0.1, 0.2, 0.3), np.diag([1.0, 2.0, 3.0])), LINE[:1], 2.0),
@@ -33,7 +43,14 @@ CASES = {  # element, positions, mass
     ),
     "triangle": (el.Triangle(**SHELL), FLAT[:3], None),
     "quadrilateral": (el.Quadrilateral(**SHELL), FLAT, None),
+    "layered_triangle": (el.LayeredTriangle(LAYUP, 0.4), FLAT[:3], None),
+    "layered_quadrilateral": (el.LayeredQuadrilateral(LAYUP, 0.4), FLAT, None),
     "hexahedron": (el.Hexahedron(2.0, 0.3, 1.5), CUBE + BUMPS, None),
+    "tetrahedron": (el.Tetrahedron(2.0, 0.3, 1.5), bent(el.Tetrahedron), None),
+    "wedge": (el.Wedge(2.0, 0.3, 1.5), bent(el.Wedge), None),
+    "quadratic_tetrahedron": (el.QuadraticTetrahedron(2.0, 0.3, 1.5), bent(el.QuadraticTetrahedron), None),
+    "quadratic_wedge": (el.QuadraticWedge(2.0, 0.3, 1.5), bent(el.QuadraticWedge), None),
+    "quadratic_hexahedron": (el.QuadraticHexahedron(2.0, 0.3, 1.5), bent(el.QuadraticHexahedron), None),
 }
 FREE = {name: 6 for name in CASES} | {"mass": 3, "rod": 5, "lumped_rod": 5, "ground_spring": 0}
 FREE |= {"mass_with_arm": 6}
@@ -63,7 +80,7 @@ def test_matrices(name):
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
         assert np.linalg.eigvalsh(matrix).min() > -1e-14
     if name != "ground_spring":
-        np.testing.assert_allclose(K @ modes, 0.0, atol=2e-15)
+        np.testing.assert_allclose(K @ modes, 0.0, atol=4e-15 * max(1.0, np.abs(K).max()))
         np.testing.assert_allclose(C @ modes, 0.0, atol=1e-14)
     values = np.linalg.eigvalsh(K)
     assert np.sum(values < 1e-8 * max(values.max(), 1e-3)) == FREE[name]
@@ -96,7 +113,7 @@ def test_mass_properties_of_a_rod_a_plate_and_a_brick():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["thick_beam", "triangle", "quadrilateral", "hexahedron"])
+@pytest.mark.parametrize("name", ["thick_beam", *list(CASES)[8:]])
 def test_gradients(name):
     """By every number of the element and every position, against differences."""
     element, nodes, _ = CASES[name]

@@ -6,7 +6,7 @@ import inspect
 import numpy as np
 
 import jaxmbs as mbs
-from jaxmbs import fem, hydraulics
+from jaxmbs import elements, fem, hydraulics
 from jaxmbs.contact import (
     ClosedCurve,
     HeightField,
@@ -213,6 +213,7 @@ def element(arguments, *fine, positive=""):
 AXIS = np.array([0.0, 1.0, 1.0])
 POINTS, EFFORTS = np.array([-1.0, 0.0, 2.0]), np.array([-3.0, 0.0, 4.0])
 MANY = "any number of points"
+SECTION = elements.ShellSection(np.eye(3), np.eye(3), np.eye(2), None, 1.0, 0.5)
 OUTLINE = np.array([(np.cos(x), np.sin(x)) for x in np.arange(12) * np.pi / 6])
 
 CASES = {
@@ -473,7 +474,26 @@ CASES = {
     "elements.Quadrilateral": element(
         lambda z: call(8.0, 0.25, 0.5, 1.0, 1.0, 0.5), positive="young thickness density"
     ),
-    "elements.Hexahedron": element(lambda z: call(8.0, 0.25, 1.0), positive="young density"),
+    **{
+        f"elements.{kind}": element(lambda z: call(8.0, 0.25, 1.0, np.eye(6)), positive="young density")
+        for kind in (
+            "Hexahedron",
+            "QuadraticHexahedron",
+            "Tetrahedron",
+            "QuadraticTetrahedron",
+            "Wedge",
+            "QuadraticWedge",
+        )
+    },
+    "elements.LayeredTriangle": element(lambda z: call(SECTION, 0.25)),
+    "elements.LayeredQuadrilateral": element(lambda z: call(SECTION, 0.25, 0.5)),
+    "elements.ShellSection": case(lambda z: call(np.eye(3), np.eye(3), np.eye(2), np.eye(3), 1.0, 0.5)),
+    "elements.Laminate": case(
+        lambda z: call(np.ones(2), np.ones(2), np.ones((2, 3, 3)), np.ones((2, 2, 2)), np.ones(2), 0.5, 1.0)
+    ),
+    "elements.orthotropic": case(lambda z: call(8.0, 2.0, 0.25, 1.0), "* shape: many plies at once"),
+    "elements.tsai_wu_reserve": case(lambda z: call(np.ones(3), np.ones(5), 0.1)),
+    "elements.hill_reserve": case(lambda z: call(np.ones(3), np.ones(5))),
     "elements.Spring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3), 0.5)),
     "elements.GroundSpring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3))),
     "elements.PointMass": element(lambda z: call(2.0, np.array([1.0, 0.0, 0.0]), np.eye(3)), positive="value"),

@@ -1,4 +1,4 @@
-"""Cards of lines, plates and solids: which nodes they join."""
+"""Cards of lines: which nodes they join."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,11 +8,11 @@ import numpy as np
 from ...elements import DIRECTIONS
 from ._cards import Card
 from ._context import DeckContext
-from ._groups import AbstractElementGroup, BarGroup, RodGroup, ShellGroup, SolidGroup
+from ._groups import AbstractElementGroup, BarGroup, RodGroup
 from ._properties import BeamProperty
 
 Groups = dict[str, AbstractElementGroup]
-_PROPERTY_CARDS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",), "CHEXA": ("PSOLID",)}
+_PROPERTY_CARDS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",)}
 
 
 def group_cards(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Card]]:
@@ -93,56 +93,24 @@ def _offsets(card, deck, ends):
 
 def rods(cards: list[Card], deck: DeckContext) -> Groups:
     """CROD."""
-    return _read_group(RodGroup, cards, deck, 2)
+    made: Groups = {}
+    for owner, own in group_cards(cards, lambda card: deck.owner(card, *_PROPERTY_CARDS[card.name])).items():
+        nodes = tuple(node_indices(card, deck, 3, 2) for card in own)
+        made[f"{own[0].name} {owner.partition(' ')[2]}"] = RodGroup(nodes, element_ids(own), owner)
+    return made
 
 
 def conrods(cards: list[Card], deck: DeckContext) -> Groups:
     """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
     made: Groups = {}
     values = lambda card: (card.integer(4, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))
-    for (mid, area, nsm), own in group_cards(cards, values).items():
+    for (_, area, nsm), own in group_cards(cards, values).items():
         name = f"CONROD {own[0].integer(1, 'EID')}"
-        if not deck.has_material(f"MAT1 {mid}"):
-            own[0].fault(f"there is no MAT1 {mid}")
+        material = deck.material(own[0], 4, "MID")
         for card in own:
             card.refuse_fields("torsion J", 6)
         if not area > 0 or nsm < 0:
             own[0].fault("A must be positive and NSM must not be negative")
-        deck.properties[name] = BeamProperty(area, 0.0, 0.0, 0.0, nsm, None, f"MAT1 {mid}")
+        deck.properties[name] = BeamProperty(area, 0.0, 0.0, 0.0, nsm, None, material)
         made[name] = RodGroup(tuple(node_indices(card, deck, 2, 2) for card in own), element_ids(own), name)
-    return made
-
-
-def solids(cards: list[Card], deck: DeckContext) -> Groups:
-    """CHEXA of eight nodes."""
-    for card in cards:
-        if len(card) > 10:
-            card.fault(f"{len(card) - 2} nodes: only CHEXA with 8 nodes are supported")
-    return _read_group(SolidGroup, cards, deck, 8)
-
-
-def plates(cards: list[Card], deck: DeckContext) -> Groups:
-    """CQUAD4 or CTRIA3 of the thickness of their PSHELL."""
-    count = 4 if cards[0].name == "CQUAD4" else 3
-    for card in cards:
-        card.refuse_fields("the offset ZOFFS", count + 4)
-        owner = deck.properties.get(deck.owner(card, "PSHELL"))
-        thickness = None if owner is None else float(owner.thickness)
-        if owner is not None and owner.is_thin and count == 4:
-            deck.remark("CQUAD4 has no transverse shear, as MID3 is blank; shear_factor 5/6 of its PSHELL gives it")
-        elif owner is not None and not owner.is_thin and count == 3:
-            deck.remark("CTRIA3 has no transverse shear, whatever MID3 says")
-        last = 2 * count + 6  # T1 ... stand in the last fields of the second row
-        for k in range(last - count + 1 + (count == 3), last + 1 + (count == 3)):
-            if card.real(k, "T", None) not in (None, thickness):
-                card.fault("a thickness T1 ... other than that of its PSHELL is not supported")
-    return _read_group(ShellGroup, cards, deck, count)
-
-
-def _read_group(kind, cards, deck, count):
-    owners = _PROPERTY_CARDS.get(cards[0].name, ("PSHELL",))
-    made = {}
-    for owner, own in group_cards(cards, lambda card: deck.owner(card, *owners)).items():
-        name = f"{own[0].name} {owner.partition(' ')[2]}"
-        made[name] = kind(tuple(node_indices(card, deck, 3, count) for card in own), element_ids(own), owner)
     return made

@@ -9,8 +9,8 @@ from ._ties import AbstractTie, MeanTie, MultipointTie, Pair, RigidTie
 CardsByName = dict[str, list[Card]]
 
 
-def select_sets(what: str, found: CardsByName, one: int | None, by_case: set[int], faults: list[str]) -> set[int]:
-    """Numbers of the active SPC or MPC sets: `one`, else those of the case control, else the only set."""
+def select_sets(what: str, found: CardsByName, one: int | None, by_case: list[int], faults: list[str]) -> set[int]:
+    """Numbers of the active SPC or MPC sets: `one`, else the first of the case control, else the only set."""
     cards = [card for name in (what, what + "1") for card in found.get(name, ())]
     sums = {}
     for card in found.get(what + "ADD", ()):
@@ -18,7 +18,7 @@ def select_sets(what: str, found: CardsByName, one: int | None, by_case: set[int
             card.fault("duplicate set")
         sums[card.integer(1, "SID")] = card, [card.integer(k, "S") for k in range(2, len(card) + 1)]
     sets = {card.integer(1, "SID") for card in cards}
-    wanted = {one} if one is not None else by_case or (set(sums) if len(sums) == 1 else sets)
+    wanted = {one} if one is not None else set(by_case[:1]) or (set(sums) if len(sums) == 1 else sets)
     listed = ", ".join(map(str, sorted(sets | set(sums))[:20])) or "none"
     if len(wanted) > 1:
         faults.append(f"the deck has the {what} sets {listed}; choose one: read_nastran(..., {what.lower()}=)")

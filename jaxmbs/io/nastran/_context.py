@@ -1,13 +1,15 @@
 """Context of a deck while it is read: nodes, coordinate systems, materials, properties."""
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from ._cards import Card
+from ._cards import REQUIRED, Card
 from ._coordinate_systems import CoordinateSystem, find_system, read_coordinate_systems, to_basic
-from ._properties import READ
+
+CardReaders = dict[str, Callable[[Card, "DeckContext"], Any]]
 
 
 class DeckContext:
@@ -55,21 +57,36 @@ class DeckContext:
         self.axes = lru_cache(maxsize=None)(self._axes)
         self.materials: dict[str, Any] = {}
         self.properties: dict[str, Any] = {}
-        cards_of: dict[str, Card] = {}
-        for kind, read in READ.items():
-            for card in found.get(kind, ()):
-                name = f"{kind} {card.integer(1, 'ID')}"
-                if name in cards_of and cards_of[name].fields != card.fields:
-                    card.fault("duplicate number with different data")
-                (self.materials if kind == "MAT1" else self.properties)[name] = read(card, self.note)
-                cards_of[name] = card
-        self._unread = {
-            card.text(1) for name in found if name not in READ and name[:1] in "PM" for card in found[name]
-        }
+        self._found = found
         self._missing: set[str] = set()
-        for name, owner in self.properties.items():
-            if not self.has_material(getattr(owner, "material", None)):
-                cards_of[name].fault(f"there is no {owner.material}")
+
+    def read_numbers(self, materials: CardReaders, properties: CardReaders) -> None:
+        """Read all materials, then the properties, which refer to them."""
+        read = {*materials, *properties}
+        self._unread = {
+            card.text(1) for name, own in self._found.items() if name not in read and name[:1] in "PM" for card in own
+        }
+        for into, readers in ((self.materials, materials), (self.properties, properties)):
+            first: dict[str, Card] = {}
+            for kind, make in readers.items():
+                for card in self._found.get(kind, ()):
+                    name = f"{kind} {card.integer(1, 'ID')}"
+                    if first.setdefault(name, card).fields != card.fields:
+                        card.fault("duplicate number with different data")
+                    into[name] = make(card, self)
+
+    def material(
+        self, card: Card, k: int, name: str, kinds: tuple[str, ...] = ("MAT1",), default: Any = REQUIRED
+    ) -> str:
+        """Name of the material that a field refers to, "MAT1 3"; a fault where there is none of these kinds."""
+        one = card.integer(k, name, default, low=1 if default is REQUIRED else -1)
+        if not card.text(k) or one == -1:
+            return "" if default is REQUIRED else default
+        names = [f"{kind} {one}" for kind in kinds]
+        found = next((name for name in names if name in self.materials), None)
+        if found is None and str(one) not in self._unread:
+            card.fault(f"there is no {' or '.join(names)}")
+        return found or names[0]
 
     def note(self, what: str) -> None:
         """Note something that is ignored."""
@@ -78,10 +95,6 @@ class DeckContext:
     def remark(self, what: str) -> None:
         """Note an assumption."""
         self.remarks[what] = self.remarks.get(what, 0) + 1
-
-    def has_material(self, name: str | None) -> bool:
-        """True if the material exists, or is on a card that is not read, which is reported once."""
-        return name is None or name in self.materials or name.partition(" ")[2] in self._unread
 
     def directions(self, card: Card, k: int, name: str, node: int) -> tuple[int, ...]:
         """Components of a GRID, or the one of a scalar point, which is 0, 1 or blank."""

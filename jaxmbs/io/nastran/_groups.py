@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...elements import AbstractElement, Beam, Hexahedron, Quadrilateral, Rod, Triangle
+from ...elements import AbstractElement, Beam, Rod
 from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 
@@ -141,38 +141,6 @@ class RodGroup(AbstractElementGroup):
         line = _element_axes(self.nodes, numbers)
         line = (line / np.linalg.norm(line, axis=1, keepdims=True))[:, None, None].repeat(2, axis=1)
         return line, line[:, :, :0]
-
-
-class ShellGroup(AbstractElementGroup):
-    """CQUAD4 and CTRIA3 as flat shells with drilling stiffness."""
-
-    property: str = eqx.field(static=True)
-
-    def element(self, numbers: DeckParameters) -> AbstractElement:
-        """Quadrilaterals or triangles; NSM as density."""
-        own = numbers.properties[self.property]
-        stuff = numbers.materials[own.material]
-        density = (stuff.density + own.area_mass / own.thickness) * numbers.mass
-        E, nu, t, rho = (self._all(x) for x in (stuff.young, stuff.contraction, own.thickness, density))
-        if len(self.nodes[0]) == 3:
-            return Triangle(E, nu, t, rho)
-        drilling = jnp.full(len(self.nodes), 0.1, E.dtype)
-        return Quadrilateral(E, nu, t, rho, self._all(own.shear_factor), drilling)
-
-
-class SolidGroup(AbstractElementGroup):
-    """CHEXA of eight nodes."""
-
-    property: str = eqx.field(static=True)
-
-    def element(self, numbers: DeckParameters) -> AbstractElement:
-        """Hexahedra."""
-        stuff = numbers.materials[numbers.properties[self.property].material]
-        return Hexahedron(*map(self._all, (stuff.young, stuff.contraction, stuff.density * numbers.mass)))
-
-
-#: Groups whose masses can be lumped.
-HEAVY = (BarGroup, RodGroup, ShellGroup, SolidGroup)
 
 
 def _section_axes(line, reference):

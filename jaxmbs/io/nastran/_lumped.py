@@ -9,8 +9,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...elements import AbstractElement, PointMass
-from ._groups import HEAVY, AbstractElementGroup, DeckParameters
+from ._groups import AbstractElementGroup, BarGroup, DeckParameters, RodGroup
 from ._point_groups import PointMassGroup
+from ._shell_groups import ShellGroup, SolidGroup
+
+#: Groups whose masses can be lumped.
+HEAVY = (BarGroup, RodGroup, ShellGroup, SolidGroup)
 
 
 class MasslessGroup(AbstractElementGroup):
@@ -19,10 +23,11 @@ class MasslessGroup(AbstractElementGroup):
     of: AbstractElementGroup
 
     def element(self, numbers: DeckParameters) -> AbstractElement:
-        """Without density and mass per length."""
+        """Without density and mass per length or area."""
         made = self.of.element(numbers)
         heavy = [name for name in ("density", "line_mass") if hasattr(made, name)]
-        where = lambda e: [getattr(e, name) for name in heavy]
+        layered = hasattr(made, "layup")
+        where = lambda e: [e.layup.area_mass, e.layup.turning_mass] if layered else [getattr(e, n) for n in heavy]
         return eqx.tree_at(where, made, [jnp.zeros_like(value) for value in where(made)])
 
     def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
@@ -57,11 +62,18 @@ class LumpedMassGroup(AbstractElementGroup):
         return PointMass(mass, offset.reshape(-1, 3), jnp.repeat(inertia, 2, axis=0))
 
     def _shares(self, made, nodes) -> Float[Array, "elements k"]:
-        """Sums of the rows of consistent masses; lines and triangles have equal ones."""
+        """Sums of the rows of consistent masses; lines and triangles have equal ones.
+
+        Where nodes stand at the middles of edges, sums of rows may be negative: shares go with the diagonal.
+        Source: Hinton, Rock and Zienkiewicz, Earthq. Eng. Struct. Dyn. 4 (1976) 245-249.
+        """
         M = jax.vmap(lambda element, at: element.mass(at))(made, nodes)
         count, size = made.num_nodes, made.coordinates
         blocks = M.reshape(len(M), count, size, count, size)[:, :, :3, :, :3]
         shares = jnp.trace(jnp.sum(blocks, axis=3), axis1=2, axis2=3) / 3.0
+        if count in (10, 15, 20):
+            own = jnp.einsum("eiaia->ei", blocks)
+            return own * (jnp.sum(shares, axis=1) / jnp.sum(own, axis=1))[:, None]
         return jnp.broadcast_to(jnp.mean(shares, axis=1, keepdims=True), shares.shape) if count < 4 else shares
 
     def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:

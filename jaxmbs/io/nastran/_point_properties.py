@@ -1,13 +1,12 @@
 """Properties of bushings and of scalar springs, masses and dampers."""
 
-from collections.abc import Callable
-
 import equinox as eqx
 from jaxtyping import Array, Float
 
 from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 from ._cards import Card, require_positive
+from ._context import DeckContext
 
 Scalar = Convertible[Float[Array, ""]]
 
@@ -53,7 +52,7 @@ class DamperProperty(eqx.Module):
     damping: Scalar = eqx.field(converter=as_real)
 
 
-def bush(card: Card, note: Callable[[str], None]) -> BushingProperty:
+def bush(card: Card, deck: DeckContext) -> BushingProperty:
     """PBUSH with K and B; GE and stress recovery are noted."""
     values = {"K": [0.0] * 6, "B": [0.0] * 6}
     for row in range(2, max(len(card), 2) + 1, 8):
@@ -61,27 +60,27 @@ def bush(card: Card, note: Callable[[str], None]) -> BushingProperty:
         if what in values:
             values[what] = card.reals(row + 1, 6, what)
         elif what in ("GE", "RCV"):
-            note(f"{what} of PBUSH")
+            deck.note(f"{what} of PBUSH")
         elif what:
             card.fault(f"{what[:16]!r} is not supported: only K, B, GE, RCV are")
     require_positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
     return BushingProperty(values["K"], values["B"] if any(values["B"]) else None)
 
 
-def scalar(card: Card, note: Callable[[str], None]) -> SpringProperty:
+def scalar(card: Card, deck: DeckContext) -> SpringProperty:
     """PELAS."""
     if card.real(3, "GE", 0.0):
-        note("structural damping GE of PELAS")
+        deck.note("structural damping GE of PELAS")
     return SpringProperty(card.real(2, "K"))
 
 
-def scalar_mass(card: Card, note: Callable[[str], None]) -> MassProperty:
+def scalar_mass(card: Card, deck: DeckContext) -> MassProperty:
     """One mass of a PMASS."""
     require_positive(card, nonnegative={"M": card.real(2, "M")})
     return MassProperty(card.real(2, "M"))
 
 
-def scalar_damper(card: Card, note: Callable[[str], None]) -> DamperProperty:
+def scalar_damper(card: Card, deck: DeckContext) -> DamperProperty:
     """One damper of a PDAMP."""
     require_positive(card, nonnegative={"B": card.real(2, "B")})
     return DamperProperty(card.real(2, "B"))

@@ -1,4 +1,4 @@
-"""Materials and properties: the numbers of a deck that many elements share."""
+"""Properties: the numbers of a deck that many elements share."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,41 +9,12 @@ from jaxtyping import Array, Float
 from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 from ._cards import REQUIRED, Card, require_positive
+from ._context import DeckContext
 from ._point_properties import bush, scalar, scalar_damper, scalar_mass
 from ._sections import SECTIONS
+from ._shell_properties import laminate, plate
 
-#: Shear factor of plates without transverse shear: what is left of it is below a thousandth of what 5/6 gives.
-_NO_SHEAR = 1000.0
 Scalar = Convertible[Float[Array, ""]]
-OptionalScalar = Convertible[Float[Array, ""] | None]
-
-
-class Material(eqx.Module):
-    """MAT1, two of E, G, nu or all three.
-
-    Attributes:
-        young [Pa]; shear_modulus [Pa] and poisson, each as the card has it or None; density, in units that
-            PARAM WTMASS makes masses of.
-    """
-
-    young: Scalar = eqx.field(converter=as_real)
-    shear_modulus: OptionalScalar = eqx.field(converter=as_optional_real)
-    poisson: OptionalScalar = eqx.field(converter=as_optional_real)
-    density: Scalar = eqx.field(converter=as_real)
-
-    @property
-    def shear(self) -> Array:
-        """G [Pa]: the card's, or E / 2(1 + nu)."""
-        if self.shear_modulus is not None:
-            return self.shear_modulus
-        return 0.0 * self.young if self.poisson is None else self.young / (2.0 * (1.0 + self.poisson))
-
-    @property
-    def contraction(self) -> Array:
-        """Poisson's ratio: the card's, or E / 2G - 1."""
-        if self.poisson is not None:
-            return self.poisson
-        return 0.0 * self.young if self.shear_modulus is None else self.young / (2.0 * self.shear_modulus) - 1.0
 
 
 class BeamProperty(eqx.Module):
@@ -64,53 +35,20 @@ class BeamProperty(eqx.Module):
     material: str = eqx.field(static=True)
 
 
-class ShellProperty(eqx.Module):
-    """PSHELL, homogeneous.
-
-    Attributes:
-        thickness [m]; area_mass: NSM [kg/m^2].
-        shear_factor: TS/T, of the transverse shear; a thousand where MID3 is blank: there is no shear to speak of.
-        material: name, "MAT1 3".
-    """
-
-    thickness: Scalar = eqx.field(converter=as_real)
-    area_mass: Scalar = eqx.field(converter=as_real)
-    shear_factor: Scalar = eqx.field(converter=as_real)
-    is_thin: bool = eqx.field(static=True)
-    material: str = eqx.field(static=True)
-
-
 class SolidProperty(eqx.Module):
     """PSOLID: no number of its own.
 
     Attributes:
-        material: name, "MAT1 3".
+        material: name, "MAT1 3"; frame: coordinate system of its axes, 0 the basic one.
     """
 
     material: str = eqx.field(static=True)
+    frame: int = eqx.field(static=True, default=0)
 
 
-def material(card: Card, note: Callable[[str], None]) -> Material:
-    """MAT1."""
-    E, G, nu = (card.real(k, name, None) for k, name in ((2, "E"), (3, "G"), (4, "NU")))
-    density = card.real(5, "RHO", 0.0)
-    if E is None and G is not None:
-        E = 2.0 * G * (1.0 + (nu or 0.0))
-    if E is None:
-        card.fault("E is missing")
-        E = 1.0
-    require_positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
-    ratio = nu if nu is not None else E / (2.0 * G) - 1.0 if G else 0.0
-    if not -1.0 < ratio < 0.5:
-        card.fault(f"Poisson's ratio {ratio:g} does not lie between -1 and 1/2")
-    if card.real(8, "GE", 0.0):
-        note("structural damping GE of MAT1")
-    return Material(E, G, nu, density)
-
-
-def section(card: Card, note: Callable[[str], None]) -> BeamProperty:
+def section(card: Card, deck: DeckContext) -> BeamProperty:
     """PBAR, PBEAM of one section along its length, or PROD without torsion."""
-    mid = f"MAT1 {card.integer(2, 'MID')}"
+    mid = deck.material(card, 2, "MID")
     A, I1, I2 = (card.real(k, name, 0.0) for k, name in ((3, "A"), (4, "I1"), (5, "I2")))
     if card.name == "PROD":
         card.refuse_fields("torsion J", 4)
@@ -147,35 +85,21 @@ def _shear_of_beam(card):
     return [card.real(row, "K1", 1.0), card.real(row + 1, "K2", 1.0)]
 
 
-def plate(card: Card, note: Callable[[str], None]) -> ShellProperty:
-    """PSHELL of one material."""
-    mid, bending, across = card.integer(2, "MID1"), card.integer(4, "MID2", 0), card.integer(6, "MID3", 0)
-    t, nsm = card.real(3, "T"), card.real(8, "NSM", 0.0)
-    if bending != mid:
-        card.fault("MID2 must be MID1: only plates of one material with bending are supported")
-    if across not in (0, mid):
-        card.fault("MID3 must be MID1 or blank")
-    card.refuse_fields("12I/T^3", 5, harmless=(1.0,))
-    card.refuse_fields("the material MID4 that couples", 11)
-    require_positive(card, T=t, nonnegative={"NSM": nsm})
-    factor = card.real(7, "TS/T", 5 / 6)
-    if not factor > 0:
-        card.fault("TS/T must be positive")
-    return ShellProperty(t, nsm, factor if across else _NO_SHEAR, not across, f"MAT1 {mid}")
-
-
-def solid(card: Card, note: Callable[[str], None]) -> SolidProperty:
+def solid(card: Card, deck: DeckContext) -> SolidProperty:
     """PSOLID; how it integrates (IN, ISOP) is noted."""
     if any(card.text(k) for k in (4, 6)):
-        note("integration IN, ISOP of PSOLID")
+        deck.note("integration IN, ISOP of PSOLID")
     if card.text(7).upper() not in ("", "SMECH"):
         card.fault(f"FCTN {card.text(7)[:16]!r} is not supported")
-    return SolidProperty(f"MAT1 {card.integer(2, 'MID')}")
+    name, frame = deck.material(card, 2, "MID", ("MAT1", "MAT9")), card.integer(3, "CORDM", 0, low=-1)
+    if name.startswith("MAT9") and frame == -1:
+        card.fault("axes of the element, CORDM = -1, are not supported with a MAT9")
+    return SolidProperty(name, max(frame, 0) if name.startswith("MAT9") else 0)
 
 
-def section_by_dimensions(card: Card, note: Callable[[str], None]) -> BeamProperty:
+def section_by_dimensions(card: Card, deck: DeckContext) -> BeamProperty:
     """PBARL, or PBEAML of one section along its length whose shear centre is its centroid."""
-    name, mid = card.text(4).upper(), f"MAT1 {card.integer(2, 'MID')}"
+    name, mid = card.text(4).upper(), deck.material(card, 2, "MID")
     nothing = BeamProperty(1.0, 1.0, 1.0, 1.0, 0.0, None, mid)
     if name not in SECTIONS:
         card.fault(f"the section {name[:16]!r} is not supported; supported are {', '.join(SECTIONS)}")
@@ -197,19 +121,13 @@ def section_by_dimensions(card: Card, note: Callable[[str], None]) -> BeamProper
     elif not found.is_centred:
         card.fault(f"a CBEAM of the section {name} has its shear centre off its centroid, which is not supported")
     require_positive(card, nonnegative={"NSM": nsm})
-    note(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
+    deck.note(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
     return BeamProperty(found.area, found.inertia_1, found.inertia_2, found.torsion, nsm, found.shear, mid)
 
 
-READ: dict[str, Callable[..., Any]] = {
-    **dict(
-        MAT1=material,
-        PBAR=section,
-        PBEAM=section,
-        PROD=section,
-        PBARL=section_by_dimensions,
-        PBEAML=section_by_dimensions,
-    ),
-    **dict(PSHELL=plate, PSOLID=solid, PBUSH=bush, PELAS=scalar),
-    **dict(PMASS=scalar_mass, PDAMP=scalar_damper),
+PROPERTIES: dict[str, Callable[[Card, DeckContext], Any]] = {
+    **dict.fromkeys(("PBAR", "PBEAM", "PROD"), section),
+    **dict.fromkeys(("PBARL", "PBEAML"), section_by_dimensions),
+    **dict(PSHELL=plate, PCOMP=laminate, PCOMPG=laminate, PSOLID=solid),
+    **dict(PBUSH=bush, PELAS=scalar, PMASS=scalar_mass, PDAMP=scalar_damper),
 }

@@ -1,7 +1,7 @@
 """`read_nastran`: from the cards of a deck to its structure."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -11,57 +11,34 @@ from ...elements import DIRECTIONS
 from ...elements._base import as_real
 from ...errors import ModelError
 from ._cards import Card, parse_cards
-from ._connections import Groups, bars, conrods, plates, rods, solids
+from ._connections import Groups, bars, conrods, rods
 from ._constraints import read_supports, read_ties, select_sets
 from ._context import DeckContext, default_cards, scalar_points, split_shared_cards
 from ._coordinate_systems import NAMES
 from ._coordinates import are_ties_uncoupled, number_coordinates
 from ._deck import Deck
-from ._groups import HEAVY, DeckParameters
-from ._lumped import LumpedMassGroup, lump_masses
+from ._faces import plates, solids
+from ._groups import DeckParameters
+from ._ignored_cards import CHOSEN, HARMLESS
+from ._lumped import HEAVY, LumpedMassGroup, lump_masses
+from ._materials import MATERIALS
 from ._nodal import autospc_directions, nodal_sums, rows_without_mass
 from ._point_elements import bushes, masses, scalars
-from ._properties import READ
+from ._properties import PROPERTIES
 from ._text import BulkData
 from ._ties import AbstractTie, MeanTie, MultipointTie, Pair
 
 ELEMENTS: dict[str, Callable[[list[Card], DeckContext], Groups]] = {
-    **dict(CBAR=bars, CBEAM=bars, CROD=rods, CQUAD4=plates, CTRIA3=plates, CHEXA=solids),
+    **dict(CBAR=bars, CBEAM=bars, CROD=rods),
+    **dict.fromkeys(("CQUAD4", "CQUADR", "CTRIA3", "CTRIAR"), plates),
+    **dict.fromkeys(("CTETRA", "CPENTA", "CHEXA"), solids),
     **dict(CONROD=conrods, CONM2=masses, CBUSH=bushes),
     **{f"{kind}{form}": scalars for kind in ("CELAS", "CMASS", "CDAMP") for form in "1234"},
 }
 CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR")
-_CARDS_READ = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *READ, *ELEMENTS, *CONSTRAINTS}
-#: Loads, sets, requests for solutions, output, reduction, aerodynamics, heat, optimisation: none of them changes
-#: mass, stiffness or supports.
-HARMLESS = {
-    *("SET1", "SET2", "SET3", "SEQGP", "PLOTEL3", "PLOTEL4", "DMI", "ITER", "MODTRAK", "UXVEC"),
-    *("MONPNT2", "MONPNT3", "MONDSP1", "MONSUM", "MONSUM1", "MONSUMT", "MONCNCM", "MONGRP"),
-    *("ACCEL", "ACCEL1", "DEFORM", "FORCEAX", "PLOADX1", "PLOADB3", "PRESAX", "RFORCE1", "LOADCYN", "LOADCYH"),
-    *("LOADCYT", "TEMPAX", "TEMPRB", "TEMPP1", "TEMPP2", "TEMPP3", "TEMPF", "TEMPN1", "TEMPBC", "ACSRCE", "TLOAD3"),
-    *("RANDT1", "TABRNDG", "TABLED5", "TABLEM1", "TABLEM2", "TABLEM3", "TABLEM4", "TABLEM5", "TABLES1", "TABL3D"),
-    *("TABLEST", "TABLEHT", "TABLEH1", "TSTEP1", "NLPARM", "NLPCI", "NLSTEP", "NLCNTL", "NLCNTL2"),
-    *("AERO", "AEROS", "AECOMP", "AECOMPL", "AEDW", "AEFACT", "AEFORCE", "AELINK", "AELIST", "AEPARM", "AEPRESS"),
-    *("AESTAT", "AESCALE", "AESURF", "AESURFS", "CSSCHD", "DIVERG", "FLFACT", "FLUTTER", "GUST", "MKAERO1"),
-    *("MKAERO2", "TRIM", "TRIM2", "SPLINE1", "SPLINE2", "SPLINE3", "SPLINE4", "SPLINE5", "SPLINE6", "SPLINE7"),
-    *("SPLINEX", "SPLINRB", *(f"{kind}AERO{k}" for kind in "CP" for k in range(1, 6))),
-    *("BDYOR", "CHBDYE", "CHBDYG", "CHBDYP", "PHBDY", "CONV", "CONVM", "PCONV", "PCONVM", "MAT5", "RADBC", "RADBND"),
-    *("RADLST", "RADM", "RADMT", "RADMTX", "RADSET", "VIEW", "VIEW3D", "QBDY1", "QBDY2", "QBDY3", "QHBDY", "QVECT"),
-    "QVOL",
-    *("DCONADD", "DDVAL", "DEQATN", "DESVARG", "DLINK", "DOPTPRM", "DRESP2", "DRESP3", "DSCREEN", "DTABLE"),
-    *("DTABLE2", "DVBSHAP", "DVCREL1", "DVCREL2", "DVGRID", "DVMREL1", "DVMREL2", "DVPREL2", "DVPSURF", "DVSHAP"),
-    *("BNDGRID", "TOPVAR", "BEADVAR", "TOMVAR"),
-    *("EIGR", "EIGRL", "EIGB", "EIGC", "EIGP", "FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5"),
-    *("TSTEP", "TSTEPNL", "TIC", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "LOAD", "GRAV"),
-    *("PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "RFORCE", "SLOAD", "DAREA", "DLOAD", "DELAY", "DPHASE", "LSEQ"),
-    *("RLOAD1", "RLOAD2", "TLOAD1", "TLOAD2", "TEMP", "TEMPD", "TABLED1", "TABLED2", "TABLED3", "TABLED4"),
-    *("TABDMP1", "TABRND1", "RANDPS", "SPCD", "SET", "DTI", "MAT4", "PLOTEL", "SUPORT", "SUPORT1", "ASET", "ASET1"),
-    *("BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1", "OMIT", "OMIT1", "USET", "USET1", "RVDOF", "RVDOF1"),
-    *("DESVAR", "DVPREL1", "DRESP1", "DCONSTR", "ECHOON", "ECHOOFF", "MONPNT1", "MDLPRM"),
-}
-
-
-_LENGTHS = {"GRID": 8, "CROD": 4, "CONM2": 14, "CTRIA3": 15, "CONROD": 8, "RBAR": 9, "PROD": 6}
+_NUMBERS = {**MATERIALS, **PROPERTIES}
+_CARDS_READ = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *_NUMBERS, *ELEMENTS, *CONSTRAINTS}
+_LENGTHS = {"GRID": 8, "CROD": 4, "CONM2": 14, "CONROD": 8, "RBAR": 9, "PROD": 6}
 _MASSES = {
     "lumped": "masses are lumped, as Nastran's are without PARAM COUPMASS 1; masses='consistent' takes the others",
     "consistent": "masses are consistent, as Nastran's are with PARAM COUPMASS 1; masses='lumped' takes the others",
@@ -74,23 +51,28 @@ def read_nastran(
     mpc: int | None = None,
     polar: bool = True,
     masses: str | None = None,
+    ignore: Sequence[str] = (),
+    folders: Sequence[str | PathLike] = (),
 ) -> Deck:
     """A structure from Nastran bulk data, small, large or free fields; INCLUDE inside the folder of the deck.
 
     Read are GRID, GRDSET, SPOINT and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one
-    section), BAROR, BEAMOR, CROD, CONROD, CQUAD4, CTRIA3, CHEXA (8 nodes), CONM2, CBUSH, and CELAS, CMASS, CDAMP in
-    their four forms; MAT1, PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PSOLID, PELAS, PMASS, PDAMP, PBUSH; RBAR, RBE2,
-    RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS, AUTOSPC, COUPMASS.  `Deck.ignored` lists loads and requests.
+    section), BAROR, BEAMOR, CROD, CONROD, CQUAD4, CQUADR, CTRIA3, CTRIAR, CTETRA, CPENTA, CHEXA, CONM2, CBUSH, and
+    CELAS, CMASS, CDAMP in their four forms; MAT1, MAT2, MAT8, MAT9, PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PCOMP,
+    PCOMPG, PSOLID, PELAS, PMASS, PDAMP, PBUSH; RBAR, RBE2, RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS,
+    AUTOSPC, COUPMASS.  `Deck.ignored` lists what changes neither mass nor stiffness.
 
-    Bars, rods, springs, masses and ties are Nastran's; plates and solids are our `Quadrilateral`, `Triangle` and
-    `Hexahedron`, which converge to the same answers by other numbers.  `Deck.notes` says which masses were taken.
+    Bars, rods, springs, masses and ties are Nastran's; plates and solids are ours, which converge to the same answers
+    by other numbers.  `Deck.notes` says which masses were taken.
 
     Args:
-        spc, mpc: sets that act; by default those that the case control chooses, or the only ones.
+        spc, mpc: sets that act; by default the first that the case control chooses, or the only ones.
         polar: whether CBARs with consistent masses have inertia about their own axis, as CBEAMs have; Nastran's have
             none unless asked for.
         masses: "lumped" on the nodes, without inertia in rotation, or "consistent"; by default as the deck says:
             consistent with PARAM COUPMASS 1, else lumped.
+        ignore: names of cards that are left out though they may change the answer: `("CGAP", "PGAP")`.
+        folders: further folders that files of INCLUDE may lie in.
 
     Raises: ModelError with every fault: cards that are not read, by name and line, wrong fields, what is missing;
     ValueError for other `masses`; OSError where there is no file.
@@ -98,7 +80,9 @@ def read_nastran(
     if masses not in (None, "lumped", "consistent"):
         raise ValueError(f"masses must be 'lumped', 'consistent', or None to follow the deck, not {masses!r}")
     faults: list[str] = []
-    text = BulkData(Path(path), faults)
+    if isinstance(ignore, str):
+        raise ValueError(f"ignore must be a sequence of names of cards, not the text {ignore!r}")
+    text = BulkData(Path(path), faults, [Path(folder) for folder in folders])
     found: dict[str, list[Card]] = {}
     for card in parse_cards(text.lines(), faults):
         found.setdefault(card.name, []).append(card)
@@ -108,18 +92,25 @@ def read_nastran(
                 card.fault(f"it has {len(card)} fields; a {name} has at most {most}")
     split_shared_cards(found)
     default_cards(found)
-    strange = [name for name in found if name not in _CARDS_READ | HARMLESS and name]
-    unused = _unused(found, strange)
-    faults += [f"{name} is not read: {_places(found[name])}" for name in strange if name not in unused]
+    left_out = {name.upper() for name in ignore} & found.keys()
+    idle = {name for name in found.keys() & CHOSEN.keys() if not any(map(text.chooses, CHOSEN[name]))}
+    over = HARMLESS | idle | left_out
+    strange = [name for name in found if name and name not in _CARDS_READ | over]
+    unused = _unused(found, strange, over)
+    ignored = _ignored(found, text, over, left_out, unused)
+    faults += _refusals(found, [name for name in strange if name not in unused], text)
+    for name in left_out:
+        del found[name]
     if not found.get("GRID") and not scalar_points(found):
         raise ModelError([*faults, f"{text.name} has no GRID"])
     deck = DeckContext(found, polar)
+    deck.read_numbers(MATERIALS, PROPERTIES)
     elements = {
         name: own for kind, read in ELEMENTS.items() if kind in found for name, own in read(found[kind], deck).items()
     }
     if not elements and not any(name.startswith("C") for name in strange):
         faults.append(f"{text.name} has no element")
-    sets = [select_sets(kind, found, one, text.choices[kind], faults) for kind, one in (("SPC", spc), ("MPC", mpc))]
+    sets = [_sets(kind, found, one, text, deck) for kind, one in (("SPC", spc), ("MPC", mpc))]
     tied = read_ties(found, sets[1], deck)
     on_hold = deck.held | read_supports(found, sets[0], deck)
     settings = _settings(found, deck)
@@ -127,7 +118,8 @@ def read_nastran(
     faults += _double_constraints(tied, on_hold, deck)
     if faults:
         raise ModelError(faults)
-    return _deck(deck, elements, tied, on_hold, settings, _ignored(found, text, deck, unused))
+    ignored += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
+    return _deck(deck, elements, tied, on_hold, settings, tuple(ignored))
 
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):
@@ -209,7 +201,26 @@ def _refuse_cyclic_ties(coordinates, positions):
         raise ModelError(["the ties depend on one another in a cycle"])
 
 
-def _unused(found, strange):
+def _sets(kind, found, one, text, deck):
+    """Sets of SPC or MPC that act; of those of many subcases the first."""
+    chosen = [int(number) for number in text.choices.get(kind, ()) if number.isdigit()]
+    if one is None and len(set(chosen)) > 1:
+        word = kind.lower()
+        deck.remark(f"{kind} {chosen[0]}, the first that the case control chooses, acts; read_nastran(..., {word}=)")
+    return select_sets(kind, found, one, list(dict.fromkeys(chosen)), text.faults)
+
+
+def _refusals(found, names, text):
+    """Faults for cards that may change the answer and are not read."""
+    faults = []
+    for name in names:
+        chosen = [command for command in sorted(CHOSEN.get(name, ())) if text.chooses(command)]
+        why = f", and the case control chooses it by {chosen[0]}" if chosen else ""
+        faults.append(f"{name} is not read{why}: {_places(found[name])}")
+    return faults
+
+
+def _unused(found, strange, over):
     """Names of cards of materials and properties that are not read, where no card refers to one of them.
 
     The numbers of materials and properties that cards may refer to are taken from all their fields, whatever these
@@ -221,7 +232,7 @@ def _unused(found, strange):
         used = {
             field
             for name, cards in found.items()
-            if name[:1] in "CPM" and name not in HARMLESS | unused
+            if name[:1] in "CPM" and name not in over | unused
             for card in cards
             for field in card.fields[2:]
         }
@@ -231,12 +242,13 @@ def _unused(found, strange):
         unused |= more
 
 
-def _ignored(found, text, deck, unused):
+def _ignored(found, text, over, left_out, unused):
     lines = [f"{text.skipped} lines before the bulk data"] if text.skipped else []
-    lines += [f"{name}: {_places(own)}" for name, own in found.items() if name in HARMLESS]
-    lines += [f"{name}, which nothing refers to: {_places(found[name])}" for name in sorted(unused)]
-    lines += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
-    return tuple(lines)
+    for name, own in found.items():
+        if name in over:
+            why = ", as ignore= says" if name in left_out else "" if name in HARMLESS else ", which nothing chooses"
+            lines.append(f"{name}{why}: {_places(own)}")
+    return lines + [f"{name}, which nothing refers to: {_places(found[name])}" for name in sorted(unused)]
 
 
 def _places(own):

@@ -1,7 +1,7 @@
 """Lines of a deck: its bulk data, with what it includes from its own folder."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ MAX_BYTES = 256 * 2**20  # of a deck and all that it includes
 MAX_FILES, MAX_DEPTH = 500, 20
 _BEGIN = re.compile(r"^\s*BEGIN\b(.*)", re.IGNORECASE)
 _INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)", re.IGNORECASE)
-_CHOICE = re.compile(r"^\s*(SPC|MPC)\s*=\s*(\d{1,8})\s*$", re.IGNORECASE)
+_COMMAND = re.compile(r"^\s*([A-Z][A-Z0-9]*)\s*(?:\(\s*(LOAD)?[^)]*\)\s*)?=\s*(.*?)\s*$", re.IGNORECASE)
 
 
 class DeckLine(NamedTuple):
@@ -29,14 +29,14 @@ class BulkData:
     Attributes:
         name: of the file.
         faults: what is wrong with the files.
-        choices: sets that the case control chooses: `{"SPC": {1}, "MPC": set()}`.
+        choices: what the case control chooses, in its order: `{"SPC": ["1", "2"], "METHOD": ["4"]}`.
         skipped: number of lines before BEGIN BULK.
     """
 
-    def __init__(self, path: Path, faults: list[str]) -> None:
-        self.name = path.name
-        self.faults, self.choices, self.skipped = faults, {"SPC": set(), "MPC": set()}, 0
-        self._path, self._root = path, path.resolve().parent
+    def __init__(self, path: Path, faults: list[str], folders: Iterable[Path] = ()) -> None:
+        self.name, self.faults, self.skipped = path.name, faults, 0
+        self.choices: dict[str, list[str]] = {}
+        self._path, self._roots = path, (path.resolve().parent, *(folder.resolve() for folder in folders))
         self._bytes = self._files = 0
 
     def lines(self) -> Iterator[DeckLine]:
@@ -44,16 +44,21 @@ class BulkData:
         found = self._read(self._path)
         begin = next((k for k, text in enumerate(found) if _BEGIN.match(text)), None)
         for text in found[: begin or 0]:
-            if chosen := _CHOICE.match(text):
-                self.choices[chosen[1].upper()].add(int(chosen[2]))
+            if (command := _COMMAND.match(text)) and not command[2]:  # TEMPERATURE(LOAD) chooses a load
+                self.choices.setdefault(command[1].upper(), []).append(command[3])
         self.skipped = 0 if begin is None else begin + 1
         yield from self._lines(self._path.name, self._path, found, self.skipped, 0)
+
+    def chooses(self, command: str) -> bool:
+        """True if the case control has a command, which four letters name."""
+        return any(command == name or (len(name) > 3 and command.startswith(name)) for name in self.choices)
 
     def _lines(self, name, path, found, start, depth) -> Iterator[DeckLine]:
         numbered = iter(list(enumerate(found, start=1))[start:])
         for number, text in numbered:
             if _BEGIN.match(text):
                 self.faults.append(f"{name}:{number}: superelements (a second BEGIN BULK) are not supported")
+                return
             if not (include := _INCLUDE.match(text)):
                 if text:
                     yield DeckLine(text, f"{name}:{number}")
@@ -70,10 +75,11 @@ class BulkData:
         if depth >= MAX_DEPTH:
             raise ModelError([f"{place}: INCLUDE is nested more than {MAX_DEPTH} files deep"])
         beside = path.resolve().parent
-        found = file_inside(self._root, name, beside)
+        found = next((file for root in self._roots if (file := file_inside(root, name, beside))), None)
         if found is None:
-            leaves = leaves_folder(self._root, name, beside)
+            leaves = all(leaves_folder(root, name, beside) for root in self._roots)
             what = "leaves the folder of the deck" if leaves else "is not a file in the folder of the deck"
+            what += ", nor of those of folders=" if len(self._roots) > 1 else "; folders=[...] allows others"
             self.faults.append(f"{place}: INCLUDE {name[:80]!r} {what}")
         return found
 

@@ -54,7 +54,8 @@ def _evaluate(operation: Operation, constants: list[np.ndarray]) -> Any:
     if name == "select_n" and len(constants) == 3:
         return np.where(*operator.itemgetter(0, 2, 1)(constants))
     if name in ("reshape", "squeeze", "expand_dims"):
-        return constants[0].reshape(out.shape)
+        order = reshape_order(operation)
+        return (constants[0] if order is None else np.transpose(constants[0], order)).reshape(out.shape)
     if name == "broadcast_in_dim":
         return np.broadcast_to(spread_axes(constants[0], params["broadcast_dimensions"], len(out.shape)), out.shape)
     if name == "concatenate":
@@ -64,6 +65,11 @@ def _evaluate(operation: Operation, constants: list[np.ndarray]) -> Any:
     if name == "iota":
         return iota(params["dimension"], out.shape)
     return None
+
+
+def reshape_order(operation: Operation) -> tuple[int, ...] | None:
+    """Order of the axes in which a reshape reads its operand, as `jnp.stack` of one array has it; None: their own."""
+    return operation.params.get("dimensions") if operation.name == "reshape" else None
 
 
 def spread_axes(array: np.ndarray, dimensions: Any, rank: int) -> np.ndarray:

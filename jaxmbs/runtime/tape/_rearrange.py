@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ._flatten import Operation
-from ._fold import iota, spread_axes
+from ._fold import iota, reshape_order, spread_axes
 from ._memory import Value
 from ._tape import SHOWN
 from ._writer import Writer, rule
@@ -51,6 +51,8 @@ def _name(writer, operation, values):
 
 @rule("reshape", "squeeze", "expand_dims")
 def _reshape(writer, operation, values):
+    if (order := reshape_order(operation)) is not None and not values[0].is_splat:
+        return [take(writer, values[0], np.transpose(places_of(operation.inputs[0].shape), order))]
     constant = values[0].constant
     return [values[0].with_constant(None if constant is None else constant.reshape(operation.outputs[0].shape))]
 

@@ -96,14 +96,14 @@ def test_what_is_no_number(text):
 def test_all_faults_in_one_report_with_their_lines(tmp_path):
     (tmp_path / "bad.bdf").write_text(
         BAR
-        + "CTETRA,5,1,1,2,3,4\nCTETRA,6,1,1,2,3,4\nCHEXA,7,9,1,2\nCBAR,8,3,1,9,0.,1.,0.\nGRID,11,5,x\nMAT1,2\n"
+        + "CPYRAM,5,1,1,2,3,4\nCPYRAM,6,1,1,2,3,4\nCHEXA,7,9,1,2\nCBAR,8,3,1,9,0.,1.,0.\nGRID,11,5,x\nMAT1,2\n"
         + "+,1\nRBE2,4,1,12,1\nPSHELL,5,8,0.\n"
     )
     with pytest.raises(ModelError) as error:
         read_nastran(tmp_path / "bad.bdf")
     report = str(error.value)
     for part in (
-        "CTETRA is not read: bad.bdf:6, bad.bdf:7",
+        "CPYRAM is not read: bad.bdf:6, bad.bdf:7",
         "CHEXA 7 (bad.bdf:8): there is no PSOLID 9",
         "CHEXA 7 (bad.bdf:8): G3 is missing",
         "CBAR 8 (bad.bdf:9): there is no PBAR 3",

@@ -14,7 +14,7 @@ import jaxmbs as mbs
 from jaxmbs import fem, linear
 from jaxmbs.errors import ModelError
 from jaxmbs.io import read_nastran, read_op4
-from jaxmbs.io.nastran._read_nastran import HARMLESS
+from jaxmbs.io.nastran._ignored_cards import CHOSEN, HARMLESS
 from tests.io.zoo_of_cards import ZOO
 
 BAR = "MAT1,1,2.+11,8.+10,,7850.\nPBAR,1,1,1.-3,2.-7,1.-7,3.-7\n"
@@ -344,20 +344,66 @@ FREE = "GRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\n"
 
 def test_cards_that_change_neither_mass_nor_stiffness_are_listed(tmp_path):
     """All at once; a material and a property that nothing refers to, too."""
-    cards = "".join(f"{name},5,1,2\n" for name in sorted(HARMLESS)) + "MAT8,50,1.,1.,.3\nPSHEAR,60,50,.1\n"
+    cards = "".join(f"{name},5,1,2\n" for name in sorted(HARMLESS)) + "MAT10,50,1.,1.\nPLSOLID,60,50\n"
     plain, full = deck(BAR + FREE, tmp_path), deck(BAR + FREE + cards, tmp_path)
     for ours, theirs in zip(jax.tree.leaves(full.system), jax.tree.leaves(plain.system), strict=True):
         np.testing.assert_array_equal(ours, theirs)
     listed = {line.partition(":")[0] for line in full.ignored}
-    assert listed >= HARMLESS and "PSHEAR, which nothing refers to" in listed
+    assert listed >= HARMLESS and "PLSOLID, which nothing refers to" in listed
     assert full.system.coordinates == plain.system.coordinates
 
 
 @pytest.mark.parametrize(
     "card",
-    ["NSM1,5,PBAR,1,1.,1", "DMIG,K,0,6,1,0", "SNORM,1,,0.,0.,1.", "CGAP,9,9,1,2", "MATT1,1,3", "SPCOFF,1,1"]
-    + ["CSHEAR,7,60,1,2,1,2\nPSHEAR,60,1,.1", "RELEASE,1,123", "MATS1,1,3", "ROTORG,1,1,2", "CORD3G,9,E313"],
+    ["SNORM,1,,0.,0.,1.", "CGAP,9,9,1,2", "SPCOFF,1,1", "GENEL,7", "RELEASE,1,123", "CORD3G,9,E313"],
 )
 def test_cards_that_may_change_them_are_refused(card, tmp_path):
     with pytest.raises(ModelError, match=f"{card.partition(',')[0]} is not read"):
         deck(BAR + FREE + card + "\n", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("card", "command"),
+    [("NSM1,5,PBAR,1,1.,1", "NSM = 5"), ("DMIG,K,0,6,1,0", "K2GG = K"), ("MATT1,1,3", "TEMP(MATERIAL) = 4")]
+    + [("MATS1,1,3", "NLPARM = 2"), ("ROTORG,1,1,2", "RGYRO = 3"), ("BCTSET,3", "BCSET = 3"), ("TF,2", "TFL = 2")],
+)
+def test_cards_that_act_where_the_case_control_chooses_them(card, command, tmp_path):
+    """They are refused there, read over with a line elsewhere; a temperature as a load chooses no material."""
+    name = card.partition(",")[0]
+    case = "SOL 101\nCEND\n{}\nBEGIN BULK\n" + BAR + FREE + card + "\n"
+    for other in ("", "TEMP(LOAD) = 4"):
+        found = deck(case.format(other), tmp_path)
+        assert any(line.startswith(f"{name}, which nothing chooses: deck.bdf:") for line in found.ignored)
+    with pytest.raises(ModelError, match=f"{name} is not read, and the case control chooses it by"):
+        deck(case.format(command), tmp_path)
+
+
+def test_every_card_has_one_purpose():
+    assert not HARMLESS & CHOSEN.keys()
+
+
+def test_cards_that_the_user_answers_for(tmp_path):
+    """Left out, with a line that says on whose word; a text in place of a sequence is refused."""
+    (tmp_path / "deck.bdf").write_text(BAR + FREE + "CGAP,9,9,1,2\nPGAP,9\n")
+    found = read_nastran(tmp_path / "deck.bdf", ignore=("CGAP", "PGAP"))
+    assert "CGAP, as ignore= says: deck.bdf:6" in found.ignored
+    with pytest.raises(ModelError, match="PGAP is not read"):
+        read_nastran(tmp_path / "deck.bdf", ignore=["PELAS"])
+    with pytest.raises(ValueError, match="sequence of names"):
+        read_nastran(tmp_path / "deck.bdf", ignore="CGAP")
+
+
+def test_included_files_of_folders_that_the_caller_allows(tmp_path):
+    inside, beside = tmp_path / "model", tmp_path / "shared"
+    inside.mkdir(), beside.mkdir()
+    (beside / "grids.bdf").write_text("GRID,1\nGRID,2,,1.,0.,0.\n")
+    (inside / "deck.bdf").write_text(BAR + "CBAR,1,1,1,2,0.,1.,0.\nINCLUDE '..\\shared\\grids.bdf'\n")
+    with pytest.raises(ModelError, match="in the folder of the deck; folders="):
+        read_nastran(inside / "deck.bdf")
+    assert read_nastran(inside / "deck.bdf", folders=[beside]).names == ("GRID 1", "GRID 2")
+
+
+def test_the_first_of_many_supports_acts(tmp_path):
+    case = "SOL 101\nCEND\nSUBCASE 1\nSPC = 2\nSUBCASE 2\nSPC = 1\nBEGIN BULK\n" + BAR + FREE
+    found = deck(case + "SPC1,1,123456,1\nSPC1,2,123456,2\n", tmp_path)
+    assert found.held[0] == "GRID 2 x" and any(note.startswith("SPC 2, the first that") for note in found.notes)

@@ -141,11 +141,9 @@ def test_scalar_points_masses_and_dampers(tmp_path):
 
 
 NOT_READ = {
-    "CTETRA is not read": "CTETRA,5,9,1,2,3,4\nPSOLID,9,1\nGRID,3,,1.,1.\nGRID,4,,1.,1.,1.\n",
-    "CPENTA is not read": "CPENTA,5,9,1,2,3,4,5,6\nPSOLID,9,1\n",
-    "PCOMP is not read": "PCOMP,9\nGRID,3,,1.,1.\nCTRIA3,5,9,1,2,3\nCTRIA3,6,9,1,3,2\n",
-    "CQUADR is not read": "CQUADR,5,9,1,2,3,4\nPSHELL,9,1,.1,1\n",
-    "MAT8 is not read": "MAT8,9,1.,1.,.3\nPSHELL,7,9,.1,9\nGRID,3,,1.,1.\nCTRIA3,5,7,1,2,3\n",
+    "CPYRAM is not read": "CPYRAM,5,9,1,2,3,4\nPSOLID,9,1\nGRID,3,,1.,1.\nGRID,4,,1.,1.,1.\n",
+    "CQUADX is not read": "CQUADX,5,9,1,2,3,4\nPSHELL,9,1,.1,1\n",
+    "MAT10 is not read": "MAT10,9,1.,1.\nPSOLID,7,9\nGRID,3,,1.,1.\nGRID,4,,1.,1.,1.\nCTETRA,5,7,1,2,3,4\n",
     "PBCOMP is not read": "PBCOMP,9,1\nCBEAM,5,9,1,2,0.,1.,0.\nCBEAM,6,9,2,1,0.,1.,0.\n",
 }
 

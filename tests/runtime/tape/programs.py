@@ -136,6 +136,9 @@ PROGRAMS = {
             jnp.pad(x, ((1, 2), (0, 1))),
             lax.pad(x, 7.0, ((-1, 2, 1), (0, -2, 0))),
             x.reshape(-1)[3:9],
+            jnp.stack(x.T, axis=-1),
+            lax.reshape(x, (x.size,), (1, 0))
+            * lax.reshape(jnp.arange(1.0 * x.size).reshape(x.shape), (x.size,), (1, 0)),
             jnp.roll(x, 1),
             jnp.tile(x, (2, 1)),
             *jnp.split(x, 2),

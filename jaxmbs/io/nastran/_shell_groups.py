@@ -1,0 +1,126 @@
+"""Groups of shells and of solids, and the finite elements that their numbers make of them."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ... import elements
+from ...elements import AbstractElement, ShellSection
+from ...elements._base import as_optional_real, as_real
+from ...typing import Convertible
+from ._groups import AbstractElementGroup, DeckParameters
+
+_PLAIN = {3: elements.Triangle, 4: elements.Quadrilateral}
+_LAYERED = {3: elements.LayeredTriangle, 4: elements.LayeredQuadrilateral}
+_SOLIDS = {
+    **{4: elements.Tetrahedron, 6: elements.Wedge, 8: elements.Hexahedron},
+    **{10: elements.QuadraticTetrahedron, 15: elements.QuadraticWedge, 20: elements.QuadraticHexahedron},
+}
+
+
+class ShellGroup(AbstractElementGroup):
+    """CQUAD4, CQUADR, CTRIA3 and CTRIAR as flat shells with drilling stiffness.
+
+    Attributes:
+        thickness: (elements,) means of what the cards give at the corners, or None for the property's.
+        offset: (elements,) ZOFFS along the normal [m], or None.
+        theta: (elements,) THETA [degrees], from the line of the first two nodes, or from `along` where this is not
+            zero.
+        along: (elements, 3) x axes of the systems MCID, basic axes.
+    """
+
+    property: str = eqx.field(static=True)
+    thickness: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=as_optional_real)
+    offset: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=as_optional_real)
+    theta: Convertible[Float[Array, " elements"]] = eqx.field(converter=as_real)
+    along: Convertible[Float[Array, "elements 3"]] = eqx.field(converter=as_real)
+
+    def element(self, numbers: DeckParameters) -> AbstractElement:
+        """Shells of one material where the property has one, else of its section."""
+        own = numbers.properties[self.property]
+        if own.is_plain and self.offset is None:
+            return self._plain(own, numbers)
+        kind = _LAYERED[len(self.nodes[0])]
+        bare = kind(jax.tree.map(self._all, own.section(numbers.materials, numbers.mass)))
+        section = bare.layup if self.thickness is None else self._sections(own, numbers)
+        if self.offset is not None:
+            section = jax.vmap(ShellSection.moved)(section, self.offset)
+        made = kind(section, self._angles(bare, numbers))
+        return made if len(self.nodes[0]) == 3 else eqx.tree_at(lambda e: e.drilling, made, self._all(made.drilling))
+
+    def _plain(self, own, numbers):
+        stuff = numbers.materials[own.material]
+        t = self._all(own.thickness) if self.thickness is None else self.thickness
+        density = (stuff.density + own.area_mass / t) * numbers.mass
+        E, nu = self._all(stuff.young), self._all(stuff.contraction)
+        if len(self.nodes[0]) == 3:
+            return elements.Triangle(E, nu, t, density)
+        drilling = jnp.full(len(self.nodes), 0.1, E.dtype)
+        return elements.Quadrilateral(E, nu, t, density, self._all(own.shear_factor), drilling)
+
+    def _sections(self, own, numbers):
+        """Sections with the thickness of each element."""
+        of = lambda t: eqx.tree_at(lambda p: p.thickness, own, t).section(numbers.materials, numbers.mass)
+        return jax.vmap(of)(self.thickness)
+
+    def _angles(self, element, numbers):
+        """Angles (elements,) from the x axes of the elements to those of their material [rad]."""
+        nodes = numbers.positions[np.array(self.nodes)]
+        axes = jax.vmap(element.axes)(nodes)
+        by_frame = np.any(np.asarray(self.along) != 0, axis=1, keepdims=True)
+        line = jnp.where(by_frame, self.along, nodes[:, 1] - nodes[:, 0])
+        x, y, _ = jnp.moveaxis(jnp.einsum("eab,eb->ea", axes, line), 1, 0)
+        return jnp.arctan2(y, x) + jnp.deg2rad(self.theta)
+
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
+        """All; of a membrane those in its plane and the rotation about its normal, of mere bending the others."""
+        whole = super().stiff_directions(element, numbers)
+        if not isinstance(element, elements.LayeredTriangle | elements.LayeredQuadrilateral):
+            return whole
+        bends = np.any(np.asarray(element.layup.bending) != 0, axis=(1, 2))
+        pulls = np.any(np.asarray(element.layup.membrane) != 0, axis=(1, 2))
+        nodes = numbers.positions[np.array(self.nodes)]
+        axes = np.asarray(jax.vmap(element.axes)(nodes))[:, None]
+        axes = np.broadcast_to(axes, (len(nodes), nodes.shape[1], 3, 3))
+        in_plane, across = np.array([1.0, 1, 0]), np.array([0.0, 0, 1])
+        weigh = lambda a, b: np.outer(pulls, a) + np.outer(bends, b)
+        return (
+            axes * weigh(in_plane, across)[:, None, :, None],
+            axes * weigh(across, in_plane)[:, None, :, None],
+        )
+
+
+class SolidGroup(AbstractElementGroup):
+    """CTETRA, CPENTA and CHEXA with all or none of the nodes at the middles of their edges.
+
+    Attributes:
+        axes: (elements, 3, 3) of a MAT9, rows, basic axes; None for a MAT1.
+    """
+
+    property: str = eqx.field(static=True)
+    axes: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=as_optional_real)
+
+    def element(self, numbers: DeckParameters) -> AbstractElement:
+        """Solids."""
+        stuff, kind = numbers.materials[numbers.properties[self.property].material], _SOLIDS[len(self.nodes[0])]
+        density = self._all(stuff.density * numbers.mass)
+        if self.axes is None:
+            return kind(self._all(stuff.young), self._all(stuff.contraction), density)
+        one = jnp.ones(len(self.nodes), density.dtype)
+        return kind(one, 0.0 * one, density, jax.vmap(turn_moduli, (None, 0))(stuff.moduli, self.axes))
+
+
+def turn_moduli(moduli: Array, axes: Array) -> Array:
+    """Elasticity (6, 6) in basic axes of a material whose axes are rows (3, 3).
+
+    Source: Jones, Mechanics of composite materials (1999), 2.6, written for tensors.
+    """
+    pairs = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)])
+    place = np.zeros((3, 3), int)
+    place[pairs[:, 0], pairs[:, 1]] = place[pairs[:, 1], pairs[:, 0]] = np.arange(6)
+    tensor = moduli[place[:, :, None, None], place[None, None]]
+    turned = jnp.einsum("ijkl,ia,jb,kc,ld->abcd", tensor, axes, axes, axes, axes)
+    a, b = pairs.T
+    return turned[a[:, None], b[:, None], a[None], b[None]]
