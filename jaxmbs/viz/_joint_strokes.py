@@ -12,7 +12,8 @@ _RING = _OPEN | {"marker": "o", "color": "white", "markeredgecolor": DARK, "mark
 _BALL = _OPEN | {"marker": "o", "color": "0.55", "markeredgecolor": DARK, "markersize": 7, "zorder": 4}
 _CROSS = _OPEN | {"marker": "x", "color": DARK, "markersize": 3.5, "zorder": 4.1}
 _WELD = _OPEN | {"marker": "s", "color": DARK, "markersize": 4, "zorder": 4}
-_FOOT = _OPEN | {"marker": 6, "color": "0.35", "markersize": 9, "zorder": 1}
+FOOT = 6  # the marker of matplotlib that hangs from its point
+_FOOT = _OPEN | {"marker": FOOT, "color": "0.35", "markersize": 9, "zorder": 1}
 _MARKERS = {"pin": [_RING], "point": [_RING], "cross": [_RING, _CROSS], "ball": [_BALL], "weld": [_WELD]}
 
 

@@ -2,8 +2,13 @@
 
 import numpy as np
 
+from ._joint_strokes import FOOT
+
 _SIZE = 8.0  # of letters [points]
-_AWAY = 5.0  # of a name from its point [points]
+_DISTANCES = (5.0, 13.0)  # of a name from its point, the second where there is no room [points]
+_FAR = 3.0  # points of lines that a name further away is as bad as
+_FOOT = np.array([(0, 0), (0, -0.5), (0, -1), (-0.5, -1), (0.5, -1)])  # of its size, below its point
+_DISC = np.array([(0, 0), (0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5)])
 _STEP = 2.5  # between points of a line that count [points]
 # To the right and up of the point, the best first.
 _PLACES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
@@ -26,20 +31,21 @@ def write_names(ax, names, strokes) -> None:
     frame = ax.bbox.get_points() * 72.0 / root.dpi
     for place, group in together.values():
         text, at = ", ".join(group), to_points(place)[0]
-        boxes = [_box(at, text, side) for side in _PLACES]
+        places = [(side, away) for away in _DISTANCES for side in _PLACES]
+        boxes = [_box(at, text, *place) for place in places]
         costs = [_cost(box, lines, taken, frame) for box in boxes]
-        best = int(np.argmin(costs))
+        best = int(np.argmin(np.add(costs, [_FAR * (away > _DISTANCES[0]) for _, away in places])))
         taken.append(boxes[best])
-        (x, y), (across, up) = _PLACES[best], _ALIGN
+        ((x, y), away), (across, up) = places[best], _ALIGN
         options = {"textcoords": "offset points", "fontsize": _SIZE, "zorder": 5, "ha": across[x], "va": up[y]}
-        ax.annotate(text, place, (_AWAY * x, _AWAY * y), **options)
+        ax.annotate(text, place, (away * x, away * y), **options)
 
 
 def _covered(points, stroke):
     """Points on a line, of markers, and within an area."""
     if "marker" in stroke.style:
-        half = stroke.style["markersize"] / 2
-        return np.concatenate([points + half * np.array(step) for step in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))])
+        shape = _FOOT if stroke.style["marker"] == FOOT else _DISC
+        return (points[:, None] + stroke.style["markersize"] * shape).reshape(-1, 2)
     if not stroke.fill:
         return _dense(points)
     closed, middle = np.concatenate([points, points[:1]]), points.mean(axis=0)
@@ -56,13 +62,13 @@ def _dense(points):
     return np.concatenate(pieces)
 
 
-def _box(at, text, side):
+def _box(at, text, side, away):
     """Corners (2, 2) of a text beside a point [points]."""
     from matplotlib.textpath import TextPath
 
     width = TextPath((0.0, 0.0), text, size=_SIZE).get_extents().width
     size, side = np.array([width, _SIZE]), np.array(side)
-    low = at + _AWAY * side + size * (side - 1.0) / 2.0
+    low = at + away * side + size * (side - 1.0) / 2.0
     return np.stack([low, low + size])
 
 

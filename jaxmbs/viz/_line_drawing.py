@@ -165,7 +165,7 @@ class LineDrawing:
         """Surfaces and wheels, threads over them, and the points where they touch."""
         strokes = [Stroke(self.look(points[k]), _SURFACE) for points in thing.lines]
         strokes += [Stroke(self._outline_of_ball(x[k], radius), _SURFACE) for x, radius in thing.balls]
-        strokes += [Stroke(shape.seen(k, self.look), _SURFACE) for shape in thing.rounds]
+        strokes += [Stroke(shape.project(k, self.look), _SURFACE) for shape in thing.rounds]
         strokes += [Stroke(self.look(points[k]), _THREAD) for points in thing.threads]
         return strokes + ([Stroke(self.look(thing.marks[k]), _MARK)] if thing.marks.shape[1] else [])
 

@@ -121,8 +121,9 @@ def format_view(ax, look, margin=0.1):
     if np.all(np.isfinite(size)) and np.max(size) > 0:
         half = np.maximum(size, _SLENDER * np.max(size)) / 2
         ax.update_datalim([middle - half, middle + half])
-        for axis, share in zip("xy", 2 * half / np.max(size), strict=True):
-            ax.locator_params(axis=axis, nbins=max(1, round(6 * share - 2)))
+        across, up = np.maximum(np.round(6 * 2 * half / np.max(size) - 2), (1, 2)).astype(int)
+        ax.locator_params(axis="x", nbins=across, min_n_ticks=1)  # in a slender picture numbers would overlap
+        ax.locator_params(axis="y", nbins=up)
         ax.autoscale_view()
     if look.labels is None:
         ax.set(xticks=[], yticks=[])

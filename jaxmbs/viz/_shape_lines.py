@@ -20,7 +20,7 @@ class RoundLines(NamedTuple):
     centres: np.ndarray
     radii: np.ndarray
 
-    def seen(self, k: int, look) -> np.ndarray:
+    def project(self, k: int, look) -> np.ndarray:
         """Points (n, 2) of a line along both rims and both edges of the picture, broken by NaN."""
         (u, v), ends = look(self.radii[k]), look(self.centres[k])
         along = ends[1] - ends[0]

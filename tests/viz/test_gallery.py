@@ -1,9 +1,9 @@
-"""The pictures of the manual are those that its page makes, all there and small."""
+"""The pictures of the manual are those that its pages make, all there and small."""
 
 from .gallery import IMAGES, saved, shown
 
 
-def test_the_page_makes_what_it_shows():
+def test_the_pages_make_what_they_show():
     assert shown() == saved() and len(shown()) > 8
 
 
