@@ -32,6 +32,8 @@ class Condensation(eqx.Module):
         stiffness: of the motions without mass (light, light), None where all rows are heavy.
         motions: L (n, light), None where they are the light rows themselves.
         system: the condensed system on the heavy rows.
+        diagonal: energies (heavy,) that the diagonal of the whole stiffness stores in the columns of T, whose rounding
+            the condensed stiffness has; None where all rows are heavy.
     """
 
     heavy: tuple[int, ...] = eqx.field(static=True)
@@ -40,6 +42,7 @@ class Condensation(eqx.Module):
     stiffness: Array | None
     motions: Array | None
     system: LinearSystem
+    diagonal: Array | None = None
 
     def load(self, forces: AnyArray) -> AnyArray:
         """Loads (..., heavy) that do the same work as forces (..., n)."""
@@ -164,7 +167,8 @@ def condense_massless(system: LinearSystem, among: Iterable[int] | None = None, 
     )
     if L is not None:
         T = T.at[rows].set(0.0) + L @ T[rows]
-    return Condensation(heavy, light, T, K[np.ix_(rows, rows)], L, own)
+    diagonal = jnp.sum(jnp.abs(jnp.diagonal(system.stiffness))[:, None] * T**2, axis=0)
+    return Condensation(heavy, light, T, K[np.ix_(rows, rows)], L, own, diagonal)
 
 
 def _motions_without_mass(M, heavy, light):

@@ -13,16 +13,18 @@ RIGID, NEGATIVE = 8.0, 200.0
 
 
 @jit
-def rigid_flags(K, values, shapes):
+def rigid_flags(K, values, shapes, diagonal=None):
     """Flags (m,) of modes that strain nothing: their eigenvalue is rounding of K itself.
 
     The rounding is that of `sum_i K_ii x_i^2`, the energy that the diagonal of K stores in a mode, and the asymmetry
     of K, where products such as those of a reduction show their rounding.  So a soft mount beside a stiff mesh is
     distinguished from a rigid motion by the stiffness where it moves, not by the highest frequency of the system.  A
     reduced matrix that was symmetrised by its user hides its rounding: give `num_rigid`.
+
+    Args: diagonal: (n,) of a stiffness that K was condensed from, in place of K's own.
     """
-    size = jnp.abs(shapes)
-    stored = jnp.sum(jnp.abs(jnp.diagonal(K))[:, None] * shapes**2, axis=0)
+    size, diagonal = jnp.abs(shapes), jnp.abs(jnp.diagonal(K)) if diagonal is None else diagonal
+    stored = jnp.sum(diagonal[:, None] * shapes**2, axis=0)
     uneven = jnp.sum(size * (jnp.abs(K - K.T) @ size), axis=0)
     return _flags(values, stored, uneven, len(K))
 

@@ -97,10 +97,12 @@ def structural_damping(K: AnyArray, loss: Number) -> Complex[Array, "n n"]:
     return lax.complex(K, K * loss)
 
 
-def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray) -> Modes:
+def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray, diagonal: AnyArray | None = None) -> Modes:
     """All 2 n complex modes of `root^2 M x + root C x + K x = 0`, on the CPU.
 
     A complex K is structural damping, valid near real frequencies only.
+
+    Args: diagonal: (n,) of the stiffness that K was condensed from, whose rounding it has; default K's own.
 
     Raises: ValueError for matrices of different shapes and, if concrete, coordinates without mass.  Source: S1 (39).
     """
@@ -111,10 +113,12 @@ def complex_modes(*, K: AnyArray, C: AnyArray, M: AnyArray) -> Modes:
     dtype = np.result_type(K.dtype, C.dtype, M.dtype)
     both = square.solve(M, jnp.concatenate([jnp.eye(n, dtype=M.dtype), C], axis=1)).astype(dtype)
     S, D = both[:, :n], both[:, n:]
-    A = jnp.block([[jnp.zeros((n, n), dtype), jnp.eye(n, dtype=dtype)], [-S @ K.astype(dtype), -D]])
-    roots, X, Y = eig(A)
+    of_stiffness = lambda K: jnp.block(
+        [[jnp.zeros((n, n), dtype), jnp.eye(n, dtype=dtype)], [-S @ K.astype(dtype), -D]]
+    )
+    roots, X, Y = eig(of_stiffness(K))
     values = roots.real**2 + roots.imag**2
-    rounding = eig_rounding(A, X, Y)
+    rounding = eig_rounding(of_stiffness(K if diagonal is None else K + jnp.diag(diagonal)), X, Y)
     return Modes(values, X[:n], jnp.abs(roots) <= rounding, roots, Y[:, n:] @ S.astype(X.dtype), rounding)
 
 

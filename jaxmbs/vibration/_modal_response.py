@@ -27,6 +27,7 @@ def modal_response(
     C: AnyArray | None = None,
     num: int | None = None,
     static_start: bool = False,
+    diagonal: AnyArray | None = None,
 ) -> ModalMotion:
     """Displacement, velocity and acceleration (n, T) under a load (T, n) that is straight between samples, from rest.
 
@@ -38,6 +39,7 @@ def modal_response(
         C: damping (n, n) that does not couple the modes, in place of ratios.
         num: modes that move; those above follow the load statically.  It cuts no group (`eigenmodes.complete`).
         static_start: elastic modes start at rest in balance with the first load.
+        diagonal: as of `natural_modes`.
 
     First derivatives are right where frequencies repeat, parted by a parameter or not, and at rigid modes without
     damping.
@@ -57,24 +59,24 @@ def modal_response(
     h = as_dtype(step, dtype)
     if not_positive(step):
         raise ValueError(f"step = {step}: the time between samples must be positive")
-    found = _response(n if num is None else num, static_start, K, M, C, load.T, h, z)
+    found = _response(n if num is None else num, static_start, K, M, C, load.T, h, z, diagonal)
     _check_finite(found.displacement)
     return ModalMotion(*(part.T for part in found))
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
 @partial(jax.jit, static_argnums=(0, 1))
-def _response(num, static_start, K, M, C, load, step, ratios):
+def _response(num, static_start, K, M, C, load, step, ratios, diagonal):
     """Motion (n, T) under a load (n, T)."""
-    modes = natural_modes(K=K, M=M)
+    modes = natural_modes(K=K, M=M, diagonal=diagonal)
     found = _modal(num, static_start, modes, load, step, ratios, modes.values, _own_rates(C, modes))
     return ModalMotion(*(modes.shapes @ q for q in found))
 
 
 @_response.defjvp
 def _response_jvp(num, static_start, primals, tangents):
-    def parted(K, M, C, load, step, ratios):
-        modes = natural_modes(K=K, M=M)
+    def parted(K, M, C, load, step, ratios, diagonal):
+        modes = natural_modes(K=K, M=M, diagonal=diagonal)
         respond = partial(_modal, num, static_start, modes, load, step, ratios)
         at, one = (modes.values, _own_rates(C, modes)), jnp.ones_like(modes.values)
         found, slopes = jax.jvp(respond, at, (one, None if C is None else jnp.zeros_like(one)))

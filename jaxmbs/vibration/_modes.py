@@ -205,13 +205,21 @@ class Modes(Reported, eqx.Module):
         return self.roots, self.left
 
 
-def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid: int | None = None) -> Modes:
+def natural_modes(
+    *,
+    K: AnyArray,
+    M: AnyArray,
+    num: int | None = None,
+    num_rigid: int | None = None,
+    diagonal: AnyArray | None = None,
+) -> Modes:
     """The lowest modes of `M x'' + K x = 0`.
 
     Args:
         K, M: (n, n), M positive definite.
         num: number of modes, default all; it should not cut a group of equal frequencies.
         num_rigid: number of rigid modes, if known: those of the smallest values; by default found from rounding.
+        diagonal: (n,) of the stiffness that K was condensed from, whose rounding it has; default K's own.
 
     Negative stiffness is not an error here: see `Modes.is_unstable`.
 
@@ -229,7 +237,7 @@ def natural_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid
     values, shapes = eigh(K, M)
     _check_finite(values)
     if num_rigid is None:
-        rigid = rigid_flags(K, values, shapes)
+        rigid = rigid_flags(K, values, shapes, diagonal)
     else:
         rigid = jnp.argsort(jnp.argsort(jnp.abs(values))) < num_rigid
     return Modes(values, shapes, rigid).select(slice(0, num))
@@ -256,10 +264,14 @@ def stable_modes(*, K: AnyArray, M: AnyArray, num: int | None = None, num_rigid:
         raise ValueError(f"num = {num}: there are only {len(M) - len(light)} modes, the rank of the mass matrix")
     if 0 < len(light) < len(M):
         whole = condense_massless(system)
-        modes = stable_modes(K=whole.system.stiffness, M=whole.system.mass, num=num, num_rigid=num_rigid)
+        modes = _stable_modes(whole.system.stiffness, whole.system.mass, num, num_rigid, whole.diagonal)
         return eqx.tree_at(lambda m: m.shapes, modes, whole.expand(modes.shapes.T).T)
-    modes = natural_modes(K=K, M=M, num_rigid=num_rigid)
-    unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes)
+    return _stable_modes(K, M, num, num_rigid)
+
+
+def _stable_modes(K, M, num, num_rigid, diagonal=None):
+    modes = natural_modes(K=K, M=M, num_rigid=num_rigid, diagonal=diagonal)
+    unstable = modes.is_unstable & ~rigid_flags(K, modes.values, modes.shapes, diagonal)
     if not is_concrete(unstable):
         shapes = jnp.where(jnp.any(unstable), jnp.nan, modes.shapes)
         modes = Modes(modes.values, shapes, modes.is_rigid)

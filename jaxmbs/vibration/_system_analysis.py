@@ -56,9 +56,11 @@ def modes(system: LinearSystem, num: int | None = None, damped: bool | None = No
     if num is not None and num > len(whole.heavy):
         raise ValueError(f"num = {num}: there are {len(whole.heavy)} modes, as many as the rank of the mass matrix")
     if damped and C is not None:
-        found = complex_modes(K=K, C=C, M=M).select(slice(0, None if num is None else 2 * num))
+        found = complex_modes(K=K, C=C, M=M, diagonal=whole.diagonal).select(
+            slice(0, None if num is None else 2 * num)
+        )
     else:
-        found = natural_modes(K=K, M=M, num=num)
+        found = natural_modes(K=K, M=M, num=num, diagonal=whole.diagonal)
     if whole.light:
         left = None if found.left is None else whole.expand(found.left)
         found = dataclasses.replace(found, shapes=whole.expand(found.shapes.T).T, left=left)

@@ -249,7 +249,7 @@ def _in_modes(system, condensation, ts, forces, modal):
     heavy = condensation.system
     damping, ratios = (heavy.damping, 0.0) if modal.ratios is None else (None, modal.ratios)
     matrices = {"K": heavy.stiffness, "M": heavy.mass, "C": damping}
-    options = {"num": modal.num, "static_start": modal.static_start}
+    options = {"num": modal.num, "static_start": modal.static_start, "diagonal": condensation.diagonal}
     moved = modal_response(**matrices, load=condensation.load(load), step=ts[1] - ts[0], ratios=ratios, **options)
     rows = condensation.expand(moved[0], load), *map(condensation.expand, moved[1:])
     none, zero = jnp.zeros((len(ts), 0), load.dtype), jnp.zeros((), int)

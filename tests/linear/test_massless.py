@@ -183,3 +183,23 @@ def test_guyan_and_derivatives_through_the_way_out():
     slope = jax.jit(jax.grad(lowest))(0.3)
     np.testing.assert_allclose(slope, (lowest(0.3 + step) - lowest(0.3 - step)) / (2 * step), rtol=1e-6)
     assert abs(slope) > 1e-3
+
+
+def free_chain(seed):
+    """Eight points in a row with springs of seven decades, three of the points without mass."""
+    draw, n = np.random.default_rng(seed), 8
+    K, M = np.zeros((n, n)), np.diag(10 ** draw.uniform(-1, 2, n))
+    for k, spring in enumerate(10 ** draw.uniform(0, 7, n - 1)):
+        K[k : k + 2, k : k + 2] += spring * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    M[draw.choice(n, 3, replace=False)] = 0.0
+    return K, M
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_a_free_chain_has_one_rigid_motion(damped):
+    """What condensing leaves of a rigid motion's stiffness is rounding of the whole stiffness, not an instability."""
+    for seed in range(25):
+        K, M = free_chain(seed)
+        found = mbs.modes(mbs.LinearSystem(mass=M, stiffness=K, damping=1e-6 * K if damped else None))
+        assert found.num_rigid == 1 + damped and not np.any(found.is_unstable), seed
+        assert np.all(np.isfinite(found.omega))
