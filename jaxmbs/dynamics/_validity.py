@@ -54,25 +54,26 @@ class Validity(Reported, eqx.Module):
     @property
     def ok(self) -> Bool[Array, "..."]:
         """True (...) where every model holds; false for margins that are NaN."""
-        return jnp.all(self._values() >= 0, axis=-1)
+        return jnp.all(self.values >= 0, axis=-1)
 
     @property
     def is_outside(self) -> Bool[Array, "..."]:
         """True (...) where a part is beyond the end of its model; false for margins that are NaN."""
-        return jnp.any(self._values() < 0, axis=-1)
+        return jnp.any(self.values < 0, axis=-1)
 
-    def _values(self):
-        """All margins (..., n)."""
+    @property
+    def values(self) -> Float[Array, "... n"]:
+        """All margins (..., n), in the order of `ends`."""
         shape = jnp.shape(self.t)
         parts = [
             margin.value.reshape(*shape, -1)
             for _, part in sorted(self.margins.items())
             for _, margin in sorted(part.items())
         ]
-        return jnp.concatenate([jnp.ones((*shape, 1)), *parts], axis=-1)
+        return jnp.concatenate([jnp.zeros((*shape, 0)), *parts], axis=-1)
 
     def ends(self) -> list[tuple[str, str]]:
-        """Sentence about a part beyond each end, and the unit of its margin, in the order of all margins."""
+        """Sentence about a part beyond each end, and the unit of its margin, in the order of `values`."""
         return [
             end
             for name, part in sorted(self.margins.items())

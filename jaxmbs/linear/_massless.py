@@ -32,8 +32,8 @@ class Condensation(eqx.Module):
         stiffness: of the motions without mass (light, light), None where all rows are heavy.
         motions: L (n, light), None where they are the light rows themselves.
         system: the condensed system on the heavy rows.
-        diagonal: energies (heavy,) that the diagonal of the whole stiffness stores in the columns of T, whose rounding
-            the condensed stiffness has; None where all rows are heavy.
+        diagonal: energies (heavy,) that the diagonal of the whole stiffness stores in the columns of T, of whose size
+            the rounding of the condensed stiffness is; None where all rows are heavy.
     """
 
     heavy: tuple[int, ...] = eqx.field(static=True)

@@ -219,7 +219,7 @@ class FlatMechanism:
 
     def margins(self, z: Array) -> Array:
         """Margins (m,) to the ends of the models of all parts at z (nz,)."""
-        return jnp.concatenate([jnp.ravel(x) for x in jax.tree.leaves(self._validity(z).margins)])
+        return self._validity(z).values
 
     def _validity(self, z):
         system, _, at, velocities, _ = self._assembled(z)

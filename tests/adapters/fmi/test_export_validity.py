@@ -39,7 +39,7 @@ def press():
     return system, mbs.State.at(system, slide=0.04)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_ends_are_named_in_the_order_of_the_margins():
     system, state = press()
     flat = FlatMechanism(system, Parameters.of(system, None), (), ("slide",), {})
