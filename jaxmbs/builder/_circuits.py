@@ -8,7 +8,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from ..checks import any_concrete, no_such
+import jax.numpy as jnp
+
+from ..checks import any_concrete, faults_if, no_such
 from ..forces import Constant, HydraulicCylinder
 from ..hydraulics import AbstractHydraulicElement, AbstractNode, AbstractStorage, Pump, Tank
 from ..hydraulics._pump import PumpOnShaft, PumpTorque
@@ -16,6 +18,7 @@ from ..hydraulics._sum import Sum
 from ..model._internal_states import replace_field
 from ..model._topology import CircuitRecord
 from ._declarations import Block, ForceElement, Measure, Model, has_one_coordinate
+from ._signal_shapes import shape_of_signal
 
 CHAMBERS = ("p0", "p1")
 _TORQUE = ((0, 1),)  # among the outputs of a pump on a shaft
@@ -154,7 +157,7 @@ def element_faults(item: Any, model: Model) -> list[str]:
     where, element = f"hydraulic {item.name!r}", item.element
     if not isinstance(element, AbstractHydraulicElement | AbstractNode):
         return [f"{where}: expected an element of jaxmbs.hydraulics, got {element!r}"]
-    found = [f"{where}: {fault}" for fault in element.faults()]
+    found = [f"{where}: {fault}" for fault in element.faults() or _shape_faults(element)]
     if isinstance(element, AbstractNode):
         if item.ports:
             found.append(f"{where}: it is a node and has no ports; give its name to the ports of elements")
@@ -167,6 +170,18 @@ def element_faults(item: Any, model: Model) -> list[str]:
         return found
     own = [*_port_faults(item, model), *_signal_faults(item), *_shaft_faults(item, model)]
     return [*found, *(f"{where}: {fault}" for fault in own)]
+
+
+def _shape_faults(element):
+    """Faults of an element whose flows, or of a node whose rates of states, are not one number each."""
+    states, zero = {name: jnp.zeros(one.shape) for name, one in element.internal_states.items()}, jnp.zeros(())
+    if isinstance(element, AbstractNode):
+        what, num, ask = "rate", 1, lambda: sum(element.rate(zero, states, zero).values(), zero)
+    else:
+        given = jnp.zeros(len(element.ports) + (element.signal == "needed"))
+        what, num, ask = "flows", element.num_outputs, lambda: element.output(given, states, zero)
+    shape, faults = shape_of_signal(lambda: jnp.atleast_1d(ask()), most=4)
+    return faults or faults_if((shape != (num,), f"its {what} have shape {shape}, not ({num},)"))
 
 
 def _port_faults(item, model):

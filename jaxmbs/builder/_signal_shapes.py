@@ -69,7 +69,7 @@ def _with_read_states(system, records, shapes):
         shapes.update({name: value.shape for name, value in states.items()})
         for group in system.measures:
             instant.internal = reads = _ReadStates(states)
-            shape, wrong = _shape_of(lambda group=group: group.reading.values(instant, group.places)[0])
+            shape, wrong = shape_of_signal(lambda group=group: group.reading.values(instant, group.places)[0])
             faults.extend(f"measure {name!r}: {fault}" for name in group.names for fault in wrong)
             shapes.update(dict.fromkeys(group.names, shape))
             measures.append(replace_field(group, "internal", tuple(sorted(reads.names))))
@@ -96,7 +96,7 @@ class _ReadStates(Mapping):
         return len(self._states)
 
 
-def _shape_of(call, most=1):
+def shape_of_signal(call, most=1):
     """(shape, faults) of a signal: one number or (n,)."""
     try:
         found = jax.eval_shape(lambda: jnp.asarray(call(), float)).shape
@@ -110,7 +110,7 @@ def _shape_of(call, most=1):
 def _shape_of_output(item, size, shapes, drivers):
     block = _with_zeros(item, shapes, drivers)
     u, s, t = jnp.zeros(() if size is None else size), _zeros(item), jnp.zeros(())
-    return _shape_of(lambda: block.output(u, s, t))
+    return shape_of_signal(lambda: block.output(u, s, t))
 
 
 def _with_shapes(item, shapes, drivers):
@@ -120,7 +120,7 @@ def _with_shapes(item, shapes, drivers):
         shape, wrong = (
             (shapes.get(read, ()), [])
             if isinstance(read, str)
-            else _shape_of(lambda read=read: item.functions[read](jnp.zeros(())))
+            else shape_of_signal(lambda read=read: item.functions[read](jnp.zeros(())))
         )
         if wrong:
             return item, [f"a function of time that it reads: {fault}" for fault in wrong]
@@ -153,7 +153,7 @@ def _state_faults(item, size, shapes, drivers):
     if item.period is None:
         return named_faults("rate", lambda: block.rate(u, s, t), declared, True) + found
     found += named_faults("sample", lambda: block.sample(u, s, t, item.period)[1], declared, True)
-    shape, wrong = _shape_of(lambda: block.sample(u, s, t, item.period)[0])
+    shape, wrong = shape_of_signal(lambda: block.sample(u, s, t, item.period)[0])
     if not wrong and shape != item.shape:
         wrong = [f"it has shape {shape}, that of `output` has {item.shape}"]
     return found + [f"the output of its sample: {fault}" for fault in wrong]

@@ -124,7 +124,7 @@ CASES = {
     "analysis.impending_motion": case(lambda z: call(z.rubbing, z.swinging, ["pin"])),
     "analysis.modes": of_state(),
     "analysis.campbell": case(
-        lambda z: call(z.whip, np.array([0.5, 1.0]), "pin"), "speeds shape: any number of speeds"
+        lambda z: call(z.blade, np.array([0.5, 1.0]), "pin"), "speeds shape: any number of speeds"
     ),
     "jaxmbs.modes": case(lambda z: call(z.lin)),
     "analysis.frequency_response": case(lambda z: call(z.lin, z.omega), "omega shape: any number of frequencies"),

@@ -109,7 +109,14 @@ class Zoo:
 
     @cached_property
     def whip(self):
-        b = mbs.SystemBuilder()
+        return self._whip((0.0, 0.0, -9.81))
+
+    @cached_property
+    def blade(self):
+        return self._whip((0.0, 0.0, 0.0))
+
+    def _whip(self, gravity):
+        b = mbs.SystemBuilder(gravity=gravity)
         section = mbs.forces.BeamSection([8.0, 4.0, 4.0, 2.0, 1.0, 1.0], 2.0, [0.5, 0.25, 0.25])
         b.beam("whip", section, [(0, 0, 0), (1, 0, 0)], 1)
         b.joint("pin", mbs.Revolute("y"), "ground", "whip.0")
