@@ -144,7 +144,8 @@ def campbell(
     linear = linearise(system, _turning(system, state, column, speeds[0]))
     if len(linear.velocities) < 2:
         raise ModelError([f"a Campbell diagram: nothing is free to vibrate beside the spin {spin!r}"])
-    check_cyclic(linear, cyclic_columns(linear, (spin,)), keep == "momentum")  # before the program: numbers are known
+    # before the program, where numbers are known
+    check_cyclic(linear, cyclic_columns(linear, (spin,)), keep == "momentum", is_steady=False)
     names = linear.state_names
     out = [k for k, name in enumerate(names) if name.removeprefix("rate of ") == spin]
     kept = tuple(name for k, name in enumerate(names) if k not in out)

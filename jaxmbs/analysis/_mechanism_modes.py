@@ -86,8 +86,11 @@ def cyclic_columns(lin, without):
     return np.unique(found)
 
 
-def check_cyclic(lin, out, keeps_momentum=True):
-    """ModelError where something is seen to depend on a coordinate, or to take away a momentum that is kept."""
+def check_cyclic(lin, out, keeps_momentum=True, is_steady=True):
+    """ModelError where something is seen to depend on a coordinate, or to take away a momentum that is kept.
+
+    Args: is_steady: False at a pose that is not the steady one, whose accelerations turn with other coordinates.
+    """
     if not is_concrete(lin.stiffness, lin.damping):
         return
     K, C, number = np.asarray(lin.stiffness), np.asarray(lin.damping), len(lin.velocities)
@@ -95,7 +98,8 @@ def check_cyclic(lin, out, keeps_momentum=True):
     least, faults = _CYCLIC_TOLERANCE[K.dtype.itemsize], []
     for k in out:
         name = lin.names[k]
-        if max(np.abs(K[:, k]).max(), np.abs(K[k]).max()) > least * max(np.abs(K).max(), 1e-300):
+        row = np.abs(K[k]).max() if is_steady else 0.0
+        if max(np.abs(K[:, k]).max(), row) > least * max(np.abs(K).max(), 1e-300):
             faults.append(f"{name!r} is not a cyclic coordinate: the stiffness depends on it")
         elif not keeps_momentum:
             continue

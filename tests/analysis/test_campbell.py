@@ -178,3 +178,23 @@ def test_what_depends_on_the_angle_is_refused(keep, what):
         b.force("spring", spring, between=(("ground", (0, 0.5, 0)), ("disc", (0, 0.1, 0))))
     with pytest.raises(mbs.ModelError, match="'spin' is not a cyclic coordinate: the stiffness depends on it"):
         mbs.analysis.campbell(b.build(), np.linspace(1.0, 100.0, 3), spin="spin", keep=keep)
+
+
+@pytest.mark.slow
+def test_a_blade_turns_at_a_pose_that_is_not_the_start():
+    """Undeformed it is pulled outwards, which is no dependence on the angle of the spin; gravity across is one."""
+
+    def blade(gravity):
+        b = mbs.SystemBuilder(gravity=gravity)
+        b.beam(
+            "blade",
+            mbs.forces.BeamSection([8.0, 4.0, 4.0, 2.0, 1.0, 1.0], 2.0, [0.5, 0.25, 0.25]),
+            [(0, 0, 0), (1, 0, 0)],
+            1,
+        )
+        b.joint("pin", mbs.Revolute("y"), "ground", "blade.0")
+        return b.build()
+
+    assert np.all(mbs.analysis.campbell(blade((0.0, 0.0, 0.0)), np.array([0.25, 0.5]), "pin").ok)
+    with pytest.raises(mbs.ModelError, match="'pin' is not a cyclic coordinate"):
+        mbs.analysis.campbell(blade((0.0, 0.0, -9.81)), np.array([0.25, 0.5]), "pin")
