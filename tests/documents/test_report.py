@@ -139,10 +139,11 @@ LOOK = (Path(__file__).parent / "look.html").read_text()
 
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs a browser")
-@pytest.mark.parametrize("width", [375, 1280])
-def test_no_text_is_cut_off_or_covered(page, tmp_path, width):
+@pytest.mark.parametrize(("width", "media"), [(375, "print"), (1280, "print"), (718, "all")])
+def test_no_text_is_cut_off_or_covered(page, tmp_path, width, media):
+    """On a phone, on a screen, and as A4 paper less its margins shows it, 96 points an inch."""
     looked = tmp_path / "looked.html"
-    looked.write_text(page.read_text().replace("</body>", LOOK))
+    looked.write_text(page.read_text().replace("</body>", LOOK).replace("@media print", f"@media {media}"))
     options = [
         "--headless=new",
         "--no-sandbox",

@@ -15,6 +15,7 @@ SCENES = {
     "scene.png": ("motion.html", "#t=0.42", (900, 520)),
     "mode.png": ("mode.html", "#t=0", (900, 520)),
     "report.png": ("crank.html", "", (760, 700)),
+    "report-loads.png": ("crank.html", "#part4", (760, 560)),
     "crane.png": ("crane.html", "", (640, 420)),
     "ring.png": ("ring.html", "", (640, 420)),
 }
@@ -36,6 +37,16 @@ def _text() -> str:
     return "".join(page.read_text("utf-8") for page in PAGES)
 
 
+def _only(page: Path, address: str) -> Path:
+    """A page, or a copy with one of its sections alone."""
+    if not address.startswith("#part"):
+        return page
+    style = f"<style>body > :not({address}) {{ display: none; }}</style></head>"
+    copy = page.with_stem(f"{page.stem}-{address[1:]}")
+    copy.write_text(page.read_text("utf-8").replace("</head>", style), "utf-8")
+    return copy
+
+
 def main() -> None:
     """Run the pages in a folder of their own and keep the pictures."""
     from matplotlib import pyplot
@@ -51,7 +62,7 @@ def main() -> None:
             for code in _BLOCK.findall(page.read_text("utf-8")):
                 exec(compile(code, str(page), "exec"), names)
         for picture, (scene, address, size) in SCENES.items():
-            photographed(Path(folder, scene), Path(folder, picture), address, size)
+            photographed(_only(Path(folder, scene), address), Path(folder, picture), address, size)
         for name in sorted(saved()):
             shutil.copy(name, IMAGES / name)
             print(f"{name}: {Path(name).stat().st_size / 1e3:.0f} kB")
