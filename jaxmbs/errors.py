@@ -113,11 +113,29 @@ class SimulationError(RuntimeError):
         return type(self), (self.message, self.motion)
 
 
+class SearchError(RuntimeError):
+    """A search for a design that was interrupted.
+
+    Attributes:
+        optimum: the best design up to then, an `Optimum` that is not ok; in a notebook `sys.last_value.optimum`.
+    """
+
+    def __init__(self, message: str, optimum: Any = None) -> None:
+        self.message = message
+        self.optimum = optimum
+        kept = "" if optimum is None else f"; its best design is kept: sys.last_value.optimum\n{optimum}"
+        super().__init__(printable(message + kept))
+
+    def __reduce__(self):
+        return type(self), (self.message, self.optimum)
+
+
 class BatchError(RuntimeError):
     """A batch of designs that stopped before its end.
 
     Attributes:
-        batch: the designs computed up to then; the others have the status "not run".
+        batch: the designs computed up to then; the others have the status "not run".  In a notebook
+            `sys.last_value.batch`.
     """
 
     def __init__(self, message: str, batch: Any = None) -> None:

@@ -16,7 +16,7 @@ from ..checks import as_flag
 from ..errors import BatchError
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
-from ..runtime import check_kind, tuning
+from ..runtime import check_kind, step_bar, tuning
 from ..status import Status, succeeded
 from ._executor import ChunkExecutor
 from ._program import BatchedFunction, batched_function, round_to_devices
@@ -147,7 +147,7 @@ def evaluate_batch(
         return _traced_batch(batched, designs, chunk or _largest_chunk(), feasible)
     good = np.full(num_designs(designs), True)
     is_quiet = not as_flag("progress", progress)
-    with tqdm(total=len(good), desc="batch: compiling", unit=" designs", disable=is_quiet) as bar:
+    with step_bar(len(good), "batch: compiling", is_wanted=not is_quiet, unit=" designs") as bar:
         on_tape = None
         if compile != "full" and chunk is None and not devices:
             small = batched_function(function, designs, cost, "tape")

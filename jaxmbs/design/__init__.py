@@ -6,6 +6,7 @@ from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
+    from ..errors import SearchError
     from ._limit import Limit
     from ._limit_result import LimitResult
     from ._minimise import minimise
@@ -20,6 +21,7 @@ __all__ = [
     "LimitResult",
     "Optimum",
     "ParetoFront",
+    "SearchError",
     "Tolerance",
     "Uncertainty",
     "Worst",

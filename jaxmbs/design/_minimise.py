@@ -11,7 +11,8 @@ from jaxtyping import PyTree
 from tqdm import tqdm
 
 from ..checks import as_flag, check_count, repeated
-from ..runtime import jit, kept_tiers
+from ..errors import SearchError
+from ..runtime import jit, kept_tiers, step_bar
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
@@ -85,7 +86,7 @@ def minimise(
     points = [read_variables(design0, bounds)] if starts is None else starting_points(design0, bounds, starts)
     points = [with_bound(point) for point in points] if is_worst else points
     problem = trace_problem(objective, points[0], gradient, limits, compile, tape_first=starts is None)
-    with tqdm(total=steps * len(points), disable=not as_flag("progress", progress), desc="minimise") as bar:
+    with step_bar(steps * len(points), "minimise", is_wanted=as_flag("progress", progress)) as bar:
         options = _Options(steps, tolerance, callback, bar, starts is not None, check, compile, is_worst)
         if starts is not None and not isinstance(optimiser, str):
             return _optax_multistart(problem, objective, points, optimiser, options)
@@ -135,10 +136,15 @@ def _search(
         search = Search(lambda x: evaluate(x, np.zeros(0, np.int32)), variables, *settings)
     if options.check:
         check_gradients(search)
-    if options.steps > 0 and not search.reason:
-        run(search, options.steps)
+    optimum = lambda: without_bound(search.optimum()) if options.is_worst else search.optimum()
+    try:
+        if options.steps > 0 and not search.reason:
+            run(search, options.steps)
+    except KeyboardInterrupt as error:
+        search.reason = "interrupted"
+        raise SearchError(f"the search was interrupted after {search.steps} steps", optimum()) from error
     judge(search)
-    return without_bound(search.optimum()) if options.is_worst else search.optimum()
+    return optimum()
 
 
 def _of_design(callback: Callable[[int, PyTree, float], Any]) -> Callable[[int, PyTree, float], Any]:

@@ -13,7 +13,7 @@ from tqdm import tqdm
 from ..checks import as_flag
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
-from ..runtime import jit
+from ..runtime import jit, step_bar
 from ._constrained import run_constrained, slsqp
 from ._limit import Limit
 from ._optimisers import lbfgsb
@@ -101,7 +101,7 @@ def pareto(
     outer = (design0, 0.0, 1.0), None if bounds is None else (bounds, None, None)
     problem = trace_problem(lambda x: first(x[0]), read_variables(*outer), gradient, [limit], compile)
     objectives = _TwoObjectives(problem, compile, outer)
-    with tqdm(total=steps * points, disable=not as_flag("progress", progress), desc="pareto") as bar:
+    with step_bar(steps * points, "pareto", is_wanted=as_flag("progress", progress)) as bar:
         ends = objectives.ends(steps, tolerance, bar)
         (_, high), (_, low) = (objectives.values(end.design[0]) for end in ends)
         span, found, start = high - low, [], ends[0].design[0]

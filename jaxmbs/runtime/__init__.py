@@ -30,6 +30,7 @@ from ._releases import release_advice, warn_of_wrong_release
 from ._remat import remat, save_factor
 from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import kernel_options, one_kernel, sets_marks, small_call
+from ._step_bar import step_bar
 from ._store import store
 from ._tiers import kept_tiers
 from ._traced_function import TracedFunction
@@ -99,6 +100,7 @@ __all__ = [
     "set_quick_flags",
     "sets_marks",
     "small_call",
+    "step_bar",
     "store",
     "take_notes",
     "tracer_errors_in_words",

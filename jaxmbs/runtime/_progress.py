@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 
 from ..checks import is_concrete
 from . import _tuning as tuning
+from ._step_bar import is_notebook, step_bar
 from .tape import SHOWN, WATCH
 
 #: Whether the program that is traced now runs on a tape, which shows its progress itself; part of the key of JAX's
@@ -83,9 +84,7 @@ class _Watched:
         if self.is_wanted is None and not _is_looked_at():
             self._advise(began)
             return
-        from tqdm.auto import tqdm
-
-        with tqdm(total=100, desc=self.title, unit="%", bar_format=_FORMAT, file=sys.stderr) as bar:
+        with step_bar(100, self.title, unit="%", bar_format=_FORMAT) as bar:
             while not self.done.wait(_EVERY):
                 bar.update(round(self.share()) - bar.n)
                 if self.advice and time.perf_counter() - began > tuning.SECONDS_TO_ADVICE:
@@ -108,7 +107,7 @@ class _Watched:
 
 def _is_looked_at():
     """True in a terminal and in a notebook."""
-    return sys.stderr.isatty() or "ipykernel" in sys.modules
+    return sys.stderr.isatty() or is_notebook()
 
 
 def _share(view, first, last):

@@ -14,7 +14,7 @@ from ..checks import distinct_names, place_of
 from ..errors import ModelError
 from ..status import succeeded
 from ._plans import Designs
-from ._results import NOT_COMPUTED, build_dataset
+from ._results import NOT_COMPUTED, build_dataset, unknown_value
 from ._store import StudyError, StudyStore, chunk_spans
 
 
@@ -65,16 +65,12 @@ def open_study(path: str | os.PathLike) -> Any:
     spans = chunk_spans(rows, chunk)
     one = {name: jax.ShapeDtypeStruct(*shape) for name, shape in shapes.items()}
     store = StudyStore(path, spans, one, own)
-    found = {name: np.full((rows, *shape), _nothing(kind), kind) for name, (shape, kind) in shapes.items()}
+    found = {name: np.full((rows, *shape), unknown_value(kind), kind) for name, (shape, kind) in shapes.items()}
     found["status"][:] = NOT_COMPUTED
     for number, span in enumerate(spans):
         for name, values in (store.read(number) or {}).items():
             found[name][span] = values
     return build_dataset(plan, found, behind, coords, units)
-
-
-def _nothing(kind):
-    return np.nan if np.issubdtype(kind, np.inexact) else 0
 
 
 def _read_layout(file):

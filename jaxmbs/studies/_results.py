@@ -87,3 +87,8 @@ def build_dataset(
 
 def _unit_attribute(units, name):
     return {"units": units[name]} if name in units else {}
+
+
+def unknown_value(kind):
+    """Value of an answer that was not computed."""
+    return np.nan if np.issubdtype(kind, np.inexact) else 0

@@ -21,7 +21,14 @@ _FORMAT = 2  # 1 was a group of zarr
 
 
 class StudyError(Exception):
-    """A study that cannot be begun, continued or written; what was written stays."""
+    """A study that cannot be begun, continued or written; what was written stays.
+
+    Attributes:
+        study: the Dataset of the designs computed up to an interrupt, the others "not run"; else None.  In a notebook
+            `sys.last_value.study`.
+    """
+
+    study: Any = None
 
 
 class StudyStore:

@@ -8,20 +8,21 @@ from typing import Any
 import jax
 import numpy as np
 from jaxtyping import Array
-from tqdm import tqdm
 
-from ..batching._batch import evaluate_batch
+from ..batching._batch import Batch, evaluate_batch
 from ..batching._program import batched_function
 from ..batching._result import count_steps
 from ..batching._table import design_shape, select_designs
 from ..checks import as_flag
 from ..errors import BatchError
-from ..runtime import check_kind, fingerprint, garbage_collection_paused, tuning
+from ..runtime import check_kind, fingerprint, garbage_collection_paused, step_bar, tuning
 from ..typing import ArrayLike
 from ._opened import layout_bytes
 from ._plans import Designs, read_plan
-from ._results import answer_dimensions, build_dataset
+from ._results import NOT_COMPUTED, answer_dimensions, build_dataset, unknown_value
 from ._store import StudyError, StudyStore, chunk_spans, hash_columns
+
+_IN_MEMORY = "without a folder only `study` of this error has what was computed (sys.last_value.study)"
 
 
 def sweep(
@@ -71,22 +72,29 @@ def sweep(
     behind = answer_dimensions(plan, one, dims or {}, coords, units)
     size = int(np.prod(plan.shape))
     spans = chunk_spans(size, min(chunk, size))
-    found = {name: np.zeros((size, *a.shape), a.dtype) for name, a in one.items()}
+    found = {name: np.full((size, *a.shape), unknown_value(a.dtype), a.dtype) for name, a in one.items()}
+    found["status"][:] = NOT_COMPUTED
     compute = functools.partial(evaluate_chunk, function, cost=cost, compile=compile, total=size)
     run = _run_locally(compute, plan, spans) if client is None else _run_on_dask(compute, plan, spans, client)
-    if path is None:
-        _compute_chunks(found, spans, None, run, size, progress)
-    else:
-        about = {
-            "designs": hash_columns(plan.designs),
-            "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()},
-        }
-        store = StudyStore(path, spans, one, {**about, "function": fingerprint(_traced(function, plan)), "key": key})
-        layout = layout_bytes(plan, behind, coords, units)
-        if _load_chunks(found, spans, store) or not store.has_layout:  # a study that is done asks nothing of the disk
-            with store.writing():
-                store.write_layout(layout)
-                _compute_chunks(found, spans, store, run, size, progress)
+    try:
+        if path is None:
+            _compute_chunks(found, spans, None, run, size, progress)
+        else:
+            about: dict[str, Any] = {
+                "designs": hash_columns(plan.designs),
+                "answers": {n: [*a.shape, str(a.dtype)] for n, a in one.items()},
+            }
+            about |= {"function": fingerprint(_traced(function, plan)), "key": key}
+            store = StudyStore(path, spans, one, about)
+            layout = layout_bytes(plan, behind, coords, units)
+            if _load_chunks(found, spans, store) or not store.has_layout:  # one that is done asks nothing of the disk
+                with store.writing():
+                    store.write_layout(layout)
+                    _compute_chunks(found, spans, store, run, size, progress)
+    except StudyError as error:
+        if np.any(found["status"] != NOT_COMPUTED):
+            error.study = build_dataset(plan, found, behind, coords, units)
+        raise
     return build_dataset(plan, found, behind, coords, units)
 
 
@@ -112,7 +120,7 @@ def _compute_chunks(
     where = "the study" if store is None else store.path
     is_quiet = not as_flag("progress", progress)
     try:
-        with tqdm(total=size, initial=done, desc="sweep", unit=" designs", disable=is_quiet) as bar:
+        with step_bar(size, "sweep", is_wanted=not is_quiet, initial=done, unit=" designs") as bar:
             for number, arrays in run(left):
                 for name, values in arrays.items():
                     found[name][spans[number]] = values
@@ -121,9 +129,12 @@ def _compute_chunks(
                 done += len(arrays["status"])
                 bar.update(len(arrays["status"]))
     except (KeyboardInterrupt, OSError, _ChunkError) as error:
+        if isinstance(error, _ChunkInterrupt) and error.part is not None:
+            for name, values in _named_answers(error.part).items():
+                found[name][spans[error.number]] = values[: spans[error.number].stop - spans[error.number].start]
         said = "interrupted" if isinstance(error, KeyboardInterrupt) else getattr(error, "strerror", None) or error
         kept = f"{done} of {size} designs are kept, run the same study again to go on"
-        raise StudyError(f"{where}: {said}; {kept if store else 'nothing is kept without a folder'}") from error
+        raise StudyError(f"{where}: {said}; {kept if store else _IN_MEMORY}") from error
 
 
 def evaluate_chunk(
@@ -144,8 +155,13 @@ def evaluate_chunk(
     least = count if few else min(number, tuning.CHUNK * (os.cpu_count() or 1))
     filled = select_designs(designs, np.minimum(np.arange(max(count, least)), count - 1))
     found = evaluate_batch(function, filled, progress=False, cost=cost, compile=compile, total=total)
-    named = _flatten_names(found.values) | {"status": np.asarray(found.status)}
-    return {name: np.asarray(values)[:count] for name, values in named.items()}
+    return {name: values[:count] for name, values in _named_answers(found).items()}
+
+
+def _named_answers(batch: Batch) -> dict[str, np.ndarray]:
+    """Answers and `status` of a batch by name."""
+    named = _flatten_names(batch.values) | {"status": batch.status}
+    return {name: np.asarray(values) for name, values in named.items()}
 
 
 def _answers(function, plan: Designs, cost, compile) -> dict:
@@ -173,6 +189,14 @@ class _ChunkError(Exception):
     """A chunk whose designs raised an error."""
 
 
+class _ChunkInterrupt(KeyboardInterrupt):
+    """An interrupt of a chunk, and the part of it that was computed."""
+
+    def __init__(self, number: int, part: Batch | None):
+        super().__init__()
+        self.number, self.part = number, part
+
+
 def _run_locally(compute, plan: Designs, spans: list[slice]) -> Callable:
     def run(left):
         for number in left:
@@ -181,7 +205,7 @@ def _run_locally(compute, plan: Designs, spans: list[slice]) -> Callable:
                 found = compute(select_designs(plan.designs, np.arange(span.start, span.stop)), spans[0].stop)
             except BatchError as error:
                 if isinstance(error.__cause__, KeyboardInterrupt):
-                    raise error.__cause__ from None
+                    raise _ChunkInterrupt(number, error.batch) from None
                 raise _ChunkError(f"designs {span.start} to {span.stop - 1} failed: {error}") from error
             yield number, found
 

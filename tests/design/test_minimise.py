@@ -1,6 +1,7 @@
 """`minimise` on functions whose minima are known."""
 
 import functools
+import pickle
 
 import jax
 import numpy as np
@@ -8,6 +9,7 @@ import optax
 import pytest
 from jax import numpy as jnp
 
+from jaxmbs.design import Limit, SearchError
 from jaxmbs.design import minimise as minimise_with_bar
 
 minimise = functools.partial(minimise_with_bar, progress=False)
@@ -203,3 +205,22 @@ def test_options_out_of_range(options, message):
 def test_a_design_of_empty_arrays():
     with pytest.raises(ValueError, match="no variables"):
         minimise(lambda x: jnp.sum(x), np.zeros(0))
+
+
+@pytest.mark.parametrize("limits", [(), (Limit("y", lambda d: d["x"], upper=9.0),)])
+def test_an_interrupted_search_keeps_its_best_design(limits):
+    """Ctrl-C, or the stop button of a notebook, in the third step."""
+
+    def callback(step, design, value):
+        if step == 3:
+            raise KeyboardInterrupt
+
+    start = {"x": -1.2, "y": 1.0}
+    with pytest.raises(SearchError, match="interrupted after 3 steps") as caught:
+        minimise(rosenbrock, start, limits=limits, callback=callback)
+    best = caught.value.optimum
+    assert not best.ok and best.reason == "interrupted" and len(best.history.values) == 4
+    assert best.value <= min(best.history.values) < rosenbrock(start)
+    np.testing.assert_allclose(rosenbrock(best.design), best.value)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert again.optimum.value == best.value

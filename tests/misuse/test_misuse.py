@@ -66,7 +66,7 @@ EXEMPT = {
         elements.DIRECTIONS motion.Event ode.ProjectedSolver ode.Gauss4 ode.ImplicitMidpoint ode.Rodas5P
         ode.SemiImplicitEuler builder.SystemBuilder
         jaxmbs.AssemblyError studies.StudyError jaxmbs.BatchError jaxmbs.ModelError jaxmbs.SimulationError
-        jaxmbs.UnknownNameError jaxmbs.ModelFileError
+        design.SearchError jaxmbs.UnknownNameError jaxmbs.ModelFileError
     """,
     "files, programs and pictures, whose tests are their own": """
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.read_uff_modes io.write_uff io.read_urdf

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -246,7 +247,7 @@ def test_an_interrupt_says_what_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "evaluate_batch", stopped)
     with pytest.raises(StudyError, match="interrupted; 4 of 6 designs are kept"):
         sweep(lambda d: {"y": d["x"]}, plan, tmp_path / "study", chunk=2)
-    with pytest.raises(StudyError, match="interrupted; nothing is kept without a folder"):
+    with pytest.raises(StudyError, match="interrupted; without a folder only `study`"):
         sweep(lambda d: {"y": d["x"]}, plan, chunk=2)
 
 
@@ -337,3 +338,27 @@ def test_designs_of_like_cost_are_told_apart(tmp_path, monkeypatch):
     np.testing.assert_array_equal(found["work"], 2.0 * n)
     assert len(orders) > 1 and all(np.all(np.isin(costs, 2.0 * n)) for _, costs in orders)
     assert np.ptp(orders[-1][1]) > 0.0
+
+
+@pytest.mark.parametrize("folder", [None, "study"])
+def test_an_interrupted_study_keeps_what_was_computed(folder, tmp_path, monkeypatch):
+    """Chunks that are done, and the part of the one that is not; what was not computed says so."""
+    evaluate, calls = study.evaluate_batch, []
+
+    def stopped(*args, **options):
+        found = evaluate(*args, **options)
+        calls.append(1)
+        if len(calls) == 2:
+            status = np.where(np.arange(len(found.status)) < 1, found.status, mbs.Status.NOT_RUN)
+            part = eqx.tree_at(lambda batch: batch.status, found, status)
+            raise BatchError("stopped", part) from KeyboardInterrupt()
+        return found
+
+    monkeypatch.setattr(study, "evaluate_batch", stopped)
+    path = None if folder is None else tmp_path / folder
+    with pytest.raises(StudyError, match="interrupted") as caught:
+        sweep(lambda d: {"y": 2.0 * d["x"]}, {"x": np.arange(6.0)}, path, chunk=2)
+    found = caught.value.study
+    assert list(found["reason"].values) == ["success"] * 3 + ["not computed"] * 3
+    np.testing.assert_array_equal(found["y"][:3], [0.0, 2.0, 4.0])
+    assert np.all(np.isnan(found["y"][4:]))
