@@ -76,7 +76,8 @@ FACES = {
     """,
     "jaxmbs.elements": """
         AbstractElement Beam DIRECTIONS GroundSpring Hexahedron Laminate LayeredQuadrilateral LayeredTriangle
-        PointMass QuadraticHexahedron QuadraticTetrahedron QuadraticWedge Quadrilateral Rod ShellSection Spring
+        PointMass QuadraticHexahedron QuadraticQuadrilateral QuadraticTetrahedron QuadraticTriangle QuadraticWedge
+        Quadrilateral Rod ShearPanel ShellSection Spring
         Tetrahedron Triangle Wedge hill_reserve orthotropic tsai_wu_reserve
     """,
     "jaxmbs": """

@@ -120,6 +120,32 @@ def layered_triangle(p):
     _layers(p, ((-1.5, -0.9), (1.2, -0.9), (-0.4, 1.3)))
 
 
+def shear_panel(p):
+    quadrilateral(p)
+    p.arrow((-0.6, -1.15, -0.3), (0.5, -1.15, -0.3), "flow", GREEN)
+    p.arrow((1.3, -0.5, -0.3), (1.35, 0.5, -0.3), "", GREEN)
+
+
+def _curved(p, corners):
+    count = len(corners)
+    middles = []
+    for i in range(count):
+        a, b = corners[i], corners[(i + 1) % count]
+        middles.append((0.54 * (a[0] + b[0]), 0.54 * (a[1] + b[1]), -0.2))
+    ring = [place for pair in zip([(x, y, -0.3) for x, y in corners], middles, strict=True) for place in pair]
+    p.plane(*ring, fill=BLUE)
+    _nodes(p, [*((x, y, -0.3) for x, y in corners), *middles])
+    p.frame((0, 0, -0.3), 0.5, RED)
+
+
+def quadratic_quadrilateral(p):
+    _curved(p, ((-1.2, -1.0), (1.0, -1.0), (1.2, 1.0), (-1.0, 1.0)))
+
+
+def quadratic_triangle(p):
+    _curved(p, ((-1.5, -0.9), (1.2, -0.9), (-0.4, 1.3)))
+
+
 def _component(p, shape=None, held=(True, False), color=RED, words=""):
     """A bar between two interface nodes, and a shape that it moves in."""
     p.line((-1.4, 0, 0), (1.4, 0, 0), width=6, color=PALE)
@@ -213,11 +239,14 @@ STRUCTURES = {
     "Unreduced": unreduced,
     "PointMass": point_mass,
     "QuadraticHexahedron": quadratic_hexahedron,
+    "QuadraticQuadrilateral": quadratic_quadrilateral,
+    "QuadraticTriangle": quadratic_triangle,
     "QuadraticTetrahedron": lambda p: tetrahedron(p, True),
     "QuadraticWedge": lambda p: wedge(p, True),
     "Quadrilateral": quadrilateral,
     "Rod": rod,
     "Rubin": rubin,
+    "ShearPanel": shear_panel,
     "Spring": spring,
     "Tetrahedron": tetrahedron,
     "Triangle": triangle,

@@ -17,9 +17,12 @@ if TYPE_CHECKING:
     from ._laminate import orthotropic as orthotropic
     from ._laminate import tsai_wu_reserve as tsai_wu_reserve
     from ._point_mass import PointMass as PointMass
+    from ._quadratic_shell import QuadraticQuadrilateral as QuadraticQuadrilateral
+    from ._quadratic_shell import QuadraticTriangle as QuadraticTriangle
     from ._quadrilateral import LayeredQuadrilateral as LayeredQuadrilateral
     from ._quadrilateral import Quadrilateral as Quadrilateral
     from ._rod import Rod as Rod
+    from ._shear_panel import ShearPanel as ShearPanel
     from ._shell_section import ShellSection as ShellSection
     from ._spring import GroundSpring as GroundSpring
     from ._spring import Spring as Spring
@@ -41,10 +44,13 @@ __all__ = [
     "LayeredTriangle",
     "PointMass",
     "QuadraticHexahedron",
+    "QuadraticQuadrilateral",
     "QuadraticTetrahedron",
+    "QuadraticTriangle",
     "QuadraticWedge",
     "Quadrilateral",
     "Rod",
+    "ShearPanel",
     "ShellSection",
     "Spring",
     "Tetrahedron",

@@ -24,6 +24,12 @@ def bent(kind):
     return kind.rule.shapes.nodes + np.random.default_rng(6).uniform(-0.04, 0.04, (kind.num_nodes, 3))
 
 
+def curved(kind):
+    """Nodes of a shell with curved sides and surface."""
+    plane = np.pad(kind.rule.shapes.nodes, ((0, 0), (0, 1)))
+    return plane + np.random.default_rng(6).uniform(-0.04, 0.04, plane.shape)
+
+
 CASES = {  # element, positions, mass
     "mass": (el.PointMass(2.0), LINE[:1], 2.0),
     "mass_with_arm": (el.PointMass(2.0, (0.1, 0.2, 0.3), np.diag([1.0, 2.0, 3.0])), LINE[:1], 2.0),
@@ -45,6 +51,9 @@ CASES = {  # element, positions, mass
     "quadrilateral": (el.Quadrilateral(**SHELL), FLAT, None),
     "layered_triangle": (el.LayeredTriangle(LAYUP, 0.4), FLAT[:3], None),
     "layered_quadrilateral": (el.LayeredQuadrilateral(LAYUP, 0.4), FLAT, None),
+    "shear_panel": (el.ShearPanel(2.0, 0.1, 1.5), FLAT, None),
+    "quadratic_triangle": (el.QuadraticTriangle(LAYUP, 0.4), curved(el.QuadraticTriangle), None),
+    "quadratic_quadrilateral": (el.QuadraticQuadrilateral(LAYUP, 0.4), curved(el.QuadraticQuadrilateral), None),
     "hexahedron": (el.Hexahedron(2.0, 0.3, 1.5), CUBE + BUMPS, None),
     "tetrahedron": (el.Tetrahedron(2.0, 0.3, 1.5), bent(el.Tetrahedron), None),
     "wedge": (el.Wedge(2.0, 0.3, 1.5), bent(el.Wedge), None),
@@ -53,7 +62,7 @@ CASES = {  # element, positions, mass
     "quadratic_hexahedron": (el.QuadraticHexahedron(2.0, 0.3, 1.5), bent(el.QuadraticHexahedron), None),
 }
 FREE = {name: 6 for name in CASES} | {"mass": 3, "rod": 5, "lumped_rod": 5, "ground_spring": 0}
-FREE |= {"mass_with_arm": 6}
+FREE |= {"mass_with_arm": 6, "shear_panel": 11}
 
 
 @jax.jit

@@ -485,6 +485,9 @@ CASES = {
             "QuadraticWedge",
         )
     },
+    "elements.ShearPanel": element(lambda z: call(8.0, 0.5, 1.0), positive="shear_modulus thickness density"),
+    "elements.QuadraticTriangle": element(lambda z: call(SECTION, 0.25, 0.5)),
+    "elements.QuadraticQuadrilateral": element(lambda z: call(SECTION, 0.25, 0.5)),
     "elements.LayeredTriangle": element(lambda z: call(SECTION, 0.25)),
     "elements.LayeredQuadrilateral": element(lambda z: call(SECTION, 0.25, 0.5)),
     "elements.ShellSection": case(lambda z: call(np.eye(3), np.eye(3), np.eye(2), np.eye(3), 1.0, 0.5)),

@@ -18,6 +18,7 @@ from ._text import DeckLine
 MAX_FAULTS = 200  # more are not read by anybody
 _INTEGER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[ED]?([+-]?\d{1,4}))?", re.ASCII | re.IGNORECASE)
+_EQUATION = re.compile(r"DEQATN\b", re.IGNORECASE)
 REQUIRED: Any = object()
 
 
@@ -133,6 +134,14 @@ def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
     """Cards in the order of the deck, to ENDDATA."""
     card, label = None, ""
     for text, place in lines:
+        if _EQUATION.match(text):  # its text is no fields, which goes on in lines that begin with a blank or a mark
+            if card is not None:
+                yield card
+            card, label = Card("DEQATN", place, faults), ""
+            card.fields.append(text[8:16].strip(" ,"))
+            continue
+        if card is not None and card.name == "DEQATN" and text[0] in " +*\t,":
+            continue
         first, data, tail, row = _split_fields(text)
         if not first or first[0] in "+*":
             if card is None:

@@ -1,5 +1,6 @@
 """Cards of lines: which nodes they join."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -8,11 +9,12 @@ import numpy as np
 from ...elements import DIRECTIONS
 from ._cards import Card
 from ._context import DeckContext
-from ._groups import AbstractElementGroup, BarGroup, RodGroup
+from ._groups import AbstractElementGroup, BarGroup, RodGroup, TwistGroup
 from ._properties import BeamProperty
 
 Groups = dict[str, AbstractElementGroup]
 _PROPERTY_CARDS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML"), "CROD": ("PROD",)}
+_PROPERTY_CARDS |= {"CTUBE": ("PTUBE",), "CVISC": ("PVISC",)}
 
 
 def group_cards(cards: list[Card], key: Callable[[Card], Any]) -> dict[Any, list[Card]]:
@@ -76,14 +78,20 @@ def _orientation_node(card, deck):
 
 
 def _orientation_vectors(card, deck, ends):
-    if card.text(8).upper() not in ("", "GGG"):
-        card.fault(f"OFFT {card.text(8)[:8]!r} is not supported: only GGG is")
     if _orientation_node(card, deck) >= 0:
         return np.zeros(3)
-    vector = card.reals(5, 3, "X")
+    vector = np.array(card.reals(5, 3, "X"))
     if not any(vector):
         card.fault("the vector X1 X2 X3 of plane 1 is missing")
-    return vector @ deck.axes(ends[0])
+    return vector if _systems(card)[0] == "B" else vector @ deck.axes(ends[0])
+
+
+def _systems(card):
+    """OFFT: the systems of the vector, basic or of the displacements, and of the offsets."""
+    text = card.text(8).upper()
+    if text and not re.fullmatch("[GB]GG", text):
+        card.fault(f"OFFT {text[:8]!r} is not supported: GGG and BGG are")
+    return text or "GGG"
 
 
 def _offsets(card, deck, ends):
@@ -92,25 +100,39 @@ def _offsets(card, deck, ends):
 
 
 def rods(cards: list[Card], deck: DeckContext) -> Groups:
-    """CROD."""
+    """CROD and CTUBE, whose torsion is a group of its own, or CVISC."""
     made: Groups = {}
     for owner, own in group_cards(cards, lambda card: deck.owner(card, *_PROPERTY_CARDS[card.name])).items():
-        nodes = tuple(node_indices(card, deck, 3, 2) for card in own)
-        made[f"{own[0].name} {owner.partition(' ')[2]}"] = RodGroup(nodes, element_ids(own), owner)
+        nodes, name = (
+            tuple(node_indices(card, deck, 3, 2) for card in own),
+            f"{own[0].name} {owner.partition(' ')[2]}",
+        )
+        if own[0].name == "CVISC":
+            made[name] = TwistGroup(nodes, element_ids(own), owner)
+        else:
+            made |= _rod_groups(name, nodes, own, owner, deck)
+    return made
+
+
+def _rod_groups(name, nodes, own, owner, deck):
+    made: Groups = {name: RodGroup(nodes, element_ids(own), owner)}
+    if owner and float(deck.properties[owner].torsion) > 0:
+        made[f"torsion of {name}"] = TwistGroup(nodes, element_ids(own), owner)
     return made
 
 
 def conrods(cards: list[Card], deck: DeckContext) -> Groups:
     """CONROD: a group and a property "CONROD 7", of its first element, for each material, area and NSM."""
     made: Groups = {}
-    values = lambda card: (card.integer(4, "MID"), card.real(5, "A"), card.real(8, "NSM", 0.0))
-    for (_, area, nsm), own in group_cards(cards, values).items():
+    values = lambda card: (
+        card.integer(4, "MID"),
+        *(card.real(k, n, 0.0) for k, n in ((5, "A"), (6, "J"), (8, "NSM"))),
+    )
+    for (_, area, J, nsm), own in group_cards(cards, values).items():
         name = f"CONROD {own[0].integer(1, 'EID')}"
         material = deck.material(own[0], 4, "MID")
-        for card in own:
-            card.refuse_fields("torsion J", 6)
-        if not area > 0 or nsm < 0:
-            own[0].fault("A must be positive and NSM must not be negative")
-        deck.properties[name] = BeamProperty(area, 0.0, 0.0, 0.0, nsm, None, material)
-        made[name] = RodGroup(tuple(node_indices(card, deck, 2, 2) for card in own), element_ids(own), name)
+        if not area > 0 or nsm < 0 or J < 0:
+            own[0].fault("A must be positive, J and NSM must not be negative")
+        deck.properties[name] = BeamProperty(area, 0.0, 0.0, J, nsm, None, material)
+        made |= _rod_groups(name, tuple(node_indices(card, deck, 2, 2) for card in own), own, name, deck)
     return made

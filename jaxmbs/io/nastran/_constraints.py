@@ -41,7 +41,8 @@ def read_supports(found: CardsByName, sets: set[int], deck: DeckContext) -> set[
             for k in (2, 5) if card.text(5) else (2,):
                 node = deck.node(card, k, "G")
                 pairs |= {(node, d) for d in deck.directions(card, k + 1, "C", node)}
-                card.refuse_fields("an enforced displacement D", k + 2)
+                if card.real(k + 2, "D", 0.0):
+                    deck.remark("SPC with an enforced displacement D, which is a load, holds the place where it is")
     for card in found.get("SPC1", ()):
         if card.integer(1, "SID") in sets:
             nodes = deck.nodes(card, card.identifiers(3, "G"))

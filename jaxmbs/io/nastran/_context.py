@@ -24,6 +24,7 @@ class DeckContext:
         held: (node, direction) of the permanent constraints on GRIDs.
         notes, remarks: what is read over, and what was decided about it, in words, with the number of times.
         polar: whether CBARs have inertia about their own axis.
+        bars_only: materials whose E and G make no Poisson's ratio between -1 and 1/2.
     """
 
     def __init__(self, found: dict[str, list[Card]], polar: bool) -> None:
@@ -57,6 +58,7 @@ class DeckContext:
         self.axes = lru_cache(maxsize=None)(self._axes)
         self.materials: dict[str, Any] = {}
         self.properties: dict[str, Any] = {}
+        self.bars_only: set[str] = set()
         self._found = found
         self._missing: set[str] = set()
 
@@ -84,6 +86,8 @@ class DeckContext:
             return "" if default is REQUIRED else default
         names = [f"{kind} {one}" for kind in kinds]
         found = next((name for name in names if name in self.materials), None)
+        if found in self.bars_only and card.name[1] in "SC":
+            card.fault(f"E and G of {found} make a Poisson's ratio that does not lie between -1 and 1/2")
         if found is None and str(one) not in self._unread:
             card.fault(f"there is no {' or '.join(names)}")
         return found or names[0]
@@ -95,6 +99,10 @@ class DeckContext:
     def remark(self, what: str) -> None:
         """Note an assumption."""
         self.remarks[what] = self.remarks.get(what, 0) + 1
+
+    def remark_once(self, what: str) -> None:
+        """Note an assumption about one card."""
+        self.remarks[what] = 1
 
     def directions(self, card: Card, k: int, name: str, node: int) -> tuple[int, ...]:
         """Components of a GRID, or the one of a scalar point, which is 0, 1 or blank."""
@@ -166,7 +174,7 @@ def scalar_points(found: dict[str, list[Card]]) -> set[int]:
 
 
 #: How many data each of several entries on one card has.
-_SHARED = {"PELAS": 4, "PMASS": 2, "PDAMP": 2} | {
+_SHARED = {"PVISC": 4, "PELAS": 4, "PMASS": 2, "PDAMP": 2} | {
     f"{kind}{form}": 4 for kind in ("CELAS", "CMASS", "CDAMP") for form in "34"
 }
 

@@ -3,12 +3,14 @@
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...elements import AbstractElement, Beam, Rod
+from ...elements import AbstractElement, Beam, Rod, Spring
 from ...elements._base import as_optional_real, as_real
+from ...elements._shared_matrices import axes_along
 from ...typing import Convertible
 
 
@@ -19,6 +21,12 @@ class DeckParameters(NamedTuple):
     materials: dict[str, Any]
     properties: dict[str, Any]
     mass: Array
+
+
+class LineDamperProperty(eqx.Module):
+    """PVISC: `damping` (2,) along [N s/m] and about [N m s] the line of a CVISC."""
+
+    damping: Convertible[Float[Array, "2"]] = eqx.field(converter=as_real)
 
 
 class AbstractElementGroup(eqx.Module):
@@ -141,6 +149,33 @@ class RodGroup(AbstractElementGroup):
         line = _element_axes(self.nodes, numbers)
         line = (line / np.linalg.norm(line, axis=1, keepdims=True))[:, None, None].repeat(2, axis=1)
         return line, line[:, :, :0]
+
+
+class TwistGroup(AbstractElementGroup):
+    """Torsion of CROD, CONROD and CTUBE, `G J / l` about their line; or the dampers CVISC along and about it."""
+
+    property: str = eqx.field(static=True)
+
+    def element(self, numbers: DeckParameters) -> AbstractElement:
+        """Springs, or dampers, in the axes of the lines."""
+        own = numbers.properties[self.property]
+        ends = numbers.positions[np.array(self.nodes)]
+        line = ends[:, 1] - ends[:, 0]
+        axes = jax.vmap(axes_along)(line)
+        none = jnp.zeros((len(self.nodes), 6, 6), line.dtype)
+        if isinstance(own, LineDamperProperty):
+            along = jnp.asarray(np.eye(6)[[0, 3]], line.dtype)
+            damper = jnp.einsum("d,da,db->ab", own.damping, along, along)
+            return Spring(none, jnp.broadcast_to(damper, none.shape), axes, self._all(jnp.asarray(0.5)))
+        rate = numbers.materials[own.material].shear * own.torsion / jnp.linalg.norm(line, axis=1)
+        return Spring(none.at[:, 3, 3].set(rate), None, axes, self._all(jnp.asarray(0.5)))
+
+    def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations about their line; of dampers nothing."""
+        line = _element_axes(self.nodes, numbers)
+        line = (line / np.linalg.norm(line, axis=1, keepdims=True))[:, None, None].repeat(2, axis=1)
+        stiff = not isinstance(numbers.properties[self.property], LineDamperProperty)
+        return line[:, :, :0], line if stiff else line[:, :, :0]
 
 
 def _section_axes(line, reference):

@@ -10,11 +10,12 @@ from jaxtyping import Array, Float
 
 from ...elements import AbstractElement, PointMass
 from ._groups import AbstractElementGroup, BarGroup, DeckParameters, RodGroup
+from ._panel_groups import PanelGroup, PanelSideGroup
 from ._point_groups import PointMassGroup
 from ._shell_groups import ShellGroup, SolidGroup
 
 #: Groups whose masses can be lumped.
-HEAVY = (BarGroup, RodGroup, ShellGroup, SolidGroup)
+HEAVY = (BarGroup, RodGroup, ShellGroup, SolidGroup, PanelGroup)
 
 
 class MasslessGroup(AbstractElementGroup):
@@ -71,7 +72,7 @@ class LumpedMassGroup(AbstractElementGroup):
         count, size = made.num_nodes, made.coordinates
         blocks = M.reshape(len(M), count, size, count, size)[:, :, :3, :, :3]
         shares = jnp.trace(jnp.sum(blocks, axis=3), axis1=2, axis2=3) / 3.0
-        if count in (10, 15, 20):
+        if count > 4 and not (size == 3 and count in (6, 8)):
             own = jnp.einsum("eiaia->ei", blocks)
             return own * (jnp.sum(shares, axis=1) / jnp.sum(own, axis=1))[:, None]
         return jnp.broadcast_to(jnp.mean(shares, axis=1, keepdims=True), shares.shape) if count < 4 else shares
@@ -91,7 +92,7 @@ def lump_masses(elements: dict[str, AbstractElementGroup]) -> dict[str, Abstract
     """Groups with masses of their own divided in two, "CBAR 1" and "mass of CBAR 1"."""
     made: dict[str, AbstractElementGroup] = {}
     for name, own in elements.items():
-        if not isinstance(own, HEAVY):
+        if not isinstance(own, HEAVY) or isinstance(own, PanelSideGroup):
             made[name] = own
             continue
         made[name] = MasslessGroup(own.nodes, own.ids, own)

@@ -7,6 +7,7 @@ from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 from ._cards import Card, require_positive
 from ._context import DeckContext
+from ._groups import LineDamperProperty
 
 Scalar = Convertible[Float[Array, ""]]
 
@@ -65,6 +66,13 @@ def bush(card: Card, deck: DeckContext) -> BushingProperty:
             card.fault(f"{what[:16]!r} is not supported: only K, B, GE, RCV are")
     require_positive(card, nonnegative={f"{n}{k + 1}": v for n, row in values.items() for k, v in enumerate(row)})
     return BushingProperty(values["K"], values["B"] if any(values["B"]) else None)
+
+
+def line_damper(card: Card, deck: DeckContext) -> LineDamperProperty:
+    """One damper of a PVISC."""
+    values = {"CE": card.real(2, "CE", 0.0), "CR": card.real(3, "CR", 0.0)}
+    require_positive(card, nonnegative=values)
+    return LineDamperProperty(list(values.values()))
 
 
 def scalar(card: Card, deck: DeckContext) -> SpringProperty:

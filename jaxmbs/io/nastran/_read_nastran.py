@@ -17,7 +17,7 @@ from ._context import DeckContext, default_cards, scalar_points, split_shared_ca
 from ._coordinate_systems import NAMES
 from ._coordinates import are_ties_uncoupled, number_coordinates
 from ._deck import Deck
-from ._faces import plates, solids
+from ._faces import panels, plates, solids
 from ._groups import DeckParameters
 from ._ignored_cards import CHOSEN, HARMLESS
 from ._lumped import HEAVY, LumpedMassGroup, lump_masses
@@ -29,8 +29,8 @@ from ._text import BulkData
 from ._ties import AbstractTie, MeanTie, MultipointTie, Pair
 
 ELEMENTS: dict[str, Callable[[list[Card], DeckContext], Groups]] = {
-    **dict(CBAR=bars, CBEAM=bars, CROD=rods),
-    **dict.fromkeys(("CQUAD4", "CQUADR", "CTRIA3", "CTRIAR"), plates),
+    **dict(CBAR=bars, CBEAM=bars, CROD=rods, CTUBE=rods, CVISC=rods, CSHEAR=panels),
+    **dict.fromkeys(("CQUAD4", "CQUADR", "CTRIA3", "CTRIAR", "CQUAD8", "CTRIA6"), plates),
     **dict.fromkeys(("CTETRA", "CPENTA", "CHEXA"), solids),
     **dict(CONROD=conrods, CONM2=masses, CBUSH=bushes),
     **{f"{kind}{form}": scalars for kind in ("CELAS", "CMASS", "CDAMP") for form in "1234"},
@@ -38,7 +38,7 @@ ELEMENTS: dict[str, Callable[[list[Card], DeckContext], Groups]] = {
 CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR")
 _NUMBERS = {**MATERIALS, **PROPERTIES}
 _CARDS_READ = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *_NUMBERS, *ELEMENTS, *CONSTRAINTS}
-_LENGTHS = {"GRID": 8, "CROD": 4, "CONM2": 14, "CONROD": 8, "RBAR": 9, "PROD": 6}
+_LENGTHS = {"GRID": 8, "CROD": 4, "CONM2": 14, "CONROD": 8, "RBAR": 9, "PROD": 6, "CTUBE": 4, "PTUBE": 6}
 _MASSES = {
     "lumped": "masses are lumped, as Nastran's are without PARAM COUPMASS 1; masses='consistent' takes the others",
     "consistent": "masses are consistent, as Nastran's are with PARAM COUPMASS 1; masses='lumped' takes the others",

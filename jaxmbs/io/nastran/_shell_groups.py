@@ -1,5 +1,7 @@
 """Groups of shells and of solids, and the finite elements that their numbers make of them."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,17 +13,17 @@ from ...elements import AbstractElement, ShellSection
 from ...elements._base import as_optional_real, as_real
 from ...typing import Convertible
 from ._groups import AbstractElementGroup, DeckParameters
+from ._partial_element import PartialElement
 
 _PLAIN = {3: elements.Triangle, 4: elements.Quadrilateral}
-_LAYERED = {3: elements.LayeredTriangle, 4: elements.LayeredQuadrilateral}
-_SOLIDS = {
-    **{4: elements.Tetrahedron, 6: elements.Wedge, 8: elements.Hexahedron},
-    **{10: elements.QuadraticTetrahedron, 15: elements.QuadraticWedge, 20: elements.QuadraticHexahedron},
+_LAYERED = {
+    **{3: elements.LayeredTriangle, 4: elements.LayeredQuadrilateral},
+    **{6: elements.QuadraticTriangle, 8: elements.QuadraticQuadrilateral},
 }
 
 
 class ShellGroup(AbstractElementGroup):
-    """CQUAD4, CQUADR, CTRIA3 and CTRIAR as flat shells with drilling stiffness.
+    """CQUAD4, CQUADR, CTRIA3 and CTRIAR as flat shells with drilling stiffness, CQUAD8 and CTRIA6 as curved ones.
 
     Attributes:
         thickness: (elements,) means of what the cards give at the corners, or None for the property's.
@@ -29,6 +31,7 @@ class ShellGroup(AbstractElementGroup):
         theta: (elements,) THETA [degrees], from the line of the first two nodes, or from `along` where this is not
             zero.
         along: (elements, 3) x axes of the systems MCID, basic axes.
+        kind: number of nodes of the whole element; halves: of those that are left out, see `PartialElement`.
     """
 
     property: str = eqx.field(static=True)
@@ -36,19 +39,27 @@ class ShellGroup(AbstractElementGroup):
     offset: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=as_optional_real)
     theta: Convertible[Float[Array, " elements"]] = eqx.field(converter=as_real)
     along: Convertible[Float[Array, "elements 3"]] = eqx.field(converter=as_real)
+    kind: int = eqx.field(static=True)
+    halves: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
     def element(self, numbers: DeckParameters) -> AbstractElement:
         """Shells of one material where the property has one, else of its section."""
         own = numbers.properties[self.property]
-        if own.is_plain and self.offset is None:
+        if own.is_plain and self.offset is None and self.kind < 5:
             return self._plain(own, numbers)
-        kind = _LAYERED[len(self.nodes[0])]
-        bare = kind(jax.tree.map(self._all, own.section(numbers.materials, numbers.mass)))
+        kind = _LAYERED[self.kind]
+        bare = kind(
+            jax.tree.map(self._all, own.section(numbers.materials, numbers.mass)), self._all(jnp.asarray(0.0))
+        )
+        bare = bare if self.kind == 3 else eqx.tree_at(lambda e: e.drilling, bare, self._all(bare.drilling))
         section = bare.layup if self.thickness is None else self._sections(own, numbers)
         if self.offset is not None:
             section = jax.vmap(ShellSection.moved)(section, self.offset)
-        made = kind(section, self._angles(bare, numbers))
-        return made if len(self.nodes[0]) == 3 else eqx.tree_at(lambda e: e.drilling, made, self._all(made.drilling))
+        angles = self._angles(self._partial(bare), numbers)
+        return self._partial(eqx.tree_at(lambda e: [e.layup, e.angle], bare, [section, angles]))
+
+    def _partial(self, element):
+        return PartialElement(element, self.halves) if self.halves else element
 
     def _plain(self, own, numbers):
         stuff = numbers.materials[own.material]
@@ -65,7 +76,7 @@ class ShellGroup(AbstractElementGroup):
         of = lambda t: eqx.tree_at(lambda p: p.thickness, own, t).section(numbers.materials, numbers.mass)
         return jax.vmap(of)(self.thickness)
 
-    def _angles(self, element, numbers):
+    def _angles(self, element: Any, numbers: DeckParameters) -> Array:
         """Angles (elements,) from the x axes of the elements to those of their material [rad]."""
         nodes = numbers.positions[np.array(self.nodes)]
         axes = jax.vmap(element.axes)(nodes)
@@ -77,12 +88,14 @@ class ShellGroup(AbstractElementGroup):
     def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """All; of a membrane those in its plane and the rotation about its normal, of mere bending the others."""
         whole = super().stiff_directions(element, numbers)
-        if not isinstance(element, elements.LayeredTriangle | elements.LayeredQuadrilateral):
+        layup: Any = getattr(element, "layup", None)
+        if layup is None:
             return whole
-        bends = np.any(np.asarray(element.layup.bending) != 0, axis=(1, 2))
-        pulls = np.any(np.asarray(element.layup.membrane) != 0, axis=(1, 2))
+        bends = np.any(np.asarray(layup.bending) != 0, axis=(1, 2))
+        pulls = np.any(np.asarray(layup.membrane) != 0, axis=(1, 2))
         nodes = numbers.positions[np.array(self.nodes)]
-        axes = np.asarray(jax.vmap(element.axes)(nodes))[:, None]
+        shell: Any = element
+        axes = np.asarray(jax.vmap(shell.axes)(nodes))[:, None]
         axes = np.broadcast_to(axes, (len(nodes), nodes.shape[1], 3, 3))
         in_plane, across = np.array([1.0, 1, 0]), np.array([0.0, 0, 1])
         weigh = lambda a, b: np.outer(pulls, a) + np.outer(bends, b)
@@ -91,25 +104,45 @@ class ShellGroup(AbstractElementGroup):
             axes * weigh(across, in_plane)[:, None, :, None],
         )
 
+    def mass_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
+        """All where the section has mass."""
+        layup: Any = getattr(element, "layup", None)
+        if layup is None:
+            return super().mass_directions(element, numbers)
+        heavy = (np.asarray(layup.area_mass) > 0)[:, None, None, None]
+        whole = heavy * np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))
+        return whole, whole
+
 
 class SolidGroup(AbstractElementGroup):
-    """CTETRA, CPENTA and CHEXA with all or none of the nodes at the middles of their edges.
+    """CTETRA, CPENTA and CHEXA.
 
     Attributes:
         axes: (elements, 3, 3) of a MAT9, rows, basic axes; None for a MAT1.
+        kind: class of the whole element; halves: of nodes that are left out, see `PartialElement`.
     """
 
     property: str = eqx.field(static=True)
     axes: Convertible[Float[Array, "elements 3 3"] | None] = eqx.field(converter=as_optional_real)
+    kind: Any = eqx.field(static=True)
+    halves: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
     def element(self, numbers: DeckParameters) -> AbstractElement:
         """Solids."""
-        stuff, kind = numbers.materials[numbers.properties[self.property].material], _SOLIDS[len(self.nodes[0])]
+        stuff = numbers.materials[numbers.properties[self.property].material]
         density = self._all(stuff.density * numbers.mass)
         if self.axes is None:
-            return kind(self._all(stuff.young), self._all(stuff.contraction), density)
-        one = jnp.ones(len(self.nodes), density.dtype)
-        return kind(one, 0.0 * one, density, jax.vmap(turn_moduli, (None, 0))(stuff.moduli, self.axes))
+            made = self.kind(self._all(stuff.young), self._all(stuff.contraction), density)
+        else:
+            one, turn = jnp.ones(len(self.nodes), density.dtype), jax.vmap(turn_moduli, (None, 0))
+            made = self.kind(one, 0.0 * one, density, turn(stuff.moduli, self.axes))
+        return PartialElement(made, self.halves) if self.halves else made
+
+    def mass_directions(self, element: Any, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
+        """All where the material has mass."""
+        heavy = (np.asarray(element.density) > 0)[:, None, None, None]
+        whole = heavy * np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))
+        return whole, whole[:, :, :0]
 
 
 def turn_moduli(moduli: Array, axes: Array) -> Array:
