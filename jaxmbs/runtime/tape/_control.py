@@ -2,9 +2,12 @@
 
 from collections.abc import Sequence
 
+import jax
 import numpy as np
+from jax.extend.core import jaxpr_as_fun
 
 from ._flatten import parts_of_scan
+from ._lanes import are_lanes, together
 from ._memory import Buffer, Value
 from ._writer import Writer, rule
 
@@ -58,6 +61,8 @@ def _release(writer: Writer, values: Sequence[Value]) -> None:
 @rule("while")
 def _while(writer, operation, values):
     params = operation.params
+    if are_lanes(params):
+        return _while(writer, *_of_lanes(operation, values))
     first, second = params["cond_nconsts"], params["cond_nconsts"] + params["body_nconsts"]
     known, start, atoms = values[:second], values[second:], operation.outputs
     carried = _carried(writer, start, atoms, known)
@@ -81,6 +86,31 @@ def _while(writer, operation, values):
     writer.emit("WHILE", 1, a=answer.place, x0=condition, x1=body)
     _release(writer, [answer])
     return carried
+
+
+def _of_lanes(operation, values):
+    """The loop over lanes as one with one condition, and its values: its body needs those of the condition too."""
+    params = operation.params
+    condition, body = params["cond_jaxpr"], params["body_jaxpr"]
+    first, second = params["cond_nconsts"], params["cond_nconsts"] + params["body_nconsts"]
+
+    def parts(known, of_body):
+        goes_on = lambda carried: jaxpr_as_fun(condition)(*known, *carried)[0]
+        return together(goes_on, lambda carried: jaxpr_as_fun(body)(*of_body, *carried))
+
+    types = lambda avals: [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
+    known, of_body, carried = types(condition.in_avals[:first]), *_cut(types(body.in_avals), second - first)
+    both = {
+        "cond_jaxpr": jax.make_jaxpr(lambda known, x: [parts(known, [])[0](x)])(known, carried),
+        "body_jaxpr": jax.make_jaxpr(lambda known, of_body, x: parts(known, of_body)[1](x))(known, of_body, carried),
+        "body_nconsts": second,
+    }
+    again = lambda given: [*given[:first], *given]
+    return operation._replace(params=params | both, inputs=again(operation.inputs)), again(values)
+
+
+def _cut(found, place):
+    return found[:place], found[place:]
 
 
 @rule("scan")

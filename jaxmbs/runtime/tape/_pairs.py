@@ -9,6 +9,7 @@ from jax import lax
 from jax.extend.core import ClosedJaxpr, Literal
 
 from ._flatten import UnsupportedError, called, parts_of_scan
+from ._lanes import are_lanes, together
 from ._pair import Pair, is_complex, pair_of, parts
 from ._pair_rules import HOST_PRIMITIVES, PAIR_RULES
 
@@ -106,11 +107,9 @@ def _fixed(values):
 def _while(params, args):
     first, second = params["cond_nconsts"], params["cond_nconsts"] + params["body_nconsts"]
     known, of_body, start = args[:first], args[first:second], args[second:]
-    return lax.while_loop(
-        lambda carried: evaluate(params["cond_jaxpr"], [*known, *carried])[0],
-        lambda carried: _fixed(evaluate(params["body_jaxpr"], [*of_body, *carried])),
-        _fixed(start),
-    )
+    goes_on = lambda carried: evaluate(params["cond_jaxpr"], [*known, *carried])[0]
+    move = lambda carried: _fixed(evaluate(params["body_jaxpr"], [*of_body, *carried]))
+    return lax.while_loop(*(together(goes_on, move) if are_lanes(params) else (goes_on, move)), _fixed(start))
 
 
 def _scan(params, args):

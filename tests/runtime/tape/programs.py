@@ -278,6 +278,33 @@ PROGRAMS = {
         lambda x: lax.while_loop(lambda c: c[0] < 10, lambda c: (c[0] + 1, c[1] * 1.1 + c[2], c[1]), (0, x, x)),
         (X,),
     ),
+    "lanes that stop apart": (
+        jax.vmap(lambda x: lax.while_loop(lambda c: c[1][0] < 30.0, lambda c: (c[0] + 1, c[1] * 1.5 + 1.0), (0, x))),
+        (jnp.abs(X) * jnp.array([[0.1], [9.0], [0.0], [1.0]]),),
+    ),
+    "lanes that stop by numbers of their own": (
+        jax.vmap(lambda x, y, k: (loop(lambda _, c: c * y[0] + 1.0, x, k), loop(lambda _, c: 2.0 * c, y, 5 - k))),
+        (X, 0.1 * X, jnp.array([3, 0, 1, 5])),
+    ),
+    "lanes of lanes": (
+        jax.vmap(jax.vmap(lambda x: lax.while_loop(lambda c: jnp.abs(c) < 9.0, lambda c: 2.0 * c + 0.1, x))),
+        (X,),
+    ),
+    "lanes in turns of a scan": (
+        lambda x: lax.scan(
+            lambda c, r: (
+                jax.vmap(lambda a: lax.while_loop(lambda b: b < 5.0, lambda b: b + jnp.exp(a), a))(c + r),
+                c[0],
+            ),
+            jnp.zeros(5),
+            x,
+        ),
+        (X,),
+    ),
+    "lanes of complex numbers": (
+        jax.vmap(lambda x: lax.while_loop(lambda z: jnp.abs(z) < 9.0, lambda z: z * (1.0 + 2.0j) + 0.3, x + 0.5j)),
+        (X[0],),
+    ),
     "loop in place": (lambda x: [loop(lambda k, c: c.at[k].set(c[k] * 2 + k), x), x], (X,)),
     "loops in a loop": (
         lambda x: loop(lambda j, c: loop(lambda k, c: c.at[k].add(c[(k + 1) % 4] * j), c), x, 3),
