@@ -65,7 +65,7 @@ print("gravity     ", K.gravity, -5.0 * 9.81 * HEIGHT)
 # %%
 preloads = np.linspace(0.0, 3000.0, 4 if FAST else 25)
 system = mast(0.0)
-at = jax.jit(lambda T: mbs.stiffness(mast(T), mbs.State.at(system)))
+at = mbs.jit(lambda T: mbs.stiffness(mast(T), mbs.State.at(system)))
 shares = [at(T) for T in preloads]
 total = np.array([float(s.total[0, 0]) for s in shares])
 limit = (2 * RATE * slope**2 - 5.0 * 9.81 * HEIGHT) / (-2 * curve)

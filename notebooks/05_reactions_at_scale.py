@@ -129,7 +129,7 @@ def peak(offsets):
     return jnp.max(jnp.stack([jnp.linalg.norm(loads[name].force, axis=1) for name in pins]))
 
 
-value, slope = jax.jit(jax.value_and_grad(peak))(straight)
+value, slope = mbs.jit(jax.value_and_grad(peak))(straight)
 print(f"peak {value / 1e3:.2f} kN")
 for pin, by in slope.items():
     print(f"{pin:8s} {float(by[0]) / 1e3:+8.1f} N per mm along its bar, {float(by[1]) / 1e3:+8.1f} N per mm across")
@@ -162,7 +162,7 @@ def placed(position):
     return eqx.tree_at(lambda b: b.position, bonds, position)
 
 
-solve = jax.jit(lambda position: statics.bond_reactions(placed(position), needed))
+solve = mbs.jit(lambda position: statics.bond_reactions(placed(position), needed))
 found = jax.block_until_ready(solve(bonds.position))
 start = time.perf_counter()
 found = jax.block_until_ready(solve(bonds.position))
@@ -174,13 +174,13 @@ print(f"equilibrium holds to {float(found.relative_residual):.1e} of the largest
 
 
 # %%
-@jax.jit
+@mbs.jit
 def bending(position):
     moments = statics.bond_reactions(placed(position), needed).components[: 2 * PIECES, 5]
     return jnp.sqrt(jnp.mean(moments**2))
 
 
-by_place = jax.jit(jax.grad(bending))(bonds.position)
+by_place = mbs.jit(jax.grad(bending))(bonds.position)
 fig, axes = plt.subplots(2, 1, figsize=(7, 5), layout="constrained", sharex=True)
 x = np.asarray(bonds.position)[:, 0]
 for rail, label in ((slice(0, PIECES), "upper rail"), (slice(PIECES, 2 * PIECES), "lower rail")):
@@ -259,13 +259,13 @@ nodes = tuple((k - 1, k) for k in range(BARS))  # -1 is the ground
 tip = jnp.zeros((BARS, 6)).at[-1, 2].set(1000.0)
 
 
-@jax.jit
+@mbs.jit
 def sag(factors):
     group = Components(nodes, factors[:, None, None] * matrix[None], jnp.zeros((BARS, len(matrix))))
     return coupled_response([group], tip).interface[-1, 2]
 
 
-value, slope = jax.jit(jax.value_and_grad(sag))(jnp.ones(BARS))
+value, slope = mbs.jit(jax.value_and_grad(sag))(jnp.ones(BARS))
 there = float(rest.displacement @ net.outputs(f"bar{BARS - 1}.b z")[0][0])
 print(f"sag {float(value):.4f} m, of the network {there:.4f} m")
 print(f"ten per cent more stiffness in the first bar: {0.1 * float(slope[0] / value):+.2%} of it")

@@ -121,7 +121,7 @@ recovery = payload.mass[:b, b:] * jnp.diagonal(payload.stiffness)[None, b:]  # l
 own_modes, _ = net.outputs(*(f"payload.normal {k}" for k in range(6)))
 
 
-@jax.jit
+@mbs.jit
 def both(pulse):
     """Peak interface loads of the instrument's elastic response: coupled transient, absolute sum, root of squares."""
     peaks = jax.vmap(lambda w, f: peak_response(w, f * pulse, step))(alone.omega, drive)
@@ -190,5 +190,5 @@ def highest(radius):
     return jnp.max(jnp.abs(bolt_loads(system, jnp.asarray(pulse)).moment[:, 1]))
 
 
-value, slope = jax.jit(jax.value_and_grad(highest))(0.03)
+value, slope = mbs.jit(jax.value_and_grad(highest))(0.03)
 print(f"highest moment {value:.1f} N m, {slope / 1e3:+.2f} N m per mm of radius")

@@ -114,7 +114,7 @@ def loaded(mass):
     return b.build()
 
 
-@jax.jit
+@mbs.jit
 def torques(mass):
     system = loaded(mass)
     return jax.vmap(lambda q, v, a: mbs.inverse_dynamics(system, mbs.State(0.0, q, v), a))(path_q, path_v, path_a)

@@ -1,12 +1,16 @@
-"""Every notebook runs in its fast mode (13: `test_notebook_of_designs`), and its copy belongs to its script."""
+"""Every notebook runs in its fast mode (13: `test_notebook_of_designs`), its copy is of its script, and a cell run again
+compiles nothing."""
 
 import ast
 import json
+import linecache
 import runpy
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+
+from tests.compilations import compiled
 
 FOLDER = Path(__file__).parent.parent / "notebooks"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
@@ -41,3 +45,21 @@ def test_it_imports_from_faces_only(script):
     tree = ast.parse(script.read_text(encoding="utf-8"))
     names = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     assert not [name for name in names if name.startswith("jaxmbs.") and name.count(".") > 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", ["01", "02", "03", "12"])
+def test_a_cell_run_again_compiles_nothing(number, monkeypatch):
+    """Each cell twice, one after the other, as a person does who changes a label: all is built and asked anew."""
+    plt.switch_backend("Agg")
+    monkeypatch.setenv("JAXMBS_FAST", "1")
+    (script,) = (script for script in SCRIPTS if script.name.startswith(number))
+    names = {"__name__": "__main__", "__file__": str(script)}
+    for number, cell in enumerate(_code(script)):
+        for turn in (0, 1):
+            source = f"<cell {number}, {turn}>"
+            linecache.cache[source] = len(cell), None, cell.splitlines(True), source  # as a notebook does
+            code = compile(cell, source, "exec")
+            found = compiled(lambda code=code: exec(code, names))
+        assert not found, f"cell {number}: {found}"
+        plt.close("all")

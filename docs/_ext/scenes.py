@@ -16,7 +16,7 @@ from sphinx.util.docutils import SphinxDirective
 
 _DOCS = Path(__file__).parent.parent
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_DATA = re.compile(r'<script type="application/json" id="film">(.*?)</script>', re.DOTALL)
+_DATA = re.compile(r'<script type="application/json" id="scene-data">(.*?)</script>', re.DOTALL)
 
 
 class EmbeddedScene(SphinxDirective):

@@ -11,6 +11,7 @@ _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1.
 _MOST_INSIDE = 6  # names that a legend within the axes may hold
 _MOST_AT_ENDS = 7  # curves that are named where they end
 _FEW_DECADES = 2.5  # of a logarithmic axis, between which there are numbers
+_ROOM = {"x": 0.42, "y": 0.2}  # for a number along an axis [inch]
 _COINCIDENT = 3e-3  # of the height of the axes: about a line's width, nearer curves hide one another
 
 
@@ -111,11 +112,13 @@ def format_axes(ax, x_label, y_label, legend="inside"):
 
 
 def format_log_axis(axis, low, high) -> None:
-    """Number a logarithmic axis at 1, 2 and 5 of every decade, or at decades alone if it has many."""
+    """Number a logarithmic axis at 1, 2 and 5 of every decade, or at decades alone if it has many, or is short."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    decades = abs(np.log10(high / low)) if low > 0 else np.inf
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < _FEW_DECADES else (1.0,)))
+    decades, box = abs(np.log10(high / low)) if low > 0 else np.inf, axis.axes.bbox
+    length = (box.width if axis.axis_name == "x" else box.height) / axis.axes.get_figure(root=True).dpi
+    most = min(_FEW_DECADES, length / (3 * _ROOM[axis.axis_name]))
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < most else (1.0,)))
     axis.set_major_formatter(lambda x, _: log_number(x))
     axis.set_minor_formatter(NullFormatter())
 
