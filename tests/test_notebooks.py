@@ -1,5 +1,5 @@
-"""Every notebook runs in its fast mode (13: `test_notebook_of_designs`), its copy is of its script, and a cell that runs
-again compiles nothing."""
+"""Every notebook runs in its fast mode (13: `test_notebook_of_designs`), its copy is of its script, and a cell that
+runs again compiles nothing."""
 
 import ast
 import json
