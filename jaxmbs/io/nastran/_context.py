@@ -8,6 +8,7 @@ import numpy as np
 
 from ._cards import REQUIRED, Card
 from ._coordinate_systems import CoordinateSystem, find_system, read_coordinate_systems, to_basic
+from ._ignored_cards import HARMLESS
 
 CardReaders = dict[str, Callable[[Card, "DeckContext"], Any]]
 
@@ -64,7 +65,7 @@ class DeckContext:
 
     def read_numbers(self, materials: CardReaders, properties: CardReaders) -> None:
         """Read all materials, then the properties, which refer to them."""
-        read = {*materials, *properties}
+        read = {*materials, *properties, *HARMLESS}
         self._unread = {
             card.text(1) for name, own in self._found.items() if name not in read and name[:1] in "PM" for card in own
         }

@@ -82,8 +82,10 @@ def test_beams_by_their_dimensions(tmp_path):
     beam = "CBEAM,1,9,1,2,0.,1.,0.\n"
     found = deck(BAR + "PBEAML,9,1,,BAR\n,1.,2.,0.5,YES,1.,1.,2.,0.5\n" + beam, tmp_path).properties["PBEAML 9"]
     np.testing.assert_allclose([found.area, found.inertia_1, found.line_mass], [2.0, 8 / 12, 0.5])
+    tapered = deck(BAR + "PBEAML,9,1,,BAR\n,1.,2.,0.5,YES,1.,1.,4.,1.5\n" + beam, tmp_path).properties["PBEAML 9"]
+    np.testing.assert_allclose([tapered.area, tapered.inertia_1, tapered.line_mass], [3.0, (8 + 64) / 24, 1.0])
     for row, words in (
-        ("BAR\n,1.,2.,0.5,YES,1.,1.,3.", "changes along the beam"),
+        ("BAR\n,1.,2.,0.5,YES,1.,1.,-3.", "the station at X/XB = 1 is not a valid BAR"),
         ("T\n,2.,3.,.3,.4", "shear centre off its centroid"),
         ("L\n,2.,3.,.3,.4", "section 'L' is not supported; supported are ROD, TUBE"),
     ):
