@@ -4,8 +4,10 @@ Benchmarks of NAFEMS, which `tests/io/published.py` writes as decks, and the pay
 analysis (its test files, BSD-3), whose fixed modes Nastran found.  The peer's figures are the published ones.
 """
 
+import re
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import common
@@ -13,6 +15,7 @@ import numpy as np
 import scipy.linalg
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+from jaxmbs.errors import ModelError  # noqa: E402
 from jaxmbs.io import read_nastran, read_op4  # noqa: E402
 from tests.io.published import PUBLISHED  # noqa: E402
 
@@ -69,9 +72,67 @@ def payload():
     return rows_of("payload truss", ours, np.sqrt(modal[0] / modal[1]) / (2 * np.pi))
 
 
+def folder(path):
+    """How many decks of a folder are read, and for which cards the others are refused; a deck has a BEGIN BULK."""
+    read, refused, cards, seconds = [], [], {}, 0.0
+    for file in sorted(
+        p for p in Path(path).rglob("*") if p.suffix.lower() in (".bdf", ".dat", ".nas", ".blk", ".inc")
+    ):
+        if not re.search(
+            r"^\s*BEGIN\s+(BULK|SUPER)", file.read_bytes().decode("latin-1"), re.IGNORECASE | re.MULTILINE
+        ):
+            continue
+        start, name = time.process_time(), str(file.relative_to(path))
+        try:
+            read_nastran(file)
+            read.append(name)
+        except ModelError as error:
+            refused.append(name)
+            lines = [line.partition(". ")[2] or line for line in str(error).splitlines()[1:]] or [str(error)]
+            names = {line.split(" is not read")[0] for line in lines if " is not read" in line}
+            for card in names or {"wrong or unsupported fields of " + lines[0].split()[0]}:
+                cards[card] = cards.get(card, 0) + 1
+        seconds += time.process_time() - start
+        print(f"{name} {'is read' if read[-1:] == [name] else 'is refused: ' + lines[0][:100]}", flush=True)
+    rows = [
+        common.row("decks read", "number", len(read), "1"),
+        common.row("decks refused", "number", len(refused), "1"),
+    ]
+    rows += [common.row("all decks", "CPU time", seconds, "s")]
+    return rows + [
+        common.row(f"refused for {card}", "number", n, "1") for card, n in sorted(cards.items(), key=by_count)
+    ]
+
+
+def by_count(item):
+    """Most frequent first."""
+    return -item[1], item[0]
+
+
+def plate(count):
+    """CPU seconds of reading a plate of so many squares along each side."""
+    side = count + 1
+    lines = ["BEGIN BULK", "MAT1,1,2.1+11,,.3,7850.", "PSHELL,1,1,.01,1,,1", f"SPC1,1,123456,1,THRU,{side}"]
+    lines += [
+        f"GRID,{1 + i * side + j},,{i / count:.6f},{j / count:.6f},0." for i in range(side) for j in range(side)
+    ]
+    corners = [1 + i * side + j for i in range(count) for j in range(count)]
+    lines += [f"CQUAD4,{k},1,{a},{a + side},{a + side + 1},{a + 1}" for k, a in enumerate(corners, start=1)]
+    with tempfile.TemporaryDirectory() as place:
+        (Path(place) / "plate.bdf").write_text("\n".join(lines))
+        start = time.process_time()
+        read_nastran(Path(place) / "plate.bdf")
+    return common.row(f"plate of {side**2} nodes", "CPU time to read", time.process_time() - start, "s")
+
+
 def main():
-    options = common.parser(__doc__).parse_args()
-    found = nafems(QUICK if options.quick else PUBLISHED)
+    parser = common.parser(__doc__)
+    parser.add_argument("--folder", help="tell which decks of a folder are read, and why the others are not")
+    options = parser.parse_args()
+    if options.folder:
+        common.report(folder(options.folder), options)
+        return
+    found = [*nafems(QUICK if options.quick else PUBLISHED), plate(8 if options.quick else 141)]
     common.report(found if options.quick else found + payload(), options)
 
 

@@ -87,8 +87,13 @@ def _orientation_vectors(card, deck, ends):
 
 
 def _systems(card):
-    """OFFT: the systems of the vector, basic or of the displacements, and of the offsets."""
+    """OFFT: the systems of the vector, basic or of the displacements, and of the offsets.
+
+    Old decks have 1 for a vector and 2 for a node there.
+    """
     text = card.text(8).upper()
+    if text in ("1", "2"):
+        return "GGG"
     if text and not re.fullmatch("[GB]GG", text):
         card.fault(f"OFFT {text[:8]!r} is not supported: GGG and BGG are")
     return text or "GGG"
