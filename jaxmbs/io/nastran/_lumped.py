@@ -68,6 +68,12 @@ class LumpedMassGroup(AbstractElementGroup):
         Where nodes stand at the middles of edges, sums of rows may be negative: shares go with the diagonal.
         Source: Hinton, Rock and Zienkiewicz, Earthq. Eng. Struct. Dyn. 4 (1976) 245-249.
         """
+        if isinstance(self.of, BarGroup | RodGroup):
+            offset = getattr(self.of, "offsets", None)
+            ends = nodes if offset is None else nodes + jnp.asarray(offset, nodes.dtype)
+            line = made.density * made.area + getattr(made, "line_mass", 0.0)
+            half = line * jnp.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
+            return jnp.stack([half, half], axis=1)
         M = jax.vmap(lambda element, at: element.mass(at))(made, nodes)
         count, size = made.num_nodes, made.coordinates
         blocks = M.reshape(len(M), count, size, count, size)[:, :, :3, :, :3]
