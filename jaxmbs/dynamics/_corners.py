@@ -25,5 +25,5 @@ def sides_of_corners(system: System, at: Configuration) -> Array:
         if group.law.has_corners:
             found.append((group.law, element_flows(system, group, at, still.V, still.u)[1]))
     found += [(group.law, at_frames(group, at.R, at.x)) for group in system.rows if group.law.has_corners]
-    sides = jax.vmap(lambda law, R, x: law.sides_of_corners(R, x))
+    sides = jax.vmap(lambda law, R, x, *_: law.sides_of_corners(R, x))  # others than poses: angles of winches
     return jnp.concatenate([jnp.ravel(sides(law, *poses)) for law, poses in found])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.forces import Attachment, Winch
+from jaxmbs.forces import Attachment, Sheave, Winch
 
 G, M, J, R, K = 9.81, 5.0, 0.3, 0.2, 1e5
 
@@ -96,3 +96,27 @@ def test_a_winch_comes_back_from_a_file(tmp_path):
     assert jax.tree.structure(rope) == jax.tree.structure(same)
     for first, second in zip(jax.tree.leaves(rope), jax.tree.leaves(same), strict=True):
         np.testing.assert_array_equal(first, second)
+
+
+def over_a_wheel(free):
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.body("drum", 20.0, inertia=J)
+    b.joint("turn", mbs.Revolute("y"), "ground", "drum")
+    b.body("load", M)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "load", parent_frame=(2.0 + R, 0, -6))
+    wheel = Sheave(("ground", (2, 0, 0)), R, side="+", axis="y")
+    path = [Winch(("ground", (-2, 0, -3)), "turn", R), wheel, Attachment("load")]
+    b.cable("rope", path, stiffness=K, free_length=free)
+    return b.build()
+
+
+@pytest.mark.parametrize("solver", [None, mbs.ode.Rodas5P()], ids=["Dopri8", "Rodas5P"])
+def test_a_rope_from_a_winch_over_a_wheel_moves(solver):
+    """A rope stretched by 1 mm pulls drum and load towards each other, up to where it is slack."""
+    length = mbs.dynamics.cable_states(over_a_wheel(1.0), mbs.State.at(over_a_wheel(1.0)))["rope"].length
+    system, omega = over_a_wheel(float(length) - 1e-3), np.sqrt(K * (1 / M + R**2 / J))
+    times = np.linspace(0.0, 1.2 / omega, 6)
+    options = {"rtol": 1e-9, "atol": 1e-12, "solver": solver}
+    motion = mbs.simulate(system, mbs.State.at(system), ts=times, **options)
+    tension = mbs.dynamics.cable_states(system, motion)["rope"].tension
+    np.testing.assert_allclose(tension, 1e-3 * K * np.cos(omega * times), rtol=1e-5)

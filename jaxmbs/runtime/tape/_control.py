@@ -99,7 +99,8 @@ def _of_lanes(operation, values):
         return together(goes_on, lambda carried: jaxpr_as_fun(body)(*of_body, *carried))
 
     types = lambda avals: [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
-    known, of_body, carried = types(condition.in_avals[:first]), *_cut(types(body.in_avals), second - first)
+    known, given = types(condition.in_avals[:first]), types(body.in_avals)
+    of_body, carried = given[: second - first], given[second - first :]
     both = {
         "cond_jaxpr": jax.make_jaxpr(lambda known, x: [parts(known, [])[0](x)])(known, carried),
         "body_jaxpr": jax.make_jaxpr(lambda known, of_body, x: parts(known, of_body)[1](x))(known, of_body, carried),
@@ -107,10 +108,6 @@ def _of_lanes(operation, values):
     }
     again = lambda given: [*given[:first], *given]
     return operation._replace(params=params | both, inputs=again(operation.inputs)), again(values)
-
-
-def _cut(found, place):
-    return found[:place], found[place:]
 
 
 @rule("scan")
