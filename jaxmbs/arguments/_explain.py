@@ -16,7 +16,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..checks import flag_fault, is_flag
+from ..checks import flag_fault, is_flag, no_such
 from ..errors import AssemblyError, ModelError, UnknownNameError
 from ._faults import argument_faults
 from ._quantities import in_base_units, may_have_quantities
@@ -110,6 +110,8 @@ def _explained(function: Callable, name: str, count: int = 0) -> Callable:
             with _AROUND[-1](name, calls):
                 return function(*args, **options)
         except _RAW as error:
+            if unknown := _unknown_argument(function, options, error):
+                raise TypeError(f"{name}: {unknown}") from error
             faults = _is_raw(error) and argument_faults(function, args, options, error)
             if not faults:
                 raise
@@ -117,6 +119,15 @@ def _explained(function: Callable, name: str, count: int = 0) -> Callable:
 
     explained._is_explained = True  # type: ignore[attr-defined]
     return explained
+
+
+def _unknown_argument(function, options, error):
+    """What Python's message leaves out: the arguments that there are."""
+    found = re.search(r"got an unexpected keyword argument '(\w+)'", str(error))
+    names = [name for name in _parameters(function) if name not in ("args", "kwargs", "options")]
+    if not isinstance(error, TypeError) or found is None or found[1] not in options or found[1] in names:
+        return ""
+    return no_such("argument", found[1], names)
 
 
 def _check_switches(function, name, switches, args, options):

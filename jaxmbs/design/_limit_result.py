@@ -65,6 +65,13 @@ class LimitResult(NamedTuple):
         """True if the limit is satisfied, to 1e-6 of itself (what a table of six digits shows)."""
         return self.margin >= -1e-6
 
+    def bounds_row(self) -> tuple[str, ...]:
+        """Cells of a row among variables: name, before, after, lower and upper bound, and what the limit costs."""
+        name, before, after, _, margin, price, mark = self.table_row()
+        text = f"{mark}, price {price}" if price else f"{mark}, margin {margin}".removeprefix(", ")
+        bounds = ("", f"{self.bound:.6g}") if self.side == "<=" else (f"{self.bound:.6g}", "")
+        return (name, before, after, *bounds, text)
+
     def table_row(self) -> tuple[str, ...]:
         """Cells of the table: name, before, after, limit, margin, price, mark."""
         index = f"[{','.join(map(str, self.worst))}]" if self.worst else ""

@@ -92,14 +92,14 @@ class Optimum(Reported, eqx.Module):
         return dataclasses.replace(self, units=units_by_name(self.names, units, ("objective",)))
 
     def report(self) -> Report:
-        """The variables and the objective, before and after; limits in `limits`."""
+        """The variables, the objective and the worst entry of each limit, before and after."""
         names = Axis("variable", self.names)
         columns = {"before": _flatten(self.initial_design), "after": _flatten(self.design)}
         columns |= {"lower": self.lower, "upper": self.upper}
         found = [Quantity(name, values, "", (names,)) for name, values in columns.items()]
         *_, unit = self.units or ("",)
         summary = f"objective {self.initial_value:.6g} before, {self.value:.6g} after {unit}".rstrip()
-        return Report(found, summary, "" if self.ok else self.reason, table=self._rows())
+        return Report(found, summary, "" if self.ok else self.reason, table=self._rows(self.limits))
 
     @property
     def ok(self) -> bool:
@@ -110,15 +110,18 @@ class Optimum(Reported, eqx.Module):
         """Table of every variable before and after, with its bounds and a mark where a bound is active."""
         return _format_table(self._rows()) + ("\n\n" + limits_table(self.limits) if self.limits else "")
 
-    def _rows(self):
+    def _rows(self, limits=()):
         before, after = _flatten(self.initial_design), _flatten(self.design)
         rows: list[tuple[str, ...]] = [("variable", "before", "after", "lower", "upper", "")]
         for name, *numbers in zip(self.names, before, after, self.lower, self.upper, strict=True):
             rows.append((name, *(f"{number:.6g}" for number in numbers), _bound_mark(*numbers[1:])))
         rows.append(("objective", f"{self.initial_value:.6g}", f"{self.value:.6g}", "", "", self.reason))
-        if not any(self.units):
+        rows += [limit.bounds_row() for limit in limits]
+        own = self.units or ("",) * (len(self.names) + 1)
+        units = [*own, *(limit.unit for limit in limits)]
+        if not any(units):
             return rows
-        return [(*row[:-1], unit or "-", row[-1]) for row, unit in zip(rows, ("unit", *self.units), strict=True)]
+        return [(*row[:-1], unit or "-", row[-1]) for row, unit in zip(rows, ("unit", *units), strict=True)]
 
     def limit(self, name: str) -> LimitResult:
         """The result of the limit with a name.

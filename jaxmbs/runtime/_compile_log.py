@@ -32,9 +32,12 @@ def start_listening() -> None:
 
 
 def _heard(event: str, duration_secs: float, **about: str | int) -> None:
-    thread, fun_name = threading.get_ident(), current_question() or about.get("fun_name", "a program")
+    thread, question = threading.get_ident(), current_question()
+    fun_name = question or about.get("fun_name", "a program")
     if event == _LOWERED and _after is not None:
-        timer = threading.Timer(_after, _tell, (thread, f"compiling {fun_name} ... (once; mbs.cache() keeps it)"))
+        # what JAX derives or compiles outside of `mbs.jit` never runs on a tape
+        advice = "mbs.cache() keeps it" if question else "mbs.jit(jax.grad(...)) in place of jax.grad answers at once"
+        timer = threading.Timer(_after, _tell, (thread, f"compiling {fun_name} ... (once; {advice})"))
         timer.daemon = True
         _stop(thread)
         _waiting[thread] = timer

@@ -12,6 +12,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.arguments import argument_faults
+from tests.cases.models import simple_pendulum
 
 HUGE = 10**400
 
@@ -97,3 +98,11 @@ def test_text_in_what_may_hold_anything_is_named_where_a_conversion_fails(conver
     faults = argument_faults(anything, (value, ["a"]), {}, failed.value)
     assert faults == ["first: a number is needed, not the text '0.x'"]
     assert argument_faults(anything, (value, ["a"]), {}, ValueError("another")) == []
+
+
+def test_an_argument_that_is_none_is_told_from_those_that_are():
+    system = simple_pendulum()
+    with pytest.raises(TypeError, match="simulate: there is no argument 't': did you mean 'ts' or 't1'"):
+        mbs.simulate(system, mbs.State.at(system), t=1.0)
+    with pytest.raises(TypeError, match="reactions: there is no argument 'unit'; there are: system, state"):
+        mbs.reactions(system, mbs.State.at(system), unit="N")

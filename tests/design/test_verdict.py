@@ -54,3 +54,19 @@ def test_a_status_in_a_derivative_or_a_batch_leaks_no_number():
     cost = lambda d: jnp.sum(jax.vmap(depth)(d["speed"] * np.array([0.5, 1.0]))) ** 2
     found = mbs.minimise(cost, {"speed": 0.7}, {"speed": (0.1, 0.8)}, steps=1, progress=False)
     assert np.isfinite(found.value)
+
+
+def test_what_is_printed_has_the_limits():
+    limits = [mbs.Limit("stroke", "a", lower=1.0, unit="m"), mbs.Limit("height", "b", upper=3.0)]
+    found = mbs.minimise(
+        lambda d: (d["x"] ** 2, {"a": d["x"], "b": d["x"]}),
+        {"x": 1.5},
+        {"x": (0.0, 2.0)},
+        limits=limits,
+        progress=False,
+    )
+    stroke, height = (
+        next(line for line in str(found).splitlines() if line.startswith(n)) for n in ("stroke", "height")
+    )
+    assert stroke.split() == ["stroke", "1.5", "1", "1", "m", "active,", "price", "2"]
+    assert height.split() == ["height", "1.5", "1", "3", "-", "margin", "66.667%"]
