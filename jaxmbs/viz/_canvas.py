@@ -102,7 +102,7 @@ def format_axes(ax, x_label, y_label, legend="inside"):
     ax.spines[["top", "right"]].set_visible(False)
     for axis in (ax.xaxis, ax.yaxis):
         if axis.get_scale() == "log":
-            format_log_axis(axis, *axis.get_view_interval())
+            format_log_axis(axis)
     names = ax.get_legend_handles_labels()[1]
     if legend == "ends" and len(names) <= _MOST_AT_ENDS and ax.figure.get_layout_engine() is not None:
         _name_ends(ax)
@@ -111,16 +111,28 @@ def format_axes(ax, x_label, y_label, legend="inside"):
     return ax
 
 
-def format_log_axis(axis, low, high) -> None:
+def format_log_axis(axis) -> None:
     """Number a logarithmic axis at 1, 2 and 5 of every decade, or at decades alone if it has many, or is short."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    decades, box = abs(np.log10(high / low)) if low > 0 else np.inf, axis.axes.bbox
-    length = (box.width if axis.axis_name == "x" else box.height) / axis.axes.get_figure(root=True).dpi
-    most = min(_FEW_DECADES, length / (3 * _ROOM[axis.axis_name]))
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < most else (1.0,)))
+    class Locator(LogLocator):
+        def __call__(self):  # when the axes have got their size
+            low, high = axis.get_view_interval()
+            decades = abs(np.log10(high / low))
+            few = np.arange(1.0, 10.0) if decades < 0.5 else (1.0, 2.0, 5.0)
+            self.set_params(subs=few if _has_room(axis, decades) else (1.0,))
+            return super().__call__()
+
+    axis.set_major_locator(Locator())
     axis.set_major_formatter(lambda x, _: log_number(x))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _has_room(axis, decades):
+    """True if three numbers in every decade do not touch one another."""
+    box, dpi = axis.axes.bbox, axis.axes.get_figure(root=True).dpi
+    length = (box.width if axis.axis_name == "x" else box.height) / dpi
+    return decades < min(_FEW_DECADES, length / (3 * _ROOM[axis.axis_name]))
 
 
 def log_number(x: float) -> str:

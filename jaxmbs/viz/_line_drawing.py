@@ -7,10 +7,10 @@ from ..palette import COLORS
 from ._drawable import frames_with_blocks, slides, spans, torsions
 from ._joint_strokes import STANDING, JointAxis, joint_markers, plate_strokes, thread_strokes, torsion_strokes
 from ._shape_lines import thing_lines
+from ._slide_strokes import SlideStrokes
 from ._strokes import DARK, STEEL, Stroke, element_strokes
 from ._things import things
 
-_RAIL = 5.0  # of a rail beyond its block, in symbol sizes
 _SURFACE = {"color": STEEL, "linewidth": 1.2, "zorder": 2.3}
 _THREAD = {"color": DARK, "linewidth": 1.4, "zorder": 2.7}
 _MARK = {"linestyle": "none", "marker": "o", "markersize": 3.5, "color": COLORS[3], "zorder": 4.2}
@@ -29,6 +29,10 @@ class LineDrawing:
         self.shown, self.spans = frames_with_blocks(self.top, frames, self.slides), spans(found, self.slides)
         extent = max(film.extent, *(thing.extent for thing in self.things), 0.0)
         self.size = 0.022 * extent
+        bodies = {s.joint.name: self.top.frame_body[s.joint.frames[1]] for s in self.slides}
+        self.sliding = {
+            s.joint.name: SlideStrokes(s, film, look, self.size, bodies[s.joint.name]) for s in self.slides
+        }
         self.arrows = list((arrows or {}).values())
         largest = max((np.nanmax(np.linalg.norm(f, axis=-1), initial=0.0) for _, f in self.arrows), default=0.0)
         self.arrow_scale = 0.2 * extent / (largest or 1.0)
@@ -84,12 +88,12 @@ class LineDrawing:
     def at(self, k: int) -> list[Stroke]:
         """All strokes of an instant."""
         points = self.look(self.trajectory.x[k])
-        strokes = [self._rail(k, slide) for slide in self.slides]
+        strokes = [stroke for slide in self.sliding.values() for stroke in slide.rail(k)]
         strokes += [self._body(points, body, frames) for body, frames in self.shown.items() if body >= 0]
         for body, frames in self.masses:
             strokes += self._mass(k, body, frames)
-        for slide in self.slides:
-            strokes += self._slide(k, slide)
+        for slide in self.sliding.values():
+            strokes += slide.strokes(k)
         for span, reach in zip(self.spans, self.reaches, strict=True):
             strokes += element_strokes(span.kind, self._ends(k, span), reach, self.size, span.lane)
         for torsion in self.torsions:
@@ -107,54 +111,11 @@ class LineDrawing:
         style = {"color": COLORS[body % len(COLORS)], "linewidth": 3.0, "solid_capstyle": "round", "zorder": 3}
         return Stroke(_outline(points[frames]), style | {"solid_joinstyle": "round"})
 
-    def _line(self, k, slide, near, far, side=0):
-        """Two points of the picture on the axis of a slide, at distances from its first (second) frame."""
-        frame = slide.joint.frames[side]
-        axis = self.trajectory.R[k, slide.joint.frames[0]] @ slide.axis
-        return self.look(self.trajectory.x[k, frame] + np.array([[near], [far]]) * axis)
-
-    def block(self, k, slide) -> np.ndarray:
-        """The middle (2,) of the block of a slide."""
-        return self._line(k, slide, slide.offset, slide.offset, 1)[0]
-
-    def _rail(self, k, slide):
-        if slide.is_telescope:
-            return None
-        low, high = slide.reach
-        rail = self._line(k, slide, low - _RAIL * self.size, high + _RAIL * self.size)
-        return Stroke(rail, {"color": STEEL, "linewidth": 1.2, "linestyle": (0, (6, 2)), "zorder": 2})
-
-    def _slide(self, k, slide):
-        """Barrel and rod of a cylinder, or a block on its rail."""
-        low, high = slide.reach
-        if slide.is_telescope:
-            least, most = sorted(map(abs, (low, high)))
-            sign = 1.0 if low > 0 else -1.0
-            barrel = 0.9 * least
-            rod = max(0.96 * least, most - 0.85 * barrel)
-            thin = self._line(k, slide, 0.0, -sign * rod, 1)
-            thick = self._line(k, slide, 0.0, sign * barrel)
-            thick_style = {"color": STEEL, "linewidth": 6.0, "solid_capstyle": "butt", "zorder": 3}
-            return [Stroke(thin, {"color": DARK, "linewidth": 2.2, "zorder": 2.9}), Stroke(thick, thick_style)]
-        middle, (start, end) = self.block(k, slide), self._line(k, slide, -self.size, self.size, 1)
-        along, length = end - start, np.linalg.norm(end - start)
-        along = along / length if length > 1e-3 * self.size else np.array([1.0, 0.0])
-        across = self.size * np.array([-along[1], along[0]])
-        ends = middle + 1.6 * self.size * np.stack([-along, along])
-        corners = np.stack([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across])
-        body = self.top.frame_body[slide.joint.frames[1]]
-        color = COLORS[body % len(COLORS)] if body >= 0 else STEEL
-        style = {"facecolor": color, "edgecolor": "white", "linewidth": 0.8, "zorder": 3.5}
-        return [Stroke(corners, style, True)]
-
     def _ends(self, k, span):
-        """Ends (2, 2) of an element in the picture, on a slide from the end of its rail to its block."""
-        if span.slide is None:
-            return self.look(self.trajectory.x[k, list(span.frames)])
-        if span.slide.is_telescope:
-            return self.look(self.trajectory.x[k, list(span.slide.joint.frames)])
-        start = min(0.0, span.slide.reach[0] - 3 * _RAIL * self.size)
-        return np.stack([self._line(k, span.slide, start, start)[0], self.block(k, span.slide)])
+        """Ends (2, 2) of an element in the picture."""
+        if span.slide is not None:
+            return self.sliding[span.slide.joint.name].ends(k)
+        return self.look(self.trajectory.x[k, list(span.frames)])
 
     def _reach_of(self, span):
         """Least and largest length of an element as seen."""
@@ -197,14 +158,15 @@ class LineDrawing:
                 draw = thread_strokes if joint.symbol == "screw" else plate_strokes
                 strokes += draw(self.axes[joint.name], k, self.size)
         places = {symbol: points[frames] for symbol, frames in self.pins.items() if symbol not in ("slide", "sleeve")}
-        sleeves = [self.block(k, s)[None] for s in self.slides if s.joint.symbol == "sleeve" and not s.is_telescope]
+        turning = [s for s in self.slides if s.joint.symbol == "sleeve" and not s.is_telescope]
+        sleeves = [self.sliding[s.joint.name].block(k)[None] for s in turning]
         if sleeves:
             places["pin"] = np.concatenate([places.get("pin", points[:0]), *sleeves])
         return strokes + joint_markers(places, points[self.feet].reshape(-1, 2))
 
     def name_places(self) -> list[tuple[str, np.ndarray]]:
         """Names of joints and where they are written at the first instant, of a slide at its block."""
-        blocks = {s.joint.name: self.block(0, s) for s in self.slides if not s.is_telescope}
+        blocks = {name: slide.block(0) for name, slide in self.sliding.items() if not slide.slide.is_telescope}
         return [
             (
                 joint.name,

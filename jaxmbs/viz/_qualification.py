@@ -127,7 +127,7 @@ def plot_rainflow_matrix(cycles: Cycles, bins: int = 24, ax: Any = None, *, unit
     ax = get_axes(ax, (5.4, 4.2))
     shown = ax.pcolormesh(means, ranges, np.where(found > 0, found, np.nan).T, cmap="Blues", norm="log")
     bar = ax.figure.colorbar(shown, ax=ax, label="cycles")
-    format_log_axis(bar.ax.yaxis, *shown.get_clim())
+    format_log_axis(bar.ax.yaxis)
     return format_axes(ax, f"mean [{unit}]", f"range [{unit}]", None)
 
 
