@@ -145,7 +145,7 @@ def isotropic(card: Card, deck: DeckContext) -> Material:
     require_positive(card, E=E, nonnegative={"G": G or 0.0, "RHO": density})
     ratio = nu if nu is not None else E / (2.0 * G) - 1.0 if G else 0.0
     if not -1.0 < ratio < 0.5:
-        if nu is not None or E is None:
+        if not G:
             card.fault(f"Poisson's ratio {ratio:g} does not lie between -1 and 1/2")
         else:  # E and G of bars need not belong to one isotropic material
             deck.bars_only.add(f"MAT1 {card.integer(1, 'MID')}")

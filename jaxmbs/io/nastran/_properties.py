@@ -48,6 +48,8 @@ class SolidProperty(eqx.Module):
     frame: int = eqx.field(static=True, default=0)
 
 
+#: Shear factor of a plane without transverse shear, beside another one with it.
+_STIFF = 1e6
 _STATIONS = ("YES", "YESA", "NO")
 
 
@@ -67,9 +69,8 @@ def section(card: Card, deck: DeckContext) -> BeamProperty:
     else:
         (A, I1, I2, J, nsm), K = _along_beam(card, [A, I1, I2, J, nsm], deck)
     require_positive(card, A=A, nonnegative=dict(I1=I1, I2=I2, J=J, NSM=nsm, K1=K[0], K2=K[1]))
-    if (K[0] > 0) != (K[1] > 0):
-        card.fault("K1 and K2 must both be given, or both be zero")
-    return BeamProperty(A, I1, I2, J, nsm, K if K[0] > 0 and K[1] > 0 else None, mid)
+    K = [k if k > 0 else _STIFF for k in K] if any(K) else None
+    return BeamProperty(A, I1, I2, J, nsm, K, mid)
 
 
 def _along_beam(card, first, deck):

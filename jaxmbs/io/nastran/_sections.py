@@ -81,6 +81,11 @@ def _t(w, h, tf, tw):
     return _open([(w, tf, 0, h - tf / 2), (tw, h - tf, 0, (h - tf) / 2)], [1])
 
 
+def _t2(w, h, tf, tw):
+    """Width, height, thickness of the flange, which lies below, of the web."""
+    return _open([(w, tf, 0, tf / 2), (tw, h - tf, 0, tf + (h - tf) / 2)], [1])
+
+
 def _channel(w, h, tw, tf):
     """Width, height, thickness of the web, of the flanges."""
     inner = w - tw
@@ -99,5 +104,6 @@ SECTIONS: dict[str, tuple[int, Callable[..., bool], Callable[..., Shape]]] = {
     "I1": (4, lambda f, tw, web, h: min(f, tw, web) > 0 and h > web, _i1),
     "H": (4, lambda inner, outer, h, t: min(inner, outer, t) > 0 and h > t, _h),
     "T": (4, lambda w, h, tf, tw: min(tf, tw) > 0 and h > tf and w > tw, _t),
+    "T2": (4, lambda w, h, tf, tw: min(tf, tw) > 0 and h > tf and w > tw, _t2),
     "CHAN": (4, lambda w, h, tw, tf: min(tw, tf) > 0 and h > 2 * tf and w > tw, _channel),
 }

@@ -47,6 +47,7 @@ def drawn(name, sizes, n=1200):
         "I1": lambda: bar(s[0] + s[1], s[3]) & ~(bar(s[0] + s[1], s[2]) & ~bar(s[1], s[2])),
         "H": lambda: bar(s[0], s[3]) | (bar(s[0] + s[1], s[2]) & ~bar(s[0], s[2])),
         "T": lambda: bar(s[0], s[2], up=(s[1] - s[2]) / 2) | bar(s[3], s[1]),
+        "T2": lambda: bar(s[0], s[2], up=(s[2] - s[1]) / 2) | bar(s[3], s[1]),
         "CHAN": lambda: bar(s[0], s[1]) & ~bar(s[0], s[1] - 2 * s[3], at=s[2]),
     }[name]()
     cell = (2 * span / n) ** 2
@@ -57,7 +58,7 @@ def drawn(name, sizes, n=1200):
 SIZES = {
     **{"ROD": (1.0,), "TUBE": (1.0, 0.7), "TUBE2": (1.0, 0.3), "BAR": (1.0, 2.0), "BOX": (2.0, 3.0, 0.2, 0.3)},
     **{"I": (3.0, 2.0, 1.5, 0.2, 0.3, 0.25), "I1": (1.6, 0.4, 2.0, 2.6), "H": (1.5, 0.8, 2.0, 0.4)},
-    **{"T": (2.0, 3.0, 0.3, 0.4), "CHAN": (1.5, 3.0, 0.3, 0.2)},
+    **{"T": (2.0, 3.0, 0.3, 0.4), "T2": (2.0, 3.0, 0.3, 0.4), "CHAN": (1.5, 3.0, 0.3, 0.2)},
 }
 
 
@@ -90,6 +91,23 @@ def test_beams_by_their_dimensions(tmp_path):
         ("L\n,2.,3.,.3,.4", "section 'L' is not supported; supported are ROD, TUBE"),
     ):
         assert words in faults(BAR + f"PBEAML,9,1,,{row}\n{beam}", tmp_path)[0]
+
+
+def test_t_upside_down_and_shear_in_one_plane_only(tmp_path):
+    """A T2 bends as a T; a plane without K has no shear beside one that has it; E and G of bars may be any."""
+    beam = "CBAR,1,9,1,2,0.,1.,0.\n"
+    made = [
+        deck(BAR + f"PBARL,9,1,,{name}\n,2.,3.,.3,.4\n" + beam, tmp_path).properties["PBARL 9"]
+        for name in ("T", "T2")
+    ]
+    for name in ("area", "inertia_1", "inertia_2", "torsion"):
+        np.testing.assert_allclose(getattr(made[1], name), getattr(made[0], name), rtol=1e-12)
+    bar = "PBAR,9,1,1.-3,2.-7,1.-7,3.-7\n,\n,.8,0.\n" + beam
+    np.testing.assert_allclose(deck(BAR + bar, tmp_path).properties["PBAR 9"].shear, [0.8, 1e6])
+    odd = "MAT1,7,2.+7,5.8+5,16.8\n"
+    deck(BAR + odd + bar.replace("PBAR,9,1", "PBAR,9,7"), tmp_path)
+    plate = "PSHELL,9,7,.1,7\nGRID,3,,1.,1.\nCTRIA3,5,9,1,2,3\n"
+    assert "E and G of MAT1 7 make a Poisson's ratio" in faults(BAR + odd + plate, tmp_path)[0]
 
 
 @pytest.mark.long
