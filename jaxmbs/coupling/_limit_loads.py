@@ -14,7 +14,7 @@ from ..math._extremes import largest
 from ..quantities import entries
 from ..reductions._base import Reduced
 from ..reports import Report, Reported, reported
-from ..runtime import as_dtype, jit
+from ..runtime import as_array, as_dtype, jit
 from ..typing import AnyArray, ArrayLike
 from ..vibration._oscillator_motion import Oscillators
 from ..vibration._oscillator_peaks import peaks
@@ -125,7 +125,7 @@ def peak_response(omega: ArrayLike, force: ArrayLike, step: ArrayLike, ratio: Ar
     Raises: ValueError, if concrete, for a step that is not positive.
     Source: S1 (32).
     """
-    force = jnp.asarray(force)
+    force = as_array(force)
     require_reals(force)
     if not_positive(step):
         raise ValueError(f"step = {step} must be positive")

@@ -104,5 +104,5 @@ def test_an_argument_that_is_none_is_told_from_those_that_are():
     system = simple_pendulum()
     with pytest.raises(TypeError, match="simulate: there is no argument 't': did you mean 'ts' or 't1'"):
         mbs.simulate(system, mbs.State.at(system), t=1.0)
-    with pytest.raises(TypeError, match="reactions: there is no argument 'unit'; there are: system, state"):
+    with pytest.raises(TypeError, match="reactions: there is no argument 'unit'; there are: system, motion"):
         mbs.reactions(system, mbs.State.at(system), unit="N")

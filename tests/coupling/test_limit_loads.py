@@ -303,3 +303,8 @@ def test_sums():
     assert apart[0, 1] < 0.01
     with pytest.raises(ValueError, match="must be"):
         combine_modal_maxima(values, "mean")
+
+
+def test_whole_numbers_are_numbers():
+    found = peak_response(2, np.array([1, 2, 0]), 0.5, 0.25)
+    np.testing.assert_array_equal(found, peak_response(2.0, np.array([1.0, 2.0, 0.0]), 0.5, 0.25))

@@ -121,7 +121,7 @@ CASES = {
         positive="factor sigmas",
     ),
     "qualification.load_envelope": case(lambda z: call([_load_case()])),
-    "jaxmbs.random_response": case(lambda z: call(OSCILLATOR, BASE, ["m z"])),
+    "jaxmbs.random_response": case(lambda z: call(OSCILLATOR, BASE, ["m z"]), f"inputs name: {NAMES}"),
     "qualification.random_response": case(
         lambda z: call(OSCILLATOR, BASE, ["m z"], None, None, 0.05, 1, 16),
         f"inputs name: {NAMES}",
