@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..typing import ArrayLike, Convertible, ScalarLike
-from ._base import as_real
+from ._base import as_optional_real, as_real
 from ._shell_section import ShellSection, rotation, strain_rotation
 
 
@@ -27,7 +27,7 @@ class Laminate(eqx.Module):
     moduli: Convertible[Float[Array, "plies 3 3"]] = eqx.field(converter=as_real)
     shear: Convertible[Float[Array, "plies 2 2"]] = eqx.field(converter=as_real)
     density: Convertible[Float[Array, " plies"]] = eqx.field(converter=as_real)
-    bottom: Convertible[Float[Array, ""]] | None = None
+    bottom: Convertible[Float[Array, ""] | None] = eqx.field(converter=as_optional_real, default=None)
     area_mass: Convertible[Float[Array, ""]] = eqx.field(converter=as_real, default=0.0)
 
     @property

@@ -113,7 +113,9 @@ def solve_stages(residual, guess, scale, newton):
 @eqx.filter_custom_jvp
 def _root(residual, Z, scale, newton):
     rounding = jnp.finfo(Z.dtype).eps
-    limit = rounding**0.75  # of what counts as rounding in the field
+    # Of what counts as rounding in the field: changes that no longer halve below the first, and below the second
+    # those that no longer shrink, as beside stiff springs.
+    limit, widest = rounding**0.75, rounding**0.6
 
     def iterate(carry):
         Z, size, _, count = carry
@@ -122,12 +124,12 @@ def _root(residual, Z, scale, newton):
 
     def unfinished(carry):
         _, size, before, count = carry
-        stalled = (size > 0.5 * before) & (size < limit)
+        stalled = (size > 0.5 * before) & (size < limit) | (size >= before) & (size < widest)
         return (size > rounding) & ~stalled & (count < _MOST_ITERATIONS)
 
     far = jnp.asarray(jnp.inf, Z.dtype)
     Z, size, _, _ = lax.while_loop(unfinished, iterate, (Z, far, far, 0))
-    converged = size < limit
+    converged = size < widest
     return jnp.where(converged, Z, 0.0), converged
 
 

@@ -57,7 +57,7 @@ def _channels(functions):
 
 
 def plot_campbell(
-    speeds: ArrayLike, modes: ArrayLike | Sequence[Modes], orders: Iterable[float] = (1.0, 2.0), ax: Any = None
+    speeds: ArrayLike, modes: ArrayLike | Sequence[Modes], orders: Iterable[float | int] = (1.0, 2.0), ax: Any = None
 ) -> Any:
     """Campbell diagram: frequencies [Hz] over a speed of rotation [rad/s], and lines of its orders.
 

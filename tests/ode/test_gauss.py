@@ -205,3 +205,21 @@ def test_closed_loop():
     coarse, fine = (np.max(np.abs(m.states.coordinates - expected)) for m in motions)
     assert fine < 3e-6 and 12.0 < coarse / fine < 20.0
     assert np.max(motions[0].diagnostics.constraint_drift) < 1e-12
+
+
+@pytest.mark.parametrize(
+    "solver", [mbs.ode.ImplicitMidpoint(newton=True), mbs.ode.Gauss4(newton=True)], ids=["2", "4"]
+)
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e10])
+def test_steps_far_above_the_period_of_a_stiff_strut(solver, stiffness):
+    """Rounding of the strut's force is more than that of what moves: the stages are found all the same."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
+    b.body("mass", 2.0)
+    b.joint("slide", mbs.Prismatic("z"), "ground", "mass")
+    b.force("strut", mbs.SpringDamper(stiffness, free_length=1.0), between=("ground", "mass"))
+    system = b.build()
+    motion = mbs.simulate(
+        system, mbs.State.at(system, slide=1.0), ts=np.linspace(0.0, 0.1, 5), dt=1e-3, solver=solver
+    )
+    sunk = 2.0 * 9.81 / stiffness
+    assert np.all(np.abs(motion.states.coordinates[:, 0] - 1.0 + sunk) < 1.01 * sunk + 1e-15)

@@ -195,6 +195,7 @@ def motion(k=5.0):
     return found, mbs.reactions(system, found)["pin"].force
 
 
+@pytest.mark.slow  # without the checks of types in the quick tests, whose wrappers have no content
 def test_answers_of_a_mechanism_are_those_of_the_first_process(process):
     (first, traced), (second, again) = process(motion), process(motion)
     assert traced > 1 and again == 0

@@ -1,5 +1,7 @@
 """Elements of which some nodes at the middles of edges are left out, as Nastran allows."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -45,7 +47,7 @@ class PartialElement(AbstractElement):
         return self.of.degeneracy
 
     @property
-    def layup(self) -> Array:
+    def layup(self) -> Any:
         """Section of a shell."""
         return self.of.layup  # type: ignore[attr-defined]
 

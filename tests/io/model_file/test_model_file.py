@@ -23,6 +23,15 @@ from tests.forces import test_signals
 from tests.joints.test_joints import EXAMPLES
 from tests.reductions.test_reductions import REDUCTIONS
 
+LAMINATE = elements.Laminate(
+    [1e-3, 2e-3],
+    [0.1, -0.7],
+    [elements.orthotropic(8.0, 2.0, 0.25, 1.0)] * 2,
+    [np.eye(2)] * 2,
+    [0.5, 1.0],
+    bottom=1 / 3,
+)
+
 
 def gearing(a, b):
     return a - 2.0 * b * b
@@ -33,6 +42,8 @@ def rolled(psi, u, t):
 
 
 MORE = {
+    "laminate": LAMINATE,
+    "section of a laminate": LAMINATE.section(),
     "distance": mbs.joints.Distance(0.1 + 0.2),
     "plane": mbs.joints.PointOnPlane(),
     "line": mbs.joints.PointOnLine(),
