@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ._flatten import Operation
+from ._flatten import Operation, UnsupportedError
 from ._fold import iota, reshape_order, spread_axes
 from ._memory import Value
 from ._tape import SHOWN
@@ -30,12 +30,19 @@ def places_of(shape: tuple[int, ...]) -> np.ndarray:
 
 
 @rule(
-    *("reverse_only", "copy", "copy_p", "optimization_barrier", "reduce_precision", "stop_gradient", "pvary"),
+    *("reverse_only", "copy", "copy_p", "optimization_barrier", "stop_gradient", "pvary"),
     *("xla_metadata_value", "device_put"),
     *("nontraceable", "nonbatchable", "nondifferentiable_backward"),
 )
 def _same(writer, operation, values):
     return [v.with_constant(v.constant) for v in values]
+
+
+@rule("reduce_precision")
+def _reduce_precision(writer, operation, values):
+    if operation.params["exponent_bits"] < 11 or operation.params["mantissa_bits"] < 52:
+        raise UnsupportedError("numbers of fewer bits than a double has")
+    return _same(writer, operation, values)
 
 
 @rule("name")

@@ -185,6 +185,13 @@ def test_whole_numbers_that_grow_beyond_doubles_are_the_compilers(function, x):
         np.testing.assert_array_equal(tape(x), full(x))
 
 
+def test_numbers_of_fewer_bits_are_left_to_the_compiler():
+    cut = lambda bits: jax.make_jaxpr(lambda x: jax.lax.reduce_precision(x, 11, bits))(np.ones(3) / 3.0)
+    np.testing.assert_array_equal(Tape(cut(52))(np.ones(3) / 3.0)[0], np.ones(3) / 3.0)
+    with pytest.raises(UnsupportedError, match="fewer bits"):
+        Tape(cut(20))
+
+
 @pytest.mark.parametrize("limits", [Limits(doubles=3000), Limits(work=3000)], ids=["numbers", "work"])
 def test_a_program_beyond_its_limits_is_refused_before_it_is_written(limits):
     """Not after: the tables of a large one take longer to write than it takes to compile."""
