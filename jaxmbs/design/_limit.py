@@ -50,7 +50,10 @@ class Limit:
             object.__setattr__(self, "value", lambda design: entries(design)[0])
         if self.lower is None and self.upper is None:
             raise ValueError(f"limit {self.name!r} needs a lower or an upper bound")
-        require_numbers(**{name: x for name in ("lower", "upper") if (x := getattr(self, name)) is not None})
+        bounds = {name: x for name in ("lower", "upper") if (x := getattr(self, name)) is not None}
+        require_numbers(**bounds)
+        if len(bounds) == 2 and np.all(np.asarray(self.lower, float) > np.asarray(self.upper, float)):
+            raise ValueError(f"limit {self.name!r}: its bounds cross, {self.lower} > {self.upper}")
         for name in ("sharpness", "scale"):
             number = getattr(self, name)
             if number is not None and not (np.isfinite(number) and number > 0.0):

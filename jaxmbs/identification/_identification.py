@@ -96,7 +96,17 @@ class Identification(Reported, eqx.Module):
         fit = {"chi squared": self.chi_squared, "freedom": self.freedom, "noise": self.noise}
         found = [Quantity(*pair, "", unknown) for pair in columns.items()]
         found += [Quantity(*pair) for pair in fit.items()]
-        return Report(found, summary, "" if self.ok else "the unknowns are not determined", table=rows)
+        return Report(found, summary, self._fault(), table=rows)
+
+    def _fault(self):
+        """Why the result is not `ok`, the gravest first."""
+        if self.unseen:
+            return "the unknowns are not determined"
+        if self.reason != "converged":
+            return "the search did not converge"
+        if np.any(self.is_cut_off):
+            return "a bound cuts an unknown off"
+        return "" if self.ok else "the measurements are farther from the model than their deviations allow"
 
     @property
     def ok(self) -> bool:

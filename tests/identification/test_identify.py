@@ -142,6 +142,8 @@ def test_verdicts_of_bounds_and_of_chi_squared(bounds, deviation):
     assert found.ok == (not cut_off and not misfit)
     assert ("cuts off a" in found.summary()) == cut_off
     assert ("the model does not fit" in found.summary()) == misfit
+    fault = found.report().fault
+    assert fault == "" if found.ok else "a bound cuts" in fault if cut_off else "farther from the model" in fault
     assert np.isnan(found.standard_error("a")) == cut_off and (found.standard_error("a") == 0.0) == (low == high)
 
 
