@@ -122,7 +122,7 @@ def _explained(function: Callable, name: str, count: int = 0) -> Callable:
 
 
 def _unknown_argument(function, options, error):
-    """What Python's message leaves out: the arguments that there are."""
+    """The arguments that there are, which Python's message leaves out; empty for other errors."""
     found = re.search(r"got an unexpected keyword argument '(\w+)'", str(error))
     names = [name for name in _parameters(function) if name not in ("args", "kwargs", "options")]
     if not isinstance(error, TypeError) or found is None or found[1] not in options or found[1] in names:

@@ -5,6 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import any_concrete, faults_if, not_positive
+from ..errors import ModelError
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import as_optional_real, as_real
 from ._shell_section import ShellSection, rotation, strain_rotation
@@ -29,6 +31,19 @@ class Laminate(eqx.Module):
     density: Convertible[Float[Array, " plies"]] = eqx.field(converter=as_real)
     bottom: Convertible[Float[Array, ""] | None] = eqx.field(converter=as_optional_real, default=None)
     area_mass: Convertible[Float[Array, ""]] = eqx.field(converter=as_real, default=0.0)
+
+    def __check_init__(self):
+        plies = jnp.shape(self.thickness)[:1]
+        shapes = {"thickness": plies, "angle": plies, "moduli": (*plies, 3, 3), "shear": (*plies, 2, 2)}
+        shapes |= {"density": plies, "bottom": (), "area_mass": ()}
+        given = {name: value for name in shapes if (value := getattr(self, name)) is not None}
+        faults = [
+            f"{name} of shape {jnp.shape(value)} must be {shapes[name]}, for {plies} plies"
+            for name, value in given.items()
+            if jnp.shape(value) != shapes[name]
+        ]
+        if faults or not plies:
+            raise ModelError(faults or ["thickness is a list, a number for each ply"], "the laminate")
 
     @property
     def heights(self) -> Float[Array, " faces"]:
@@ -114,7 +129,7 @@ def tsai_wu_reserve(stresses: ArrayLike, strengths: ArrayLike, interaction: Scal
     Args: strengths: (5,) Xt, Xc, Yt, Yc, S [Pa], all positive; interaction: F12 [1/Pa^2].
     Source: Tsai and Wu, J. Compos. Mater. 5 (1971) 58-80.
     """
-    s, (Xt, Xc, Yt, Yc, S) = as_real(stresses), as_real(strengths)
+    s, (Xt, Xc, Yt, Yc, S) = _checked(stresses, strengths, interaction)
     one, two, shear = s[..., 0], s[..., 1], s[..., 2]
     linear = (1.0 / Xt - 1.0 / Xc) * one + (1.0 / Yt - 1.0 / Yc) * two
     square = one**2 / (Xt * Xc) + two**2 / (Yt * Yc) + shear**2 / S**2 + 2.0 * interaction * one * two
@@ -127,11 +142,25 @@ def hill_reserve(stresses: ArrayLike, strengths: ArrayLike) -> Array:
     Args: strengths: (5,) Xt, Xc, Yt, Yc, S [Pa], all positive; tension or compression by the sign of each stress.
     Source: Jones, Mechanics of composite materials (1999), 2.9.
     """
-    s, (Xt, Xc, Yt, Yc, S) = as_real(stresses), as_real(strengths)
+    s, (Xt, Xc, Yt, Yc, S) = _checked(stresses, strengths)
     one, two, shear = s[..., 0], s[..., 1], s[..., 2]
     X, Y = jnp.where(one >= 0, Xt, Xc), jnp.where(two >= 0, Yt, Yc)
     square = one**2 / X**2 - one * two / X**2 + two**2 / Y**2 + shear**2 / S**2
     return _positive_root(square, jnp.zeros_like(square))
+
+
+def _checked(stresses, strengths, interaction=0.0):
+    """Stresses (..., 3) and strengths (5,).  Raises: ModelError."""
+    s, limits, shape = as_real(stresses), as_real(strengths), jnp.shape(interaction)
+    faults = faults_if(
+        (s.ndim < 1 or s.shape[-1] != 3, f"stresses of shape {s.shape} must be (..., 3): 11, 22, 12"),
+        (limits.shape != (5,), f"strengths of shape {limits.shape} must be (5,): Xt, Xc, Yt, Yc, S"),
+        (not_positive(limits), "strengths must be positive"),
+        (shape != () or any_concrete(jnp.isinf, interaction), "the interaction must be one finite number"),
+    )
+    if faults:
+        raise ModelError(faults, "the reserve of a ply")
+    return s, limits
 
 
 def _positive_root(square, linear):

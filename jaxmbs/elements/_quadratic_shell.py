@@ -11,7 +11,7 @@ from ..typing import Convertible, Matrix3, ScalarLike
 from ._base import AbstractElement, as_real
 from ._shape_functions import ShapeFunctions, middles, serendipity_exponents, simplex_exponents, simplex_points
 from ._shared_matrices import gauss_points
-from ._shell_section import ShellSection, strain_rotation
+from ._shell_section import ShellSection, require_section, strain_rotation
 
 _TRIANGLE = ShapeFunctions(simplex_exponents(2, 2), middles([(0, 0), (1, 0), (0, 1)], [(0, 1), (1, 2), (2, 0)]))
 _SQUARE = ShapeFunctions(
@@ -54,6 +54,9 @@ class QuadraticShell(AbstractElement):
     angle: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
     drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
 
+    def __check_init__(self):
+        require_section(self.layup)
+
     rule: ClassVar[ShellRule]
     force_labels = ("Nxx", "Nyy", "Nxy", "Mxx", "Myy", "Mxy", "Qx", "Qy")
     degeneracy = "it is folded or flat somewhere: check the order of its nodes"
@@ -64,7 +67,7 @@ class QuadraticShell(AbstractElement):
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Stiffness of bending and drilling, and of membrane and transverse shear at fewer points."""
-        section = self.layup.turned(self.angle)
+        section = self.layup.rotate(self.angle)
         A, D, B = section.membrane, section.bending, section.coupling
         _, k, _, turn, areas = self._strains(nodes, self.rule.points, self.rule.weights)
         K = jnp.einsum("q,qai,ab,qbj->ij", areas, k, D - _bending_of(A, B), k)
@@ -85,7 +88,7 @@ class QuadraticShell(AbstractElement):
 
     def forces(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, " f"]:
         """Membrane forces, moments and transverse shear forces per length at the centre. Source: S1 (30)."""
-        section = self.layup.turned(self.angle)
+        section = self.layup.rotate(self.angle)
         e, k, g, _, _ = self._strains(nodes, self.rule.centre, np.ones(1))
         g = self._shear_angles(nodes, self.rule.centre, g)
         e, k, g = (part[0] @ u.reshape(-1) for part in (e, k, g))

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from ..typing import Convertible, Matrix3, ScalarLike
 from ._base import AbstractElement, as_real
 from ._shared_matrices import axes_transformation, rigid_arm
-from ._shell_section import ShellSection
+from ._shell_section import ShellSection, require_section
 
 _RESULTANTS = ("Nxx", "Nyy", "Nxy", "Mxx", "Myy", "Mxy")
 
@@ -154,10 +154,13 @@ class LayeredFields(AbstractElement):
     layup: ShellSection
     angle: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
 
+    def __check_init__(self):
+        require_section(self.layup)
+
     @property
     def section(self) -> ShellSection:
         """Stiffness and mass per area in the axes of the element."""
-        return self.layup.turned(self.angle)
+        return self.layup.rotate(self.angle)
 
 
 def _plane_rows(k):

@@ -1,10 +1,13 @@
 """`ShellSection`: stiffness and mass of a shell per length and per area, of one material or of layers."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..errors import ModelError
 from ..typing import Convertible, ScalarLike
 from ._base import as_optional_real, as_real
 from ._shared_matrices import plane_stress
@@ -31,6 +34,22 @@ class ShellSection(eqx.Module):
     area_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
     turning_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
 
+    def __check_init__(self):
+        shapes = {"membrane": (3, 3), "bending": (3, 3), "shear": (2, 2), "coupling": (3, 3)}
+        lead = jnp.shape(self.membrane)[:-2]
+        faults = [
+            f"{name} of shape {jnp.shape(value)} must be (..., {size[0]}, {size[1]})"
+            for name, size in shapes.items()
+            if (value := getattr(self, name)) is not None and jnp.shape(value) != (*lead, *size)
+        ]
+        faults += [
+            f"{name} of shape {jnp.shape(value)} must be one number for each section {lead}"
+            for name in ("area_mass", "turning_mass")
+            if jnp.shape(value := getattr(self, name)) not in ((), lead)
+        ]
+        if faults:
+            raise ModelError(faults, "the section of a shell")
+
     @staticmethod
     def isotropic(
         young: ScalarLike,
@@ -45,7 +64,7 @@ class ShellSection(eqx.Module):
         S = shear_factor * t * young / (2.0 * (1.0 + poisson)) * jnp.eye(2, dtype=E.dtype)
         return ShellSection(t * E, t**3 / 12 * E, S, None, area_mass, area_mass * t**2 / 12)
 
-    def turned(self, angle: ScalarLike) -> "ShellSection":
+    def rotate(self, angle: ScalarLike) -> "ShellSection":
         """The same section in axes from which its own are turned by `angle` [rad] about the normal."""
         R, c = strain_rotation(angle), rotation(angle)
         turn = lambda C: R.T @ C @ R
@@ -59,7 +78,7 @@ class ShellSection(eqx.Module):
             self.turning_mass,
         )
 
-    def moved(self, offset: ScalarLike) -> "ShellSection":
+    def shift(self, offset: ScalarLike) -> "ShellSection":
         """The same section at a height `offset` [m] over the surface of the nodes, along the normal.
 
         Source: Jones, Mechanics of composite materials (1999), 4.2: strains there are `e + offset k`.
@@ -90,3 +109,9 @@ def squared_contraction(A: Array) -> Array:
     """Poisson's ratio squared of a membrane matrix A, `A12^2 / A11 A22`, zero where there is no membrane."""
     product = A[0, 0] * A[1, 1]
     return jnp.where(product > 0, A[0, 1] ** 2, 0.0) / jnp.where(product > 0, product, np.ones((), A.dtype))
+
+
+def require_section(layup: Any) -> None:
+    """Raises: TypeError for what is no section of a shell."""
+    if not isinstance(layup, ShellSection):
+        raise TypeError(f"layup is a ShellSection, as `Laminate(...).section()` gives, not {layup!r}")

@@ -99,7 +99,7 @@ class Identification(Reported, eqx.Module):
         return Report(found, summary, self._fault(), table=rows)
 
     def _fault(self):
-        """Why the result is not `ok`, the gravest first."""
+        """The gravest fault of a result that is not `ok`; empty for others."""
         if self.unseen:
             return "the unknowns are not determined"
         if self.reason != "converged":

@@ -66,7 +66,7 @@ def test_transverse_shear():
 def test_offset_laminate():
     """The same layers over the nodes: strains there are e + z k."""
     middle, above = laminate([0, 60.0]).section(), laminate([0, 60.0], bottom=1e-3).section()
-    moved = middle.moved(1e-3 + 0.125e-3)
+    moved = middle.shift(1e-3 + 0.125e-3)
     for name in ("membrane", "coupling", "bending", "area_mass", "turning_mass"):
         np.testing.assert_allclose(getattr(moved, name), getattr(above, name), rtol=1e-9, err_msg=name)
 

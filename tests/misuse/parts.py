@@ -15,6 +15,7 @@ from jaxmbs.contact import (
     SphereOnPlane,
     WheelOnRoad,
 )
+from tests.elements.test_elements import CASES as ELEMENTS
 
 from .attempts import call
 from .cases import case
@@ -161,11 +162,16 @@ NODES = {
     3: {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (0.0, 1.0, 0.0)},
     4: {"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (1.0, 1.0, 0.0), "d": (0.0, 1.0, 0.0)},
 }
-NODES[8] = {**NODES[4], **{name.upper(): (x, y, 1.0) for name, (x, y, _) in NODES[4].items()}}
+
+
+_PLACES = {type(element): places for element, places, _ in ELEMENTS.values()}  # of more than four nodes
 
 
 def _element(element):
-    nodes = NODES[element.num_nodes]
+    count = element.num_nodes
+    nodes = NODES[count] if count <= 4 else dict(zip(map(str, range(count)), _PLACES[type(element)], strict=True))
+    if isinstance(element, elements.Tetrahedron):
+        nodes = dict(zip("abcd", _PLACES[elements.Tetrahedron], strict=True))
     return fem.assemble_dense(fem.Structure(nodes, {"parts": (element, [tuple(nodes)])}))
 
 
@@ -213,6 +219,7 @@ def element(arguments, *fine, positive=""):
 AXIS = np.array([0.0, 1.0, 1.0])
 POINTS, EFFORTS = np.array([-1.0, 0.0, 2.0]), np.array([-3.0, 0.0, 4.0])
 MANY = "any number of points"
+NO_LIMIT = "nothing breaks that way"
 SECTION = elements.ShellSection(np.eye(3), np.eye(3), np.eye(2), None, 1.0, 0.5)
 OUTLINE = np.array([(np.cos(x), np.sin(x)) for x in np.arange(12) * np.pi / 6])
 
@@ -475,7 +482,9 @@ CASES = {
         lambda z: call(8.0, 0.25, 0.5, 1.0, 1.0, 0.5), positive="young thickness density"
     ),
     **{
-        f"elements.{kind}": element(lambda z: call(8.0, 0.25, 1.0, np.eye(6)), positive="young density")
+        f"elements.{kind}": element(
+            lambda z: call(8.0, 0.25, 1.0, np.eye(6)), "young shape: not used beside an elasticity"
+        )
         for kind in (
             "Hexahedron",
             "QuadraticHexahedron",
@@ -495,8 +504,8 @@ CASES = {
         lambda z: call(np.ones(2), np.ones(2), np.ones((2, 3, 3)), np.ones((2, 2, 2)), np.ones(2), 0.5, 1.0)
     ),
     "elements.orthotropic": case(lambda z: call(8.0, 2.0, 0.25, 1.0), "* shape: many plies at once"),
-    "elements.tsai_wu_reserve": case(lambda z: call(np.ones(3), np.ones(5), 0.1)),
-    "elements.hill_reserve": case(lambda z: call(np.ones(3), np.ones(5))),
+    "elements.tsai_wu_reserve": case(lambda z: call(np.ones(3), np.ones(5), 0.1), f"strengths inf: {NO_LIMIT}"),
+    "elements.hill_reserve": case(lambda z: call(np.ones(3), np.ones(5)), f"strengths inf: {NO_LIMIT}"),
     "elements.Spring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3), 0.5)),
     "elements.GroundSpring": element(lambda z: call(np.ones(6), np.ones(6), np.eye(3))),
     "elements.PointMass": element(lambda z: call(2.0, np.array([1.0, 0.0, 0.0]), np.eye(3)), positive="value"),

@@ -54,7 +54,7 @@ class ShellGroup(AbstractElementGroup):
         bare = bare if self.kind == 3 else eqx.tree_at(lambda e: e.drilling, bare, self._all(bare.drilling))
         section = bare.layup if self.thickness is None else self._sections(own, numbers)
         if self.offset is not None:
-            section = jax.vmap(ShellSection.moved)(section, self.offset)
+            section = jax.vmap(ShellSection.shift)(section, self.offset)
         angles = self._angles(self._partial(bare), numbers)
         return self._partial(eqx.tree_at(lambda e: [e.layup, e.angle], bare, [section, angles]))
 

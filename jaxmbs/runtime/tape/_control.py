@@ -6,8 +6,8 @@ import jax
 import numpy as np
 from jax.extend.core import jaxpr_as_fun
 
+from ._batched_loop import batched_loop, is_batched
 from ._flatten import parts_of_scan
-from ._lanes import are_lanes, together
 from ._memory import Buffer, Value
 from ._writer import Writer, rule
 
@@ -61,8 +61,8 @@ def _release(writer: Writer, values: Sequence[Value]) -> None:
 @rule("while")
 def _while(writer, operation, values):
     params = operation.params
-    if are_lanes(params):
-        return _while(writer, *_of_lanes(operation, values))
+    if is_batched(params):
+        return _while(writer, *_unbatched(operation, values))
     first, second = params["cond_nconsts"], params["cond_nconsts"] + params["body_nconsts"]
     known, start, atoms = values[:second], values[second:], operation.outputs
     carried = _carried(writer, start, atoms, known)
@@ -88,7 +88,7 @@ def _while(writer, operation, values):
     return carried
 
 
-def _of_lanes(operation, values):
+def _unbatched(operation, values):
     """The loop over lanes as one with one condition, and its values: its body needs those of the condition too."""
     params = operation.params
     condition, body = params["cond_jaxpr"], params["body_jaxpr"]
@@ -96,7 +96,7 @@ def _of_lanes(operation, values):
 
     def parts(known, of_body):
         goes_on = lambda carried: jaxpr_as_fun(condition)(*known, *carried)[0]
-        return together(goes_on, lambda carried: jaxpr_as_fun(body)(*of_body, *carried))
+        return batched_loop(goes_on, lambda carried: jaxpr_as_fun(body)(*of_body, *carried))
 
     types = lambda avals: [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
     known, given = types(condition.in_avals[:first]), types(body.in_avals)

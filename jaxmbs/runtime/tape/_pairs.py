@@ -8,8 +8,8 @@ import numpy as np
 from jax import lax
 from jax.extend.core import ClosedJaxpr, Literal
 
+from ._batched_loop import batched_loop, is_batched
 from ._flatten import UnsupportedError, called, parts_of_scan
-from ._lanes import are_lanes, together
 from ._pair import Pair, is_complex, pair_of, parts
 from ._pair_rules import HOST_PRIMITIVES, PAIR_RULES
 
@@ -109,7 +109,7 @@ def _while(params, args):
     known, of_body, start = args[:first], args[first:second], args[second:]
     goes_on = lambda carried: evaluate(params["cond_jaxpr"], [*known, *carried])[0]
     move = lambda carried: _fixed(evaluate(params["body_jaxpr"], [*of_body, *carried]))
-    return lax.while_loop(*(together(goes_on, move) if are_lanes(params) else (goes_on, move)), _fixed(start))
+    return lax.while_loop(*(batched_loop(goes_on, move) if is_batched(params) else (goes_on, move)), _fixed(start))
 
 
 def _scan(params, args):

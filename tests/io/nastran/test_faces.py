@@ -71,7 +71,7 @@ def test_offset_and_thickness_of_plates(tmp_path):
     shell = STEEL + SQUARE + "PSHELL,5,1,.02,1,,1\n"
     lifted = deck(shell + "CQUAD4,1,5,1,2,3,4,,.3\n,,,.01,.01,.012,.008\n", tmp_path)
     found = lifted.elements["CQUAD4 5"].element(lifted.numbers).layup
-    expected = el.ShellSection.isotropic(2e11, 0.3, 0.01, 7850.0).moved(0.3)
+    expected = el.ShellSection.isotropic(2e11, 0.3, 0.01, 7850.0).shift(0.3)
     for name in ("membrane", "coupling", "bending", "shear", "area_mass", "turning_mass"):
         np.testing.assert_allclose(getattr(found, name)[0], getattr(expected, name), rtol=1e-9, atol=1e-3)
     assert "CQUAD4 of a thickness that changes over it has its mean" in lifted.notes

@@ -8,12 +8,12 @@ import jax.numpy as jnp
 from jax import lax
 
 
-def are_lanes(params: dict) -> bool:
+def is_batched(params: dict) -> bool:
     """True if a loop's condition is one for each lane, of the first axes of all that it carries."""
     return bool(params["cond_jaxpr"].out_avals[0].shape)
 
 
-def together(goes_on: Callable, move: Callable) -> tuple[Callable, Callable]:
+def batched_loop(goes_on: Callable, move: Callable) -> tuple[Callable, Callable]:
     """Condition and body of the loop over all lanes: those that have stopped keep what they carry."""
 
     def move_some(carried: Any) -> Any:
