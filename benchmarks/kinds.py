@@ -1,8 +1,8 @@
 """One and many things of each kind in a machine: equations of accelerations and motions, and the first motion.
 
 The machines are those of `tests/test_program_size.py`, whose ceilings hold the equations.  "First motion" is a
-tenth of a second from the assembled state of one thing, traced and run on a tape, in CPU seconds after the caches of
-JAX and of tapes are cleared.
+tenth of a second from the assembled state of one thing, traced, compiled ("full") and run, in CPU seconds after the
+caches of JAX are cleared.
 """
 
 import sys
