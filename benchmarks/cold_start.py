@@ -86,6 +86,7 @@ UNITS = {
     "run": "ms",
     "memory of the process": "MiB",
     "error of the angle": "rad",
+    "error of the velocity": "rad/s",
     "steps": "",
 }
 

@@ -68,15 +68,19 @@ def motion(machine, lap, found):
 
 
 def singular(n, lap, found):
-    """A row of n four-bars passes twelve singular poses in 10 s: errors of the angle, over those tolerances."""
+    """A row of n four-bars passes twelve singular poses in 10 s: errors of angle and velocity, over those tolerances."""
     from cases import models
 
     system = models.n_four_bar(n)
     state, angle = models.n_four_bar_state(system, 0.0), models.n_four_bar_angle(n, 0.0, 10.0)
+    gravity = models.n_four_bar_acceleration(n, np.pi / 2)  # by the angle: its slope g sin(angle) has an energy
+    rate = -np.sqrt(1.0 + 2.0 * gravity * (1.0 - np.cos(angle)))
     options = {"ts": np.array([0.0, 10.0]), "max_steps": 100_000}
     for tolerance in (1e-8, 1e-9, 3e-10, 1e-10, 3e-11):
         motion = mbs.simulate(system, state, rtol=tolerance, atol=tolerance, **options)
         found[f"rtol {tolerance:g}: error of the angle"] = abs(float(motion.states.coordinates[-1, 0]) - angle)
+        speed = float(motion.states.velocities[-1, 0])
+        found[f"rtol {tolerance:g}: error of the velocity"] = abs(speed - rate)
         found[f"rtol {tolerance:g}: steps"] = int(motion.diagnostics.num_steps)
 
 
