@@ -68,7 +68,7 @@ def motion(machine, lap, found):
 
 
 def singular(n, lap, found):
-    """A row of n four-bars passes twelve singular poses in 10 s: errors of angle and velocity, over those tolerances."""
+    """A row of n four-bars passes twelve singular poses in 10 s: errors of both, over those tolerances."""
     from cases import models
 
     system = models.n_four_bar(n)
