@@ -82,7 +82,8 @@ components can be joined by them; `expand` leads back to all coordinates. Of you
 reduction](extend/reduction.md).""",
     "Solvers": """
 `simulate(system, state, solver=...)`: these, and all of [diffrax](guide/diffrax.md), whose `Dopri8` is the
-default. [Choosing a solver](guide/solvers.md) has measurements.""",
+default where no motion [dies out too fast](guide/solvers.md#the-choice). [Choosing a solver](guide/solvers.md) has
+measurements.""",
     "Events": """
 `simulate(system, state, event=...)`, one or a list; see [events that act](guide/diffrax.md).""",
     "Drawings": """

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import PyTree
 
 from ..checks import require_reals
-from ._variables import read_variables
+from ._variables import read_variables, structure_words
 
 
 def read_deviations(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarray, np.ndarray, Callable]:
@@ -17,11 +17,7 @@ def read_deviations(design: PyTree, widths: PyTree, what: str) -> tuple[np.ndarr
     """
     variables = read_variables(design, None)
     if jax.tree.structure(widths) != jax.tree.structure(design):  # type: ignore[operator]
-        own, given = ({name for name, _ in jax.tree_util.tree_leaves_with_path(x)} for x in (design, widths))
-        listed = lambda names: ", ".join(sorted(map(jax.tree_util.keystr, names)))
-        odd = [f"the design has no {listed(given - own)}"] * bool(given - own)
-        odd += [f"{listed(own - given)} is missing"] * bool(own - given)
-        raise ValueError(f"{what} must have the structure of the design: {'; '.join(odd) or 'other containers'}")
+        raise ValueError(f"{what} must have the structure of the design: {structure_words(design, widths)}")
     require_reals(widths)
     pairs = zip(jax.tree.leaves(widths), jax.tree.leaves(design), strict=True)
     try:

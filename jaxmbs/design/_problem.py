@@ -78,7 +78,7 @@ def trace_problem(
     program = TracedFunction(objective_and_limits, start, compile=compile, tape_first=tape_first)
     shape, values, _ = program.shape
     if getattr(shape, "shape", None) != () or not jnp.issubdtype(shape.dtype, jnp.floating):
-        raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {shape}")
+        raise ValueError(f"the objective must be a real scalar, or one with a dict of answers; it is {_kind(shape)}")
     constraints = tuple(bind(limit, value) for limit, value in zip(limits, values, strict=True))
 
     def objective_and_constraints(x):
@@ -100,6 +100,14 @@ def trace_problem(
         return found[0], found[1:], values
 
     return DesignProblem(evaluate, evaluate_values, constraints, gradient)
+
+
+def _kind(found: Any) -> str:
+    """The kind of what an objective returns, in words."""
+    if not hasattr(found, "dtype"):
+        return f"of the type {type(found).__name__}"
+    sizes = " x ".join(map(str, found.shape))
+    return f"an array of {sizes} numbers: take its sum, its largest or one entry" if sizes else f"of {found.dtype}"
 
 
 def _split_answers(found: Any) -> tuple[Any, Mapping | None]:

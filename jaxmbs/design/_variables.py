@@ -63,9 +63,10 @@ def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
         ValueError: naming the variable, for bounds that do not match or cross, or a start outside of them.
     """
     paths, structure = jax.tree_util.tree_flatten_with_path(design0)
-    labels = [jax.tree_util.keystr(path, simple=True, separator=".") or "design" for path, _ in paths]
+    labels = [_label(path) for path, _ in paths]
     leaves = [_as_floats(label, leaf) for label, (_, leaf) in zip(labels, paths, strict=True)]
-    pairs = [_broadcast_bounds(*row) for row in zip(labels, leaves, _bounds_by_leaf(structure, bounds), strict=True)]
+    by_leaf = _bounds_by_leaf(design0, structure, bounds)
+    pairs = [_broadcast_bounds(*row) for row in zip(labels, leaves, by_leaf, strict=True)]
     if not sum(leaf.size for leaf in leaves):
         raise ValueError("design0 has no variables")
     names = tuple(name for label, leaf in zip(labels, leaves, strict=True) for name in _entry_names(label, leaf))
@@ -110,7 +111,11 @@ def units_by_name(names: Sequence[str], units: Mapping[str, str], others: Sequen
     return tuple(units.get(name, units.get(name.partition("[")[0], "")) for name in (*names, *others))
 
 
-def _bounds_by_leaf(structure, bounds: PyTree | None) -> list:
+def _label(path) -> str:
+    return jax.tree_util.keystr(path, simple=True, separator=".") or "design"
+
+
+def _bounds_by_leaf(design0: PyTree, structure, bounds: PyTree | None) -> list:
     """The bounds given for each leaf, in their order."""
     if bounds is None:
         return [None] * structure.num_leaves
@@ -118,7 +123,18 @@ def _bounds_by_leaf(structure, bounds: PyTree | None) -> list:
         return structure.flatten_up_to(bounds)
     except ValueError as error:
         message = "bounds must have the structure of design0, with (lower, upper) or None for each variable"
-        raise ValueError(f"{message}: {error}") from error
+        is_pair = lambda x: x is None or (isinstance(x, tuple | list) and not any(isinstance(y, tuple) for y in x))
+        raise ValueError(f"{message}: {structure_words(design0, bounds, is_pair)}") from error
+
+
+def structure_words(design: PyTree, given: PyTree, is_leaf: Callable | None = None) -> str:
+    """Words on the variables that only one of a design and a pytree that should have its structure has."""
+    known = [_label(path) for path, _ in jax.tree_util.tree_leaves_with_path(design)]
+    named = [_label(path) for path, _ in jax.tree_util.tree_leaves_with_path(given, is_leaf=is_leaf)]
+    faults = [no_such("variable", name, known) for name in named if name not in known]
+    missing = [name for name in known if name not in named]
+    faults += [f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []
+    return "; ".join(faults) or "their containers are of other kinds"
 
 
 def _broadcast_bounds(label: str, leaf: np.ndarray, pair) -> tuple[np.ndarray, np.ndarray]:

@@ -65,6 +65,12 @@ class AbstractLaw(eqx.Module):
         return True
 
     @property
+    def largest_damping(self) -> ArrayLike:
+        """Largest slope of the effort by the velocity [N s/m or N m s/rad], by which `simulate` sees dampers that are
+        stiff; zero, as by default, where there is none or it is not known."""
+        return 0.0
+
+    @property
     def internal_states(self) -> dict[str, InternalState]:
         """Declaration of its internal states by name, none by default; of a law whose parameters are arrays the
         shapes may follow from theirs."""

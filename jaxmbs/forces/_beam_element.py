@@ -12,7 +12,7 @@ from ..checks import any_concrete, faults_if, negative
 from ..drawings import Drawing, Symbol
 from ..math._linalg import safe_norm
 from ..math._screw import screw_of_pose, screw_rate, wrench_of_screw_gradient
-from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
+from ..typing import ArrayLike, Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw
 from ._fields import number, optional_number
 from ._validity import Margin
@@ -81,6 +81,10 @@ class BeamElement(AbstractPoseLaw):
     def drawing(self) -> Drawing:
         """A piece of a beam."""
         return (Symbol("beam"),)
+
+    @property
+    def largest_damping(self) -> ArrayLike:
+        return 0.0 if self.damping is None else self.damping * jnp.max(jnp.abs(self.stiffness), axis=(-2, -1))
 
     @property
     def dissipates(self) -> bool:

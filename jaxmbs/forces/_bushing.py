@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, may_be_nonzero
 from ..math._rotation import rotation_vector, rotation_vector_coefficient
-from ..typing import Convertible, Matrix3, Scalar, ScalarLike, Vector3
+from ..typing import ArrayLike, Convertible, Matrix3, Scalar, ScalarLike, Vector3
 from ._base import AbstractPoseLaw
 from ._fields import number
 
@@ -62,6 +62,10 @@ class Bushing(AbstractPoseLaw):
     @property
     def stores(self) -> bool:
         return may_be_nonzero(self.stiffness, self.preload)
+
+    @property
+    def largest_damping(self) -> ArrayLike:
+        return jnp.max(jnp.abs(self.damping), axis=(-2, -1))
 
     @property
     def dissipates(self) -> bool:

@@ -12,7 +12,7 @@ from ..checks import faults_if, may_be_nonzero, negative, not_positive
 from ..drawings import Drawing
 from ..math._vector import VectorComponents, cross, dot, norm
 from ..runtime import constant_product, gather_static
-from ..typing import Convertible, Scalar, ScalarLike
+from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._cable_drawing import cable_drawing, middles
 from ._cable_friction import Models, cable_friction_faults, friction_of_elements, tension_ratios
@@ -81,6 +81,10 @@ class Cable(CableRoute, AbstractPathLaw):
     def stores(self) -> bool:
         """True unless the free length changes in time."""
         return not self.is_wound
+
+    @property
+    def largest_damping(self) -> ArrayLike:
+        return self.damping
 
     @property
     def dissipates(self) -> bool:

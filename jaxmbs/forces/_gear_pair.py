@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ..checks import any_concrete, faults_if, flag, is_concrete, may_be_nonzero, negative, not_positive
 from ..drawings import Drawing, Gear
 from ..math._linalg import safe_norm, skew
-from ..typing import Convertible, Scalar, ScalarLike
+from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._fields import number
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
@@ -80,6 +80,10 @@ class GearPair(AbstractPathLaw):
     def num_frames(self) -> int:
         """Two wheels."""
         return 2
+
+    @property
+    def largest_damping(self) -> ArrayLike:
+        return self.damping
 
     @property
     def dissipates(self) -> bool:

@@ -11,7 +11,7 @@ from jax import Array, lax
 from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if, may_be_nonzero, negative, not_positive
-from ..typing import Scalar, ScalarLike
+from ..typing import ArrayLike, Scalar, ScalarLike
 from ._base import AbstractPathLaw, PathKinematics
 from ._one_sided import one_sided, one_sided_integral, one_sided_slope, passive_sum
 from ._validity import Margin, tooth_margins
@@ -50,6 +50,10 @@ class AbstractPitchPointMesh(AbstractPathLaw):
     def num_frames(self) -> int:
         """Two wheels."""
         return 2
+
+    @property
+    def largest_damping(self) -> ArrayLike:
+        return self.damping
 
     @property
     def dissipates(self) -> bool:

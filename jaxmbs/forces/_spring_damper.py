@@ -5,7 +5,7 @@ import jax.numpy as jnp
 
 from ..checks import faults_if, may_be_nonzero, negative
 from ..math._linalg import direction, safe_norm
-from ..typing import Convertible, Scalar, ScalarLike, Vector3
+from ..typing import ArrayLike, Convertible, Scalar, ScalarLike, Vector3
 from ._base import AbstractScalarLaw
 from ._fields import number
 
@@ -56,6 +56,10 @@ class SpringDamper(AbstractScalarLaw):
     @property
     def stores(self) -> bool:
         return may_be_nonzero(self.stiffness, self.preload)
+
+    @property
+    def largest_damping(self) -> ArrayLike:
+        return self.damping
 
     @property
     def dissipates(self) -> bool:

@@ -23,8 +23,8 @@ class Check(Reported):
         asymmetry: largest `|A - A^T|` over the largest entry, by matrix.
         rigid_energy: (6,) strain energy of unit rigid motions over what the diagonal stores in the same motion; None
             without positions.
-        grounded: "free", "held", "held in part" (some rigid motion is strained, and some motion is not), or None
-            without positions.
+        grounded: "free", "held", "held in part" (some rigid motion is strained, and some motion is not), "unstable"
+            (some rigid motion gives energy back: negative stiffness), or None without positions.
         mass: total mass [kg] (mean of the three directions), or None.
         centre: (3,) centre of mass [m]; inertia: (3, 3) [kg m^2] about the given point; central_inertia: about the
             centre of mass; all three None where the mass differs by direction.
@@ -218,7 +218,10 @@ def _largest_entries(sub, vector):
 def _strain_energy(sub, K, motions, tolerance, warnings):
     energy = np.sum(motions * (K @ motions), axis=0)
     reference = np.sum(motions**2 * np.diag(K)[:, None], axis=0)
-    relative = energy / np.where(reference > 0, reference, 1.0)
+    size = np.abs(reference)
+    relative = energy / np.where(size > 0, size, 1.0)
+    if np.any(relative < -1e-3 * tolerance):
+        return relative, "unstable"
     strained = np.nonzero(relative > 1e-3 * tolerance)[0]
     moving = np.any(motions != 0, axis=0)
     if len(strained) and np.any(moving & (relative <= 1e-3 * tolerance)):  # what is held in all of them is supported

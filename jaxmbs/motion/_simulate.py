@@ -26,13 +26,14 @@ from ..model._internal_states import replace_field
 from ..model._system import System
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
-from ..ode._options import check_memory, check_options, make_options, solver_or_default
+from ..ode._options import LOOPS, RTOL, check_memory, check_options, make_options, solver_or_default
 from ..ode._save_times import save_times, valid_times
 from ..runtime import as_host_array, jit, note, progress_bar
 from ..signal_flow._sampling import refuse_sampled, sample_periods
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
+from ._choice import Choice, choose_solver
 from ._event import Actions, EventLike, as_events
 from ._failure import explain
 from ._formulation import Formulation, num_powers
@@ -77,9 +78,11 @@ def simulate(
         t1: end time [s] (default: the last of `ts`).
         ts: times to save (T,), increasing, from state.t on (default: 101 equal steps to t1); they have derivatives.
         dt: fixed step [s]; without it steps adapt to rtol, atol.
-        solver: a diffrax solver (default Dopri8), `jaxmbs.ode.Rodas5P()` for stiff systems, or, at fixed steps,
-            `Gauss4()` and `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`; `benchmarks/solvers.py` has
-            the error of each against its time.
+        solver: a diffrax solver, `jaxmbs.ode.Rodas5P()` for stiff systems, or, at fixed steps, `Gauss4()` and
+            `ImplicitMidpoint()` (long motions), `SemiImplicitEuler()`; `benchmarks/solvers.py` has the error of each
+            against its time.  By default Rodas5P where dampers, elastic bodies or internal states make a motion that
+            dies out so fast that it would bound the steps of an explicit solver all along, by the slopes at the
+            start; else, within a trace and at fixed steps Dopri8.  `motion.solver` says which and why.
         controller: of diffrax for adaptive steps, in place of `diffrax.PIDController` with rtol and atol.
         rtol, atol: tolerances of each step in coordinates and velocities [m, rad, s], default 1e-9 (single precision:
             3e-4 and 3e-6).
@@ -115,14 +118,19 @@ def simulate(
     """
     check_single_state(system, state)
     check_in_force(system, state)
-    system, solver = with_changes(system, state), solver_or_default(solver)
-    system, chosen = _with_formulation(system, state, formulation, solver, dt)
+    system, named = with_changes(system, state), solver_or_default(solver)
+    system, chosen = _with_formulation(system, state, formulation, named, dt)
     events = as_events(event, system, state, max_events)
-    check_options(solver, controller, dt, rtol, atol, gradient, loop)
-    _check_formulation(system, state, chosen, solver, events, loop)
+    check_options(named, controller, dt, rtol, atol, gradient, loop)
+    _check_formulation(system, state, chosen, named, events, loop)
     t0, dtype, periods = state.t, state.coordinates.dtype, sample_periods(system)
     ts = save_times(t0, t1, ts)
     t1 = ts[-1] if t1 is None else as_host_array(t1)
+    choice = Choice(named)
+    if solver is None and dt is None and controller is None and loop == LOOPS[0]:
+        relative, landings = RTOL[dtype.itemsize] if rtol is None else rtol, 0 if interpolate else ts.size
+        choice = choose_solver(system, state, (t0, t1), landings, relative, chosen)
+    solver = choice.solver
     options = make_options(
         solver,
         controller,
@@ -144,7 +152,7 @@ def simulate(
         motion = _integrate(system, state, ts, t1, chosen, events, options)
     if periods is not None:
         motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
-    motion = dataclasses.replace(with_jam(system, motion), solver=Note(options.in_words))
+    motion = dataclasses.replace(with_jam(system, motion), solver=Note(choice.in_words(options, chosen)))
     return _with_verdict(system, motion, t0, throw, solver)
 
 

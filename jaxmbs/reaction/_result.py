@@ -1,5 +1,6 @@
 """Result of `reactions`: loads of joints, force elements, drives and constraint rows by name."""
 
+import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -36,6 +37,7 @@ class JointReaction(Reported, eqx.Module):
         lacks_contact: (...) bool, None without couplers.  A coupler acts on coordinates only: the bearings of the
             joints that it ties, and of those between, are computed without the contact forces of teeth, threads or
             cams.  The missing components are marked as not unique; efforts along the freedoms are right.
+        t: (...) times of the states [s], None where they are not known.
     """
 
     force: Float[Array, "... 3"]
@@ -45,6 +47,7 @@ class JointReaction(Reported, eqx.Module):
     unique_force: Bool[Array, "... 3"]
     unique_moment: Bool[Array, "... 3"]
     lacks_contact: Bool[Array, "..."] | None = None
+    t: Float[Array, "..."] | None = None
 
     def report(self) -> Report:
         wrench = [Quantity("force", self.force, "N", (XYZ,)), Quantity("moment", self.moment, "N m", (XYZ,))]
@@ -54,7 +57,8 @@ class JointReaction(Reported, eqx.Module):
             Quantity(name, getattr(self, name.replace(" ", "_")), "", (XYZ,), in_table=False)
             for name in ("unique force", "unique moment")
         ]
-        return Report([*wrench, *efforts, *marks], f"undetermined: {', '.join(open_ones)}" if open_ones else "")
+        summary = f"undetermined: {', '.join(open_ones)}" if open_ones else ""
+        return Report([*wrench, *efforts, *marks], summary, t=self.t)
 
 
 class JointReactions(eqx.Module):
@@ -138,16 +142,18 @@ class LawForce(Reported, eqx.Module):
             moment in world axes; of a law of the whole system that on every velocity.
         force [N], moment [N m]: (..., 3) world axes, on the second of two frames or on the loaded one, the moment
             about its origin; None where it acts on a joint or the whole system.
+        t: (...) times of the states [s], None where they are not known.
     """
 
     effort: Float[Array, "... n"]
     force: Float[Array, "... 3"] | None
     moment: Float[Array, "... 3"] | None
+    t: Float[Array, "..."] | None = None
 
     def report(self) -> Report:
         wrench = (("force", self.force, "N"), ("moment", self.moment, "N m"))
         parts = [Quantity(name, x, unit, (XYZ,)) for name, x, unit in wrench if x is not None]
-        return Report([along_freedoms("effort", self.effort, axis="component"), *parts])
+        return Report([along_freedoms("effort", self.effort, axis="component"), *parts], t=self.t)
 
 
 class DriveLoad(Reported, eqx.Module):
@@ -156,14 +162,16 @@ class DriveLoad(Reported, eqx.Module):
     Attributes:
         effort: (..., n) along the freedoms of its joint [N or N m].
         unique: (..., n) bool, true where statics alone determines it; false where several drives share the load.
+        t: (...) times of the states [s], None where they are not known.
     """
 
     effort: Float[Array, "... n"]
     unique: Bool[Array, "... n"]
+    t: Float[Array, "..."] | None = None
 
     def report(self) -> Report:
         open_one = "" if np.all(self.unique) else "not determined by statics"
-        return Report([along_freedoms("effort", self.effort)], open_one)
+        return Report([along_freedoms("effort", self.effort)], open_one, t=self.t)
 
 
 class RowLoad(Reported, eqx.Module):
@@ -173,17 +181,19 @@ class RowLoad(Reported, eqx.Module):
         multipliers: (..., k) of its rows, in units of work over the unit of the row.
         efforts: (..., n) by joint, along its freedoms [N or N m].
         unique: (..., k) bool, true where statics alone determines the multiplier; false where several share the load.
+        t: (...) times of the states [s], None where they are not known.
     """
 
     multipliers: Float[Array, "... k"]
     efforts: dict[str, Float[Array, "... n"]]
     unique: Bool[Array, "... k"]
+    t: Float[Array, "..."] | None = None
 
     def report(self) -> Report:
         open_one = "" if np.all(self.unique) else "not determined by statics"
         efforts = [along_freedoms(f"effort on {name}", effort) for name, effort in self.efforts.items()]
         multipliers = along_freedoms("multiplier", self.multipliers, "J per unit of the row", "row")
-        return Report([multipliers, *efforts], open_one)
+        return Report([multipliers, *efforts], open_one, t=self.t)
 
 
 class RowLoads(eqx.Module, Mapping):  # type: ignore[misc]
@@ -280,7 +290,7 @@ class Reactions(Reported, eqx.Module):
     def _found(self, kind, name, among, listed=None):
         """Entry of a name; otherwise an UnknownNameError that says which other method knows the name."""
         if name in among:
-            return among[name]
+            return dataclasses.replace(among[name], t=self.t)
         doors = {"law": self.laws, "row": self.rows, "drive": self.drives}
         found = [f"it is a {door}: loads.{door}({name!r})" for door, names in doors.items() if name in names]
         found += [f"it is a joint or constraint: loads[{name!r}]"] * (name in self.joints)

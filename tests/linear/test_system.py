@@ -239,3 +239,14 @@ def test_sparse_matrix_as_blocks(even):
     np.testing.assert_allclose(blocks @ jnp.asarray(b), (A @ b.ravel()).reshape(10, 3), atol=1e-13)
     with pytest.raises(ValueError, match="blocks of 7"):
         block_matrices(A, size=7)
+
+
+def test_check_of_negative_stiffness_is_not_free():
+    """A point on springs that push gives energy back where it moves."""
+    names = [("p", d) for d in ("x", "y", "z")]
+    point = LinearSystem(
+        mass=np.eye(3), stiffness=-2.0 * np.eye(3), coordinates=names, positions={"p": (0.0, 0.0, 0.0)}
+    )
+    report = check(point)
+    assert report.grounded == "unstable" and str(report).count("unstable") == 1
+    assert any("stiffness is negative" in text for text in report.faults)
