@@ -165,8 +165,9 @@ FACES = {
         BearingFriction BevelGear BristleForce BrownMcPhee BumpStop Bushing Cable CamRise Chirp Constant
         CoulombFriction ElastoPlastic ElementBond Eyelet Force FrictionForce GearPair GeneralisedEffort
         Harmonic HydraulicCylinder InextensibleCable InternalState JointLuGre LuGre Margin Maxwell Motor
-        Multisine PD PathKinematics PointLoads Polynomial Prony PronyBushing Ramp Reading Sheave SmoothCoulomb
-        Spline SpringDamper Step Table Torque Trapezoid Winch WormGear WrapCylinder WrapSphere Wrench Zener
+        Multisine PD PathForce PathKinematics PointLoads Polynomial PolynomialSpring Prony PronyBushing Ramp Reading
+        Sheave SmoothCoulomb Spline SpringDamper Step Table Torque Trapezoid Winch WormGear WrapCylinder WrapSphere
+        Wrench Zener
     """,
     "jaxmbs.friction": """
         AbstractBristles AbstractFriction BearingFriction BrownMcPhee LuGre SmoothCoulomb

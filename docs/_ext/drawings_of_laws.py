@@ -95,6 +95,18 @@ def inextensible_cable(p):
     cable(p, "length")
 
 
+def path_force(p):
+    cable(p, "any law")
+
+
+def polynomial_spring(p):
+    _ends(p)
+    p.spring((-1.35, 0, 0.25), (1.3, 0, 0.25))
+    p.damper((-1.35, 0, -0.25), (1.3, 0, -0.25))
+    p.text((0, 0, 0.6), "k d + k d^2 + ...")
+    _x(p)
+
+
 def gear_pair(p):
     p.path(p.circle((-0.7, 0, 0), (0, 1, 0), 0.6))
     p.path(p.circle((0.75, 0, 0), (0, 1, 0), 0.85))
@@ -329,8 +341,10 @@ LAWS = {
     "Maxwell": maxwell,
     "Motor": motor,
     "Multisine": multisine,
+    "PathForce": path_force,
     "PD": pd,
     "Polynomial": polynomial,
+    "PolynomialSpring": polynomial_spring,
     "Prony": prony,
     "PronyBushing": prony_bushing,
     "Ramp": ramp,

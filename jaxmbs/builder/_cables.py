@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..checks import require_numbers
-from ..forces import Attachment, Cable, Eyelet, InextensibleCable, Sheave, Winch, WrapCylinder, WrapSphere
+from ..forces import Attachment, Cable, Eyelet, InextensibleCable, PathForce, Sheave, Winch, WrapCylinder, WrapSphere
 from ..friction import SmoothCoulomb
 from ..friction._places import as_optional_friction
 from ..math._rotation import axis_vector
@@ -65,6 +65,16 @@ def inextensible_cable_parts(elements, closed: bool, free_length) -> tuple[Inext
                 "stiffness, or the joint of the sheave a friction"
             )
     return InextensibleCable(**route, free_length=free_length), tuple(item.at for item in elements)
+
+
+def path_force_parts(elements, closed: bool, law) -> tuple[PathForce, tuple]:
+    """A scalar law over the length of a path, and its frames.  Raises: TypeError or ValueError."""
+    elements = list(elements)
+    route = _route(elements, closed)
+    for k, item in enumerate(elements):
+        if isinstance(item, Winch) or getattr(item, "friction", None) is not None:
+            raise ValueError(f"element {k}: a path with law= has one tension; it takes no Winch and no friction")
+    return PathForce(**route, law=law), tuple(item.at for item in elements)
 
 
 def _route(elements, closed):

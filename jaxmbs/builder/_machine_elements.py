@@ -4,14 +4,14 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 
 from ..contact import AbstractPair, Contact, HuntCrossley
-from ..forces import BeamSection, GearPair
+from ..forces import AbstractScalarLaw, BeamSection, GearPair
 from ..forces._old_friction import OldModel, warn_of_old_name
 from ..friction import AbstractFriction
 from ..hydraulics import AbstractHydraulicElement, AbstractNode
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
 from ._beams import beam_parts
-from ._cables import cable_parts, inextensible_cable_parts
+from ._cables import cable_parts, inextensible_cable_parts, path_force_parts
 from ._old_friction import joint_model
 
 
@@ -129,6 +129,7 @@ class MachineElements:
         slip_speed: ArrayLike | None = None,
         transition: ArrayLike = 1e-4,
         inextensible: bool = False,
+        law: WordedError[AbstractScalarLaw | None] = None,
     ) -> None:
         """A cable over points, sheaves, cylinders and spheres, or a belt around them.
 
@@ -152,6 +153,8 @@ class MachineElements:
             inextensible: True for a cable of constant length, whose tension is the multiplier of a constraint.  It
                 takes no stiffness, damping, pretension or friction, and it cannot become slack: its tension has a
                 sign.
+            law: instead of all numbers, a scalar law over the length of the path, which may push: a `SpringDamper`,
+                `Actuator`, `BumpStop`, ...
         """
         elastic = {
             "stiffness": stiffness,
@@ -164,7 +167,12 @@ class MachineElements:
         if slip_speed is not None:
             warn_of_old_name("slip_speed of a cable", "friction=SmoothCoulomb(dynamic, transition_speed=)")
         if inextensible:
-            self._inextensible_cable(name, path, closed, free_length, elastic)
+            if self._has_no_numbers(name, elastic, "an inextensible cable", "inextensible=True"):
+                self._path_row(name, path, bool(closed), free_length)
+            return
+        if law is not None:
+            if self._has_no_numbers(name, elastic, "a cable with law=", "law="):
+                self._path_force(name, path, bool(closed), law)
             return
         values = elastic | {
             "damping": 0.0 if damping is None else damping,
@@ -180,21 +188,31 @@ class MachineElements:
             return
         self.force(name, law, between=frames, joint=drum)
 
-    def _inextensible_cable(self, name, path, closed, free_length, elastic):
-        """Declare the constraint of a cable; elastic: numbers that only one with a stiffness has."""
+    def _has_no_numbers(self, name, elastic, what, how):
+        """False with a fault where a cable has numbers that only one with a stiffness has."""
         given = [key for key, value in elastic.items() if value is not None]
         if given:
             self._faults.append(
-                f"cable {name!r}: an inextensible cable takes no {', '.join(given)}; leave them out, or give a "
-                "stiffness without inextensible=True"
+                f"cable {name!r}: {what} takes no {', '.join(given)}; leave them out, or give a "
+                f"stiffness without {how}"
             )
-            return
+        return not given
+
+    def _path_row(self, name, path, closed, free_length):
         try:
-            law, frames = inextensible_cable_parts(path, bool(closed), free_length)
+            law, frames = inextensible_cable_parts(path, closed, free_length)
         except (TypeError, ValueError) as error:
             self._faults.append(f"cable {name!r}: {error}")
             return
         self._add("constraint", self._model.constraints, declared.Constraint(name, law, frames))
+
+    def _path_force(self, name, path, closed, law):
+        try:
+            law, frames = path_force_parts(path, closed, law)
+        except (TypeError, ValueError) as error:
+            self._faults.append(f"cable {name!r}: {error}")
+            return
+        self.force(name, law, between=frames)
 
     def beam(
         self,

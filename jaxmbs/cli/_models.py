@@ -22,7 +22,7 @@ def read(options: argparse.Namespace) -> Imported:
     if ending == ".urdf":
         return read_urdf(path, base="free" if options.free else "fixed", fixed=fixed, stops=options.stops)
     if ending in (".xml", ".mjcf"):
-        tendons = "drop" if options.drop_tendons else "refuse"
+        tendons = "drop" if options.drop_tendons else "read"
         return read_mjcf(path, fixed=fixed, stops=options.stops, tendons=tendons)
     if ending != ".json":
         raise ModelFileError(path, [f"a model is a .urdf, .xml or .json, not {ending or 'a name without ending'!r}"])

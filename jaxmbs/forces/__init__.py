@@ -45,6 +45,8 @@ if TYPE_CHECKING:
         LuGre,
         SmoothCoulomb,
     )
+    from ._path_force import PathForce
+    from ._polynomial_spring import PolynomialSpring
     from ._profiles import CamRise, Chirp, Multisine, Trapezoid
     from ._prony import Prony, PronyBushing
     from ._readings import Arrows, PointLoads, Reading
@@ -99,9 +101,11 @@ __all__ = [
     "Motor",
     "Multisine",
     "PD",
+    "PathForce",
     "PathKinematics",
     "PointLoads",
     "Polynomial",
+    "PolynomialSpring",
     "Prony",
     "PronyBushing",
     "Ramp",

@@ -48,7 +48,7 @@ def test_urdf(name):
 @pytest.mark.parametrize("name", _marked(MJCF, SLOW_MJCF))
 def test_mjcf(name):
     path = _installed(name)
-    errors = against_mujoco(mbs.io.read_mjcf(path, tendons="drop"), mujoco.MjModel.from_xml_path(str(path)))
+    errors = against_mujoco(mbs.io.read_mjcf(path), mujoco.MjModel.from_xml_path(str(path)))
     assert max(errors.values()) < 1e-9, errors
 
 
@@ -61,6 +61,6 @@ def test_loops(name, tmp_path):
     file = tmp_path / "model.xml"
     file.write_text(text)
     *_, q, v, _ = LOOPS[name]
-    read = mbs.io.read_mjcf(file, tendons="drop")
+    read = mbs.io.read_mjcf(file)
     errors = against_hard_constraint(read, mujoco_without_meshes(text), q, v, {})
     assert max(errors.values()) < 1e-8, errors

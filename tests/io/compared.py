@@ -11,7 +11,12 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 import jaxmbs as mbs
+from jaxmbs.io.robots._imported import UniqueNames
+from jaxmbs.io.robots._mjcf import _joint_names
 from jaxmbs.kinematics._poses import frame_poses, node_parameters, node_poses
+from jaxmbs.model._internal_states import InternalStates
+
+ACTIVATION = 0.15  # of all actuators that have one
 
 
 @jax.jit
@@ -22,45 +27,58 @@ def ours(system, state):
     return mbs.mass_matrix(system, state), mbs.inverse_dynamics(system, state, rest), *poses
 
 
-def random_values(system, seed, spread=1.0):
-    """Coordinates and velocities by joint; those of rotors follow their joints."""
+def random_values(system, seed, spread=1.0, imported=None):
+    """Coordinates and velocities by joint, about the start of what was imported; none of followers."""
     random, q, v = np.random.default_rng(seed), {}, {}
+    start = {} if imported is None else imported.start
     for joint in system.topology.joints:
-        if joint.is_cut or joint.name.endswith(".rotor") or not joint.num_velocities:
+        if joint.is_cut or joint.name in _followers(system, imported) or not joint.num_velocities:
             continue
-        q[joint.name] = spread * random.normal(size=joint.num_coordinates)
+        q[joint.name] = start.get(joint.name, 0.0) + spread * random.normal(size=joint.num_coordinates)
         if joint.num_coordinates > joint.num_velocities:
             q[joint.name][-4:] = Rotation.random(random_state=random).as_quat()[[3, 0, 1, 2]]
         v[joint.name] = spread * random.normal(size=joint.num_velocities)
+        v[joint.name] += 0.05 * np.sign(v[joint.name])  # beyond the transition of smooth friction
     return q, v
 
 
-def state_of(system, q, v):
+def _followers(system, imported):
+    """Coefficients by joint of rotors and fixed tendons, coordinates that follow joints: a name each."""
+    declared = {} if imported is None else imported.builder.declared.constraints
+    laws = [item.law for item in declared.values() if item.name.endswith((".gear", ".coupler"))]
+    return {
+        law.joints[0]: {joint: -float(c) for joint, c in zip(law.joints[1:], law.coefficients[1:], strict=True)}
+        for law in laws
+        if law.joints[0] in imported.builder.declared.bodies
+    }
+
+
+def state_of(system, q, v, imported=None):
     """The state of these coordinates and velocities, no loops closed."""
     top = system.topology
     psi, u = np.zeros(top.num_coordinates), np.zeros(top.num_velocities)
     for joint in top.joints:
         if not joint.is_cut:
-            own = joint.name.removesuffix(".rotor")
-            psi[joint.coordinates], u[joint.velocities] = q.get(own, 0.0), v.get(own, 0.0)
-    return mbs.State(0.0, psi, u)
+            psi[joint.coordinates], u[joint.velocities] = q.get(joint.name, 0.0), v.get(joint.name, 0.0)
+    for name, leaders in _followers(system, imported).items():
+        joint = top.joints[top.joint_index[name]]
+        psi[joint.coordinates] = sum(c * q[leader] for leader, c in leaders.items())
+        u[joint.velocities] = sum(c * v[leader] for leader, c in leaders.items())
+    s = InternalStates(np.full(top.num_internal, ACTIVATION), top.internal) if top.num_internal else None
+    return mbs.State(0.0, psi, u, internal=s)
 
 
-def without_rotors(system, M, bias):
-    """Mass matrix and bias on the joints' velocities alone, rotors turning with them; names of the columns."""
-    columns, T = [], []
-    for joint in system.topology.joints:
-        for k in range(joint.num_velocities if not joint.is_cut else 0):
-            if joint.name.endswith(".rotor"):
-                continue
-            unit = np.zeros(len(M))
-            unit[joint.first_velocity + k] = 1.0
-            rotor = system.topology.joint_index.get(f"{joint.name}.rotor")
-            if rotor is not None:
-                unit[system.topology.joints[rotor].first_velocity] = 1.0
-            columns.append((joint.name, k))
-            T.append(unit)
-    T = np.array(T).T
+def without_followers(system, imported, M, bias):
+    """Mass matrix and bias on the joints' velocities alone, followers moving with them; names of the columns."""
+    top, followers = system.topology, _followers(system, imported)
+    first = {joint.name: joint.first_velocity for joint in top.joints}
+    T = np.eye(len(M))
+    for name, leaders in followers.items():
+        for leader, c in leaders.items():
+            T[first[name], first[leader]] += c
+    kept = [joint for joint in top.joints if not joint.is_cut and joint.name not in followers]
+    columns = [(joint.name, k) for joint in kept for k in range(joint.num_velocities)]
+    T = T[:, [joint.first_velocity + k for joint in kept for k in range(joint.num_velocities)]]
     return T.T @ M @ T, T.T @ bias, columns
 
 
@@ -70,41 +88,61 @@ def relative(found, wanted):
     return float(np.max(np.abs(found - wanted), initial=0.0) / max(1.0, np.max(np.abs(wanted), initial=0.0)))
 
 
-def against_mujoco(imported, model, seeds=(0, 1, 2)):
+def against_mujoco(imported, model, seeds=(0, 1, 2), controls=None, spread=1.0):
     """Largest relative errors {"mass", "bias", "poses"} over random states; joints, bodies and sites by name.
 
-    What is left out here is switched off there.
+    The bias has springs, dampers, friction, tendons and actuators.  What is left out here is switched off there.
     """
     _leave_out(model, imported)
     system, data = imported.builder.build(), mujoco.MjData(model)
+    numbers = {name: j for j, name in enumerate(joint_names(model))}
     errors = {"mass": 0.0, "bias": 0.0, "poses": 0.0}
+    for name, value in (controls or {}).items():
+        data.ctrl[model.actuator(name).id] = value
     for seed in seeds:
-        q, v = random_values(system, seed)
-        M, bias, R, x = map(np.asarray, ours(system, state_of(system, q, v)))
-        M, bias, columns = without_rotors(system, M, bias)
+        q, v = random_values(system, seed, spread, imported)
+        M, bias, R, x = map(np.asarray, ours(system, state_of(system, q, v, imported)))
+        M, bias, columns = without_followers(system, imported, M, bias)
         for name in q:
-            joint = model.joint(name)
-            data.qpos[joint.qposadr[0] :][: len(q[name])] = q[name]
-            data.qvel[joint.dofadr[0] :][: len(v[name])] = v[name]
+            data.qpos[model.jnt_qposadr[numbers[name]] :][: len(q[name])] = q[name]
+            data.qvel[model.jnt_dofadr[numbers[name]] :][: len(v[name])] = v[name]
+        data.act[:] = ACTIVATION
         mujoco.mj_forward(model, data)
-        order = [model.joint(name).dofadr[0] + k for name, k in columns]
-        forces = data.qfrc_bias - data.qfrc_passive - data.qfrc_actuator
+        order = [model.jnt_dofadr[numbers[name]] + k for name, k in columns]
+        forces = data.qfrc_bias - data.qfrc_passive - data.qfrc_actuator - data.qfrc_constraint
         errors["mass"] = max(errors["mass"], relative(M, full_mass(model, data)[np.ix_(order, order)]))
         errors["bias"] = max(errors["bias"], relative(bias, forces[order]))
         errors["poses"] = max(errors["poses"], _poses(system, model, data, R, x))
     return errors
 
 
+def joint_names(model):
+    """Names of the joints as they are read."""
+    names = UniqueNames()
+    bodies = [model.body(k).name or f"body{k}" for k in range(model.nbody)]
+    return [names(name) for name in _joint_names(model, bodies)]
+
+
 def _leave_out(model, imported):
-    """The fluid, compensated gravity, tendons, some actuators and the limits of the others."""
-    model.actuator_forcelimited[:] = model.actuator_ctrllimited[:] = 0
+    """Contacts, limits, the fluid, tendons and actuators that are not there; friction is that of sliding at once."""
+    bits = mujoco.mjtDisableBit
+    model.opt.disableflags |= bits.mjDSBL_CONTACT | bits.mjDSBL_LIMIT | bits.mjDSBL_EQUALITY
+    if not any(name.endswith(".friction") for name in imported.builder.declared.forces):
+        model.opt.disableflags |= bits.mjDSBL_FRICTIONLOSS
+    model.dof_solref[:], model.dof_solimp[:, :2], model.opt.timestep = (2e-9, 1.0), 0.9999, 1e-9
+    model.tendon_solref_fri[:], model.tendon_solimp_fri[:, :2] = (2e-9, 1.0), 0.9999
     model.opt.density = model.opt.viscosity = 0.0
-    model.body_gravcomp[:] = 0.0
-    model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
-    model.eq_active0[model.eq_type == mujoco.mjtEq.mjEQ_TENDON] = 0
-    kept = set(imported.builder.declared.forces)
+    declared = imported.builder.declared
+    for k in range(model.ntendon):
+        name = model.tendon(k).name or f"tendon{k}"
+        if not any(one in declared.forces for one in (f"{name}.spring", f"{name}.damper")):
+            model.tendon_stiffness[k] = model.tendon_damping[k] = 0.0
+        if f"{name}.friction" not in declared.forces:
+            model.tendon_frictionloss[k] = 0.0
+        if name not in declared.bodies:
+            model.tendon_armature[k] = 0.0
     for a in range(len(model.actuator_trntype)):
-        if (model.actuator(a).name or f"actuator{a}") not in kept:
+        if (model.actuator(a).name or f"actuator{a}") not in declared.forces:
             model.actuator_gainprm[a] = model.actuator_biasprm[a] = 0.0
 
 
@@ -127,7 +165,7 @@ def _poses(system, model, data, R, x):
         if name and name in index and name not in seen:
             seen.add(name)
             worst = max(worst, relative(R[index[name]], turned.reshape(3, 3)), relative(x[index[name]], place))
-    assert seen
+    assert seen or not any(name for name, _, _ in things)
     return worst
 
 
@@ -139,7 +177,7 @@ def against_pinocchio(imported, path, seeds=(0, 1, 2)):
     for seed in seeds:
         q, v = random_values(system, seed)
         M, bias, R, x = map(np.asarray, ours(system, state_of(system, q, v)))
-        M, bias, columns = without_rotors(system, M, bias)
+        M, bias, columns = without_followers(system, imported, M, bias)
         psi, u = pin.neutral(model), np.zeros(model.nv)
         for name, (angle,) in q.items():
             own = model.joints[model.getJointId(name)]
@@ -195,12 +233,13 @@ def against_hard_constraint(imported, model, q, v, guess):
     state = mbs.State.at(system, q, v, guess=guess)
     assert state.ok
     _leave_out(model, imported)
+    model.opt.disableflags &= ~mujoco.mjtDisableBit.mjDSBL_EQUALITY
     data = mujoco.MjData(model)
     q, v = system.coordinates(state), system.velocities(state)
     order, own = [], []
     u_dot = np.asarray(mbs.forward_dynamics(system, state)[0])
     for joint in system.topology.joints:
-        if joint.is_cut or joint.name.endswith(".rotor") or not joint.num_velocities:
+        if joint.is_cut or joint.name in _followers(system, imported) or not joint.num_velocities:
             continue
         theirs = model.joint(joint.name)
         data.qpos[theirs.qposadr[0] :][: np.size(q[joint.name])] = q[joint.name]

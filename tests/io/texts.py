@@ -99,3 +99,54 @@ LOOPS_MJCF = """<mujoco>
   </equality>
 </mujoco>
 """
+
+# an arm with every spring, tendon and actuator that is read, and a drone
+DRIVES_MJCF = """<mujoco model="drives">
+  <compiler angle="radian"/>
+  <option gravity="0.1 0.2 -9.81"/>
+  <worldbody>
+    <site name="roof" pos="0 0 1.4"/><site name="wall" pos="0.05 0.02 1.2"/>
+    <body name="arm" pos="0 0 1" gravcomp="0.7">
+      <joint name="hinge" axis="0 1 0" stiffness="20 3 2" damping="0.5 0.3 0.2" springref="0.2"
+        frictionloss="0.3" armature="0.02"/>
+      <geom type="capsule" size=".04" fromto="0 0 0 .4 0 0"/>
+      <site name="mid" pos="0.2 0.01 0.05"/>
+      <geom name="drum" type="cylinder" size=".03 .05" pos="0.4 0 0.02" euler="1.5708 0 0"/>
+      <geom name="ball" type="sphere" size=".02" pos="0.1 0 0.01" contype="0" conaffinity="0"/>
+      <body name="fore" pos=".4 0 0">
+        <joint name="elbow" axis="0 1 0.1"/>
+        <geom type="capsule" size=".03" fromto="0 0 0 .3 0 0"/>
+        <site name="tip" pos="0.25 0.02 0.03"/>
+        <site name="prop" pos="0.3 0 0" euler="0.2 0.3 0.4"/>
+        <body name="slider" pos=".3 0 0">
+          <joint name="slide" type="slide" axis="1 0 0"/><geom type="box" size=".02 .03 .04"/></body>
+      </body>
+    </body>
+    <body name="drone" pos="1 0 1"><freejoint name="fly"/><geom type="box" size=".1 .2 .05"/>
+      <site name="rotor" pos=".1 .1 0" euler="0.1 0 0"/></body>
+  </worldbody>
+  <tendon>
+    <spatial name="rope" stiffness="300 20" damping="3 1" springlength="0 0.3" frictionloss="0.2">
+      <site site="roof"/><site site="mid"/><site site="wall"/></spatial>
+    <spatial name="muscle" stiffness="100" damping="2">
+      <site site="mid"/><geom geom="drum"/><site site="tip"/></spatial>
+    <spatial name="over" stiffness="50"><site site="wall"/><geom geom="ball"/><site site="mid"/></spatial>
+    <fixed name="sum" stiffness="10" damping="0.4" frictionloss="0.1" armature="0.05" limited="true" range="-1 2">
+      <joint joint="hinge" coef="0.7"/><joint joint="elbow" coef="-1.2"/></fixed>
+  </tendon>
+  <actuator>
+    <motor name="push" joint="slide" gear="3" ctrllimited="true" ctrlrange="-1 1"/>
+    <position name="aim" joint="hinge" kp="7" kv="0.5" gear="2" forcerange="-9 9" armature="0.01"/>
+    <velocity name="speed" joint="elbow" kv="0.6"/>
+    <general name="lag" joint="elbow" dyntype="filter" dynprm="0.1" gainprm="2"/>
+    <intvelocity name="iv" joint="slide" kp="5" actrange="-0.2 0.2"/>
+    <damper name="damp" joint="slide" kv="2" ctrlrange="0 1"/>
+    <cylinder name="cyl" joint="slide" timeconst="0.2" area="0.7" bias="0.1 -2 -0.3"/>
+    <motor name="pull" tendon="rope" gear="2"/>
+    <position name="flex" tendon="sum" kp="4"/>
+    <general name="thrust" site="rotor" gear="0 0.1 1 0 0 0.2" gainprm="3" biastype="affine" biasprm="0.1 0 -0.4"/>
+    <general name="odd" joint="elbow" gaintype="affine" gainprm="1 0.5 0.2"
+      biastype="affine" biasprm="0.2 -0.3 -0.1"/>
+  </actuator>
+</mujoco>
+"""

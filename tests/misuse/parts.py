@@ -246,6 +246,9 @@ CASES = {
     "joints.PositionRows": case(lambda z: call(lambda psi, t: psi[0] - psi[1]), through=_through(_coupled)),
     "joints.VelocityRows": case(lambda z: call(lambda psi, u, t: u[0] - u[1]), through=_through(_coupled)),
     "forces.SpringDamper": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25), positive="damping"),
+    "forces.PolynomialSpring": on_joint(
+        lambda z: call(np.array([2.0, 0.5]), np.array([1.0, 0.5]), -0.25, 0.25), positive="damping"
+    ),
     "forces.Bushing": case(
         lambda z: call(np.ones(6), np.ones(6), np.zeros(6)),
         through=_through(_law(between=("ground", "hand"))),
@@ -417,6 +420,14 @@ CASES = {
         ),
         through=_through(_law(between=("ground", "arm", "hand"))),
         positive="radii stiffness damping friction",
+    ),
+    "forces.PathForce": case(
+        lambda z: call(
+            *(("point", "sheave", "point"), np.array([0.25]), np.array([[0.0, 0.0, 1.0]]), np.array([0.0])),
+            **{"law": mbs.SpringDamper(2.0)},
+        ),
+        through=_through(_law(between=("ground", "arm", "hand"))),
+        positive="radii",
     ),
     "forces.InextensibleCable": case(
         lambda z: call(

@@ -28,12 +28,13 @@ from ...builder._elastic import ElasticDeclaration
 from ...model._elastic import ElasticBody, GeometricStiffening
 from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
-from ..robots._springs import ServoEffort
+from ..robots._servo import ServoActuator, SiteActuator
 
 _ROOMS = (joints, friction, forces, contact, blocks, hydraulics, elements, reductions)
 _OTHER_CLASSES = (
     *(model.Pose, ElasticBody, GeometricStiffening, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
-    *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling, ServoEffort),
+    *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling),
+    *(ServoActuator, SiteActuator),
 )
 #: The class of the rows of every table of a builder.
 ROWS = {

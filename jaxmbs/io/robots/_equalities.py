@@ -10,8 +10,11 @@ from ._link_tree import pose_of_pair
 from ._mujoco_model import rotation_of_quaternion
 
 
-def add_equalities(builder, model, home, joints, names) -> list[str]:
-    """Declare them; what was left out.  Args: home: of every body; names: of joints and constraints."""
+def add_equalities(builder, model, home, joints, tendons, names) -> list[str]:
+    """Declare them; what was left out.
+
+    Args: home: of every body; tendons: their transmissions; names: of joints and constraints.
+    """
     import mujoco
 
     kinds, dropped = mujoco.mjtEq, []
@@ -30,7 +33,12 @@ def add_equalities(builder, model, home, joints, names) -> list[str]:
             law = Weld() if kind == kinds.mjEQ_WELD else Spherical()
             builder.joint(name, law, first, second, pose_of_pair(near), pose_of_pair(far))
         elif kind == kinds.mjEQ_JOINT:
-            builder.constraint(name, _coupler(model, e, joints))
+            rests = model.qpos0[model.jnt_qposadr]
+            builder.constraint(name, _coupler(model, e, joints, rests))
+        elif kind == kinds.mjEQ_TENDON and not (why := _tie_tendons(builder, model, e, name, tendons)):
+            continue
+        elif kind == kinds.mjEQ_TENDON:
+            dropped.append(f"the equality {name!r} ({what}): {why}")
         else:
             dropped.append(f"the equality {name!r} ({what})")
     return dropped
@@ -71,15 +79,35 @@ class PolynomialCoupling(NamedTuple):
         return q - self.first - total
 
 
-def _coupler(model, e, joints):
-    """`q - q0 = sum_i a_i (r - r0)^i`; without a second joint r is at r0."""
+def _tie_tendons(builder, model, e, name, tendons) -> str:
+    """Declare an equality of one or two tendons; why not, where it is none of joints and none of one path."""
+    one, two = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
+    ends = [tendons[k] for k in (one, two) if k >= 0]
+    if any(at.reason for at in ends):
+        return "a tendon of it is left out"
+    if all(at.joint for at in ends):
+        places = [at.joint for at in tendons]
+        builder.constraint(name, _coupler(model, e, places, model.tendon_length0))
+        return ""
+    if len(ends) > 1:
+        return "it ties paths to one another"
+    length = float(model.tendon_length0[one] + model.eq_data[e][0])
+    builder.cable(name, ends[0].path, free_length=length, inextensible=True)
+    return ""
+
+
+def _coupler(model, e, places, rests):
+    """`q - q0 = sum_i a_i (r - r0)^i`; without a second coordinate r is at r0.
+
+    Args: names of the coordinates, and their values in the initial pose.
+    """
     one, two = model.eq_obj1id[e], model.eq_obj2id[e]
     a = np.array(model.eq_data[e][:5])
-    q0 = float(model.qpos0[model.jnt_qposadr[one]])
+    q0 = float(rests[one])
     if two < 0:
-        return Coupler({joints[one]: 1.0}, q0 + a[0])
-    r0 = float(model.qpos0[model.jnt_qposadr[two]])
-    both = {joints[one]: 1.0, joints[two]: -a[1]}
+        return Coupler({places[one]: 1.0}, q0 + a[0])
+    r0 = float(rests[two])
+    both = {places[one]: 1.0, places[two]: -a[1]}
     if not np.any(a[2:]):
         return Coupler(both, q0 + a[0] - a[1] * r0)
     return Coupler(both, function=PolynomialCoupling(q0, r0, tuple(map(float, a))))

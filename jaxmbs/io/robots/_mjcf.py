@@ -8,15 +8,19 @@ import numpy as np
 
 from ...builder import SystemBuilder
 from ...errors import ModelFileError
+from ...forces import Force
 from ...joints import Weld
 from ...typing import ArrayLike
+from ._actuators import add_actuators
 from ._equalities import add_equalities
+from ._friction import MODES as FRICTION
 from ._imported import Imported, JointLimits, UniqueNames, count_nouns, frame_names_of_joints, quote_names
 from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
 from ._mjcf_text import MjcfText, mjcf_text
 from ._mujoco_model import FREE, SCALAR, initial_coordinates, link_joints, rotation_of_quaternion
-from ._springs import add_actuators, add_springs
+from ._springs import add_springs
 from ._stops import add_stops, describe_ignored_limits
+from ._tendons import add_tendons, describe_sides
 
 
 def read_mjcf(
@@ -24,24 +28,28 @@ def read_mjcf(
     *,
     fixed: str = "frames",
     stops: float | None = None,
-    tendons: str = "refuse",
+    tendons: str = "read",
     armature: str = "rotors",
+    friction: str = "smooth",
     controls: Mapping[str, ArrayLike | Callable] | None = None,
 ) -> Imported:
     """A mechanism from an MJCF file (extra `io`): bodies, joints, sites as frames, equalities as loops and couplers,
-    springs, dampers, and actuators on joints as force elements of their names.
+    springs, dampers, friction losses, tendons, compensated gravity, and actuators as force elements of their names.
 
     Names and coordinates are the file's; what has no name is called by its body.  Included files and meshes are read
-    inside the file's folder only, meshes only where a body has its mass from them.  Contacts, friction losses and
-    whatever else is not there are left out and listed.
+    inside the file's folder only, meshes only where a body has its mass from them.  A fixed tendon is a coordinate of
+    its name, tied to its joints by a coupler; a spatial one is a path.  Equalities hold exactly, whatever their
+    `solref` and `solimp`.  Contacts and whatever else is not there are left out and listed.
 
     Args:
         fixed: "frames" makes bodies without joints named frames of the body that carries them, their mass added to
             it; "welds" keeps them bodies, so that `reactions` gives what their fastening carries.
         stops: stiffness of the bump stops that limits of joints become [N m/rad^2 or N/m^2]; None makes none.
-        tendons: "refuse" them, or "drop" them with all that hangs on them.
+        tendons: "read" them, "drop" them with all that hangs on them, or "refuse" the file.
         armature: "rotors" makes a flywheel coupled to the joint of each, which adds a coordinate and a coupler and is
             exact; "drop" leaves them out.
+        friction: "smooth" makes losses of joints and tendons smooth Coulomb friction, "joint.friction"; "ignore"
+            leaves them out.
         controls: of actuators by name, numbers or functions of time (default: zero).
 
     Raises: ModelFileError for what the file may not have and what MuJoCo refuses; UnknownNameError for controls of no
@@ -50,8 +58,9 @@ def read_mjcf(
     path = Path(path)
     options = {
         "fixed": (fixed, ("frames", "welds")),
-        "tendons": (tendons, ("refuse", "drop")),
+        "tendons": (tendons, ("read", "drop", "refuse")),
         "armature": (armature, ("rotors", "drop")),
+        "friction": (friction, FRICTION),
     }
     for what, (given, among) in options.items():
         if given not in among:
@@ -59,7 +68,7 @@ def read_mjcf(
     text = mjcf_text(path, tendons)
     model, said = _compile(path, text)
     dropped = text.dropped + [f"MuJoCo warns: {' '.join(line.split())}" for line in said]
-    return _import_model(model, dropped, fixed == "welds", stops, armature == "rotors", controls or {})
+    return _import_model(model, dropped, fixed == "welds", stops, armature == "rotors", friction, controls or {})
 
 
 def _compile(path: Path, text: MjcfText):
@@ -77,7 +86,7 @@ def _compile(path: Path, text: MjcfText):
         mujoco.set_mju_user_warning(None)
 
 
-def _import_model(model, dropped, welds, stops, rotors, controls):
+def _import_model(model, dropped, welds, stops, rotors, friction, controls):
     builder = SystemBuilder(_gravity(model))
     names = UniqueNames("ground", *frame_names_of_joints(model.joint(j).name for j in range(model.njnt)))
     bodies = [None, *(names(model.body(k).name or f"body{k}") for k in range(1, model.nbody))]
@@ -87,27 +96,58 @@ def _import_model(model, dropped, welds, stops, rotors, controls):
         builder, [_link(model, k, bodies, joints, joint_names) for k in range(1, model.nbody)], welds
     )
     home = [homes[name] for name in bodies]
-    for k in range(model.nsite):
-        body = model.site_bodyid[k]
-        name = names(model.site(k).name or f"{bodies[body] or 'ground'}.site{k}")
-        R, p = home[body].pose
-        builder.frame(
-            name, home[body].body, R @ model.site_pos[k] + p, R @ rotation_of_quaternion(model.site_quat[k])
-        )
+    sites = _add_sites(builder, model, home, bodies, names)
     limits = _limits(model, joints)
     dropped = [*dropped, *_describe_omissions(model, bodies, joints)]
-    dropped += add_equalities(builder, model, home, joints, joint_names)
-    dropped += add_springs(builder, model, joints, rotors)
-    dropped += add_actuators(builder, model, joints, controls)
+    tendons, more, left = add_tendons(builder, model, home, joints, joint_names, stops, friction)
+    limits |= more
+    dropped += left + add_equalities(builder, model, home, joints, tendons, joint_names)
+    dropped += add_springs(builder, model, joints, rotors, friction)
+    dropped += add_actuators(builder, model, joints, tendons, sites, controls)
+    _lift(builder, model, home, bodies)
     add_stops(builder, limits, stops)
     dropped += describe_ignored_limits(limits, stops)
     poses = {
         model.key(k).name or f"key{k}": initial_coordinates(model, joints, model.key_qpos[k])
         for k in range(model.nkey)
     }
-    notes = names.notes("the body or site") + joint_names.notes("the joint or equality")
+    notes = names.notes("the body or site") + joint_names.notes("the joint, tendon or equality")
+    notes += describe_sides(model, tendons) + _describe_equalities(model)
     return Imported(
         builder, tuple(dropped), limits, initial_coordinates(model, joints, model.qpos0), poses, tuple(notes)
+    )
+
+
+def _add_sites(builder, model, home, bodies, names) -> list[str]:
+    """Frames at the sites; their names."""
+    found = []
+    for k in range(model.nsite):
+        body = model.site_bodyid[k]
+        found.append(names(model.site(k).name or f"{bodies[body] or 'ground'}.site{k}"))
+        R, p = home[body].pose
+        turned = R @ rotation_of_quaternion(model.site_quat[k])
+        builder.frame(found[-1], home[body].body, R @ model.site_pos[k] + p, turned)
+    return found
+
+
+def _lift(builder, model, home, bodies):
+    """Forces "body.gravcomp" on bodies whose gravity is compensated."""
+    for k in range(1, model.nbody):
+        share, (R, p) = float(model.body_gravcomp[k]), home[k].pose
+        if share and np.any(_gravity(model)):
+            at = (home[k].body, R @ model.body_ipos[k] + p)
+            builder.force(f"{bodies[k]}.gravcomp", Force(-share * model.body_mass[k] * _gravity(model)), on=at)
+
+
+def _describe_equalities(model) -> list[str]:
+    import mujoco
+
+    off = model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    number = 0 if off else int(np.sum(model.eq_active0))
+    return (
+        [f"{count_nouns(number, 'equality', 'equalities')} hold exactly: solref and solimp are ignored"]
+        if number
+        else []
     )
 
 
@@ -154,12 +194,6 @@ def _describe_omissions(model, bodies, joints):
     touching = int(np.sum((model.geom_contype | model.geom_conaffinity) != 0))
     if touching:
         yield f"contacts of {count_nouns(touching, 'shape')}"
-    rubbing = [joints[model.dof_jntid[d]] for d in range(model.nv) if model.dof_frictionloss[d]]
-    if rubbing:
-        yield f"friction losses of the joints {quote_names(dict.fromkeys(rubbing))}"
-    lifted = [bodies[k] for k in range(1, model.nbody) if model.body_gravcomp[k]]
-    if lifted:
-        yield f"the gravity compensation of the bodies {quote_names(lifted)}"
     held = [bodies[k] for k in range(1, model.nbody) if model.body_mocapid[k] >= 0]
     if held:
         yield f"the motion of the bodies {quote_names(held)}, which stand still (mocap)"

@@ -129,7 +129,8 @@ def _tendons(root, tendons, faults) -> list[str]:
         return []
     names = quote_names(element.get("name", "unnamed") for element in found)
     if tendons == "refuse":
-        faults.append(f'it has tendons, {names}, which are not supported; tendons="drop" leaves them out')
+        faults.append(f'it has tendons, {names}; tendons="read" takes them, tendons="drop" leaves them out')
+    if tendons != "drop":
         return []
     for parent in list(root.iter()):
         hanging = [child for child in parent if any(key in child.attrib for key in _OF_TENDONS)]

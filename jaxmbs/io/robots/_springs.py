@@ -1,130 +1,114 @@
-"""Springs, dampers, rotors and actuators as MuJoCo compiles them, by the names of their joints or their own."""
+"""Springs, dampers, rotors and frictions of joints as MuJoCo compiles them, by the names of their joints."""
 
-from collections.abc import Callable
-from typing import Any
-
-import equinox as eqx
 import numpy as np
 
-from ...checks import place_of
-from ...forces import Actuator, Bushing, SpringDamper
-from ...forces._fields import number
-from ...forces._signals import as_signal
+from ...forces import Bushing, PolynomialSpring, SpringDamper
 from ...joints import Coupler, Revolute
 from ...model._pose import Pose
-from ...typing import Convertible, Scalar, Vector3
-from ._imported import UniqueNames, quote_names
+from ._friction import add_friction
+from ._imported import quote_names
 from ._mujoco_model import FREE, SCALAR, joint_slice, rotation_of_quaternion
 
 
-def add_springs(builder, model, joints, rotors) -> list[str]:
-    """Springs, dampers and armatures of joints; what was left out."""
-    import mujoco
-
-    flags, bits = model.opt.disableflags, mujoco.mjtDisableBit
-    curved, loose = [], []
+def add_springs(builder, model, joints, rotors: bool, friction: str) -> list[str]:
+    """Springs, dampers, armatures and frictions of joints; what was left out."""
+    curved, loose, losses, left = [], [], {}, []
     for j, name in enumerate(joints):
-        dof = joint_slice(model, j, "qvel").start
-        k = 0.0 if flags & bits.mjDSBL_SPRING else float(model.jnt_stiffness[j])
-        c = 0.0 if flags & bits.mjDSBL_DAMPER else float(model.dof_damping[dof])
-        if _is_nonlinear(model, j, dof):
+        dof, scalar = joint_slice(model, j, "qvel").start, model.jnt_type[j] in SCALAR
+        spring, damper = spring_numbers(model, j), damper_numbers(model, dof)
+        if _yields(model, j) or (not scalar and (np.any(spring[1:]) or np.any(damper[1:]))):
             curved.append(name)
-        if k or c:
-            _spring(builder, model, j, name, k, c)
-        inertia = float(model.dof_armature[dof])
-        if inertia and rotors and model.jnt_type[j] in SCALAR:
-            _rotor(builder, name, inertia)
+        if np.any(spring) or np.any(damper):
+            _spring(builder, model, j, name, spring, damper)
+        inertia, loss = armature(model, dof), float(model.dof_frictionloss[dof])
+        if inertia and rotors and scalar:
+            add_rotor(builder, f"{name}.rotor", inertia, {name: 1.0}, f"{name}.gear")
         elif inertia:
             loose.append(name)
-    dropped = [f"the armature of the joints {quote_names(loose)}"] if loose else []
-    return dropped + (
-        [f"the curved part of springs and dampers of the joints {quote_names(curved)}"] if curved else []
-    )
+        if loss and scalar:
+            losses[name] = loss
+        elif loss:
+            left.append(name)
+    left += add_friction(builder, losses, friction)
+    what = (("the armature", loose), ("friction losses", left), ("the curved part of springs and dampers", curved))
+    return [f"{part} of the joints {quote_names(names)}" for part, names in what if names]
 
 
-def _is_nonlinear(model, j, dof) -> bool:
-    """True if a spring or damper of the joint is not linear; MuJoCo before 4 has none."""
-    of = (("jnt_stiffnesspoly", j), ("jnt_springyield", j), ("dof_dampingpoly", dof))
-    return any(np.any(getattr(model, array)[at]) for array, at in of if hasattr(model, array))
+def spring_numbers(model, at, of: str = "jnt") -> np.ndarray:
+    """Stiffnesses (n,) of a joint or tendon; MuJoCo of before 3.4 has one."""
+    import mujoco
+
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_SPRING
+    return (0.0 if off else 1.0) * _polynomial(model, f"{of}_stiffness", at)
 
 
-def _spring(builder, model, j, name, k, c):
-    force = f"{name}.{'spring' if k else 'damper'}"
-    rest = model.qpos_spring[joint_slice(model, j)]
-    kind = model.jnt_type[j]
+def damper_numbers(model, at, of: str = "dof") -> np.ndarray:
+    """Damping coefficients (n,) of a freedom or tendon, with those of the actuators on it."""
+    import mujoco
+
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_DAMPER
+    own = _polynomial(model, f"{of}_damping", at)
+    for a, squared in actuators_on(model, at, of):
+        own = own + squared * _polynomial(model, "actuator_damping", a)
+    return (0.0 if off else 1.0) * own
+
+
+def armature(model, at, of: str = "dof") -> float:
+    """Inertia of the rotors of a freedom or tendon, with those of the actuators on it; MuJoCo of before has fewer."""
+    own = getattr(model, f"{of}_armature", np.zeros(at + 1))[at]
+    return float(own + sum(squared * model.actuator_armature[a] for a, squared in actuators_on(model, at, of)))
+
+
+def actuators_on(model, at, of: str):
+    """(actuator, square of its gear) of those on a freedom or tendon whose dampers and rotors it has as its own."""
+    import mujoco
+
+    kinds, on_joint = mujoco.mjtTrn, of == "dof"
+    among = (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT) if on_joint else (kinds.mjTRN_TENDON,)
+    target = model.dof_jntid[at] if on_joint else at
+    for a in range(len(model.actuator_trntype) if hasattr(model, "actuator_damping") else 0):
+        if model.actuator_trntype[a] in [int(kind) for kind in among] and model.actuator_trnid[a][0] == target:
+            yield a, float(gear_of(model, a)[0]) ** 2
+
+
+def gear_of(model, a) -> np.ndarray:
+    """The gear (6,) of an actuator."""
+    return np.array(model.actuator_gear[model.actuator_outadr[a] if hasattr(model, "actuator_outadr") else a])
+
+
+def _polynomial(model, array, at):
+    """The linear coefficient and those of higher order."""
+    return np.append(getattr(model, array)[at], getattr(model, f"{array}poly", np.zeros((at + 1, 0)))[at])
+
+
+def _yields(model, j) -> bool:
+    """True if the spring of a joint yields; MuJoCo before 4 has none."""
+    return hasattr(model, "jnt_springyield") and bool(np.any(model.jnt_springyield[j]))
+
+
+def spring_law(spring, damper, lower: float, upper: float):
+    """A `SpringDamper` where it suffices, else a `PolynomialSpring`."""
+    if lower == upper and not np.any(spring[1:]) and not np.any(damper[1:]):
+        return SpringDamper(spring[0], damper[0], lower if spring[0] else 0.0)
+    return PolynomialSpring(spring, damper, lower, upper)
+
+
+def _spring(builder, model, j, name, spring, damper):
+    force = f"{name}.{'spring' if np.any(spring) else 'damper'}"
+    rest, kind = model.qpos_spring[joint_slice(model, j)], model.jnt_type[j]
     if kind in SCALAR:
-        builder.force(force, SpringDamper(k, c, float(rest[0]) if k else 0.0), joint=name)
+        builder.force(force, spring_law(spring, damper, float(rest[0]), float(rest[0])), joint=name)
         return
     # of a ball or free joint: on the rotation vector from where the spring rests, of a free one on its place as well
+    k, c = spring[0], damper[0]
     joint, along = builder.declared.joints[name], (k, c) if kind == FREE else (0.0, 0.0)
     at_rest = Pose(rest[:3] if kind == FREE else np.zeros(3), rotation_of_quaternion(rest[-4:]))
     ends = ((joint.parent, joint.parent_frame @ at_rest), (joint.child, joint.child_frame))
     builder.force(force, Bushing((along[0], k), (along[1], c)), between=ends)
 
 
-def _rotor(builder, joint, inertia):
-    """A flywheel that turns in the ground as the joint moves, a radian for a radian or metre: a disc of 1 m."""
-    name = f"{joint}.rotor"
+def add_rotor(builder, name: str, inertia: float, turns: dict[str, float], gear: str) -> None:
+    """A flywheel that turns in the ground as `sum turns_i q_i` of joints: a disc of 1 m, a radian for a metre."""
     builder.body(name, 2 * inertia, inertia=inertia * np.array([0.5, 0.5, 1.0]))
     builder.joint(name, Revolute("z"), "ground", name)
-    builder.constraint(f"{joint}.gear", Coupler({joint: 1.0, name: -1.0}))
-
-
-class ServoEffort(eqx.Module):
-    """`gear (gain u + bias . (1, gear x, gear v))` of a control u(t), the affine actuators of MuJoCo."""
-
-    control: Convertible[Callable[..., Any]] = eqx.field(converter=as_signal)
-    gain: Convertible[Scalar] = eqx.field(converter=number)
-    bias: Convertible[Vector3] = eqx.field(converter=number)
-    gear: Convertible[Scalar] = eqx.field(converter=number)
-
-    def __call__(self, x, v, t):
-        own = self.bias[0] + self.gear * (self.bias[1] * x + self.bias[2] * v)
-        return self.gear * (self.gain * self.control(t) + own)
-
-
-def add_actuators(builder, model, joints, controls) -> list[str]:
-    """Actuators on hinges and slides, affine in control, length and velocity; what was left out.
-
-    Raises: UnknownNameError for controls of none of them.
-    """
-    taken = [*builder.declared.forces, *(f"{joint}.stop" for joint in joints)]
-    names, dropped, made, limited = UniqueNames("drives", *taken), [], set(), []
-    for a in range(len(model.actuator_trntype)):
-        own = model.actuator(a).name or f"actuator{a}"
-        name = names(own)
-        why = _unsupported_reason(model, a)
-        if why:
-            dropped.append(f"the actuator {name!r}: {why}")
-            continue
-        bias = np.array(model.actuator_biasprm[a][:3]) if model.actuator_biastype[a] else np.zeros(3)
-        gear = model.actuator_gear[_output(model, a)][0]
-        law = Actuator(ServoEffort(controls.get(own, 0.0), model.actuator_gainprm[a][0], bias, gear))
-        builder.force(name, law, joint=joints[model.actuator_trnid[a][0]])
-        made.add(own)
-        if model.actuator_forcelimited[a] or model.actuator_ctrllimited[a]:
-            limited.append(name)
-    for name in controls:
-        place_of("actuator", name, made)
-    dropped += [f"the name of the actuator {old!r}, called {new!r} here" for new, old in names.renamed.items()]
-    return dropped + ([f"limits of control and force of the actuators {quote_names(limited)}"] if limited else [])
-
-
-def _output(model, a):
-    return model.actuator_outadr[a] if hasattr(model, "actuator_outadr") else a
-
-
-def _unsupported_reason(model, a) -> str:
-    """Reason why an actuator is not a function of its joint's coordinate and rate; empty if it is one."""
-    import mujoco
-
-    if model.actuator_trntype[a] != int(mujoco.mjtTrn.mjTRN_JOINT):
-        return "it acts on no joint"
-    if model.jnt_type[model.actuator_trnid[a][0]] not in SCALAR:
-        return "its joint has several coordinates"
-    if model.actuator_dyntype[a] != int(mujoco.mjtDyn.mjDYN_NONE):
-        return "it has a state of its own"
-    affine = (int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE))
-    if model.actuator_gaintype[a] != int(mujoco.mjtGain.mjGAIN_FIXED) or model.actuator_biastype[a] not in affine:
-        return "its force is not affine in control, length and velocity"
-    return ""
+    builder.constraint(gear, Coupler({name: 1.0, **{joint: -c for joint, c in turns.items()}}))

@@ -9,6 +9,8 @@ from ...errors import ModelFileError
 from ...forces import SpringDamper
 from ...joints import Coupler, Free, Weld
 from ...typing import ArrayLike
+from ._friction import MODES as FRICTION
+from ._friction import add_friction
 from ._imported import Imported, JointLimits, UniqueNames, frame_names_of_joints, quote_names
 from ._inertias import MODES
 from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
@@ -28,11 +30,12 @@ def read_urdf(
     stops: float | None = None,
     gravity: ArrayLike = (0.0, 0.0, -9.81),
     inertias: str = "refuse",
+    friction: str = "smooth",
 ) -> Imported:
-    """A mechanism from a URDF file: links, inertias, joints, mimic joints as couplers, damping of joints.
+    """A mechanism from a URDF file: links, inertias, joints, mimics as couplers, damping and friction of joints.
 
-    Joints and links keep their names.  Meshes and other shapes are never opened.  The friction that `dynamics` gives
-    and what belongs to simulators (transmissions, plugins, sensors) is left out and listed.
+    Joints and links keep their names.  Meshes and other shapes are never opened.  What belongs to simulators
+    (transmissions, plugins, sensors) is left out and listed.
 
     Args:
         base: "fixed" holds the root link in the world, "free" lets it float on a joint "base".
@@ -43,6 +46,8 @@ def read_urdf(
         inertias: of principal inertias that no body can have, A + B < C: "refuse" makes them faults but where
             rounding to four digits explains them; "repair" takes the nearest that a body can have, "accept" takes
             them as they are, both with a note.
+        friction: "smooth" makes the friction that `dynamics` gives smooth Coulomb friction, "joint.friction";
+            "ignore" leaves it out.
 
     A link with a name that is taken, as "ground" is, gets another one, which `notes` says.
 
@@ -53,6 +58,7 @@ def read_urdf(
         "base": (base, ("fixed", "free")),
         "fixed": (fixed, ("frames", "welds")),
         "inertias": (inertias, MODES),
+        "friction": (friction, FRICTION),
     }
     for what, (given, among) in options.items():
         if given not in among:
@@ -90,7 +96,9 @@ def read_urdf(
     notes += rename.notes("link") + _laws(builder, joints)
     limits = {joint.name: joint.limits for joint in moving if joint.limits != JointLimits()}
     add_stops(builder, limits, stops)
-    rubbing = [joint.name for joint in moving if joint.friction]
+    losses = {joint.name: joint.friction for joint in moving if joint.friction}
+    scalar = {name: loss for name, loss in losses.items() if len(joints[name].joint.kind.nodes) == 1}
+    rubbing = [*(name for name in losses if name not in scalar), *add_friction(builder, scalar, friction)]
     undamped = [joint.name for joint in moving if joint.damping and len(joint.joint.kind.nodes) > 1]
     dropped = [*describe_omissions(robot, rubbing, undamped), *describe_ignored_limits(limits, stops)]
     return Imported(builder, tuple(dropped), limits, notes=tuple(notes))

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.io.robots._servo import ServoActuator
 from tests.io.compared import against_hard_constraint, against_mujoco
-from tests.io.texts import BENCH_MJCF, LOOPS_MJCF
+from tests.io.texts import BENCH_MJCF, DRIVES_MJCF, LOOPS_MJCF
 
 # what has no name in the file is called by its body here
 NAMED = BENCH_MJCF.replace('<joint axis="1 0 1"', '<joint name="ear.hinge" axis="1 0 1"')
@@ -29,6 +30,58 @@ def test_bench_against_mujoco(bench):
     assert max(errors.values()) < 1e-10, errors
 
 
+@pytest.mark.long
+def test_drives_against_mujoco(tmp_path):
+    model = mujoco.MjModel.from_xml_string(DRIVES_MJCF)
+    random = np.random.default_rng(3)
+    controls = {model.actuator(a).name: random.normal() for a in range(model.nu)}
+    found = mbs.io.read_mjcf(written(tmp_path, DRIVES_MJCF), controls=controls)
+    errors = against_mujoco(found, model, seeds=range(4), controls=controls, spread=0.2)
+    assert max(errors.values()) < 1e-10, errors
+    system = found.builder.build()
+    state = mbs.State.at(system, found.start, {"hinge": 0.3, "elbow": -0.2})
+    assert state.ok and system.velocities(state)["sum"] == pytest.approx(0.7 * 0.3 + 1.2 * 0.2)
+
+
+def test_drives_that_were_read(tmp_path):
+    text = DRIVES_MJCF.replace('frictionloss="0.3"', 'frictionloss="0.3" actuatorfrcrange="-8 6"')
+    text = text.replace("</actuator>", '<motor name="last" site="tip" refsite="roof"/></actuator>').replace(
+        "</tendon>",
+        '<spatial name="tackle"><site site="roof"/><site site="mid"/><pulley divisor="2"/><site site="roof"/>'
+        '<site site="tip"/></spatial></tendon><equality><tendon name="tied" tendon1="sum" polycoef="0.1 0 0 0 0"/>'
+        '<tendon name="taut" tendon1="over"/></equality>',
+    )
+    found = mbs.io.read_mjcf(written(tmp_path, text), friction="ignore", stops=50.0)
+    declared = found.builder.declared
+    assert set(declared.constraints) == {"hinge.gear", "sum.coupler", "tied", "taut"}
+    assert "sum.stop" in declared.forces and found.limits["sum"].upper == 2.0
+    assert {"rope.spring", "muscle.spring", "sum.spring", "arm.gravcomp"} <= set(declared.forces)
+    assert not any(name.endswith(".friction") for name in declared.forces)
+    left = str(found)
+    for part in (
+        "friction losses of the joints 'hinge'",
+        "friction losses of the tendon 'rope'",
+        "the tendon 'tackle': it has pulleys",
+        "the actuator 'last': it acts on no joint, tendon or site alone (site)",
+        "the limit of the sum of actuators on 'hinge'",
+        "'muscle', 'over' go round their bodies",
+        "2 equalities hold exactly: solref and solimp are ignored",
+    ):
+        assert part in left, left
+
+
+def test_an_actuator_saturates_and_lags():
+    servo = ServoActuator(2.0, (3.0, 0.5, 0.0), (0.1, -1.0, -0.2), 2.0, (-1.0, 1.0), (-2.5, 2.5))
+    np.testing.assert_allclose(servo.effort(0.4, 0.1, 0.0), 2 * min(2.5, 3.0 + 0.5 * 0.8 + 0.1 - 0.8 - 0.04))
+    np.testing.assert_allclose(servo.effort(1.0, 0.1, 0.0), 2 * (3.0 + 0.5 * 2.0 + 0.1 - 2.0 - 0.04))
+    lag = ServoActuator(2.0, activation="filter", time_constant=0.5)
+    assert float(lag.rate(0.0, 0.0, {"activation": 0.4}, 0.0)["activation"]) == pytest.approx(1.6 / 0.5)
+    held = ServoActuator(2.0, activation="integrator", activation_range=(-1.0, 1.0))
+    rates = [float(held.rate(0.0, 0.0, {"activation": a}, 0.0)["activation"]) for a in (0.5, 1.0)]
+    assert rates == [2.0, 0.0] and float(held.effort(0.0, 0.0, {"activation": 1.7}, 0.0)) == 1.0
+    assert ServoActuator(0.0, activation="filter").faults() == ["a filter, and nothing else, takes a time_constant"]
+
+
 def test_what_was_read_and_left_out(bench):
     declared = bench.builder.declared
     assert {"turret", "head", "ear", "ball", "turret.yaw", "lift.rotor"} <= set(declared.bodies)
@@ -44,10 +97,11 @@ def test_what_was_read_and_left_out(bench):
         "1 light",
         "1 sensor",
         "contacts of 7 shapes",
-        "'lag': it has a state of its own",
-        "force of the actuators 'push'",
+        "limits of 1 joint",
     ):
         assert part in left, left
+    assert declared.forces["lag"].law.activation == "filter"
+    np.testing.assert_array_equal(declared.forces["push"].law.control_range, [-1.0, 1.0])
 
 
 def test_options(tmp_path):
@@ -120,7 +174,7 @@ def test_refused_by_name(message, tmp_path):
     text = REFUSED[message]
     file = written(tmp_path, "<robot/>" if text is None else f"<mujoco>{text}</mujoco>")
     with pytest.raises(mbs.ModelFileError, match=message):
-        mbs.io.read_mjcf(file)
+        mbs.io.read_mjcf(file, tendons="refuse")
 
 
 def test_warnings_go_to_the_report_and_to_no_file(tmp_path, monkeypatch, capfd):
