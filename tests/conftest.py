@@ -3,6 +3,7 @@
 import collections
 import gc
 import os
+import runpy
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -38,10 +39,21 @@ def pytest_configure(config):
     chosen = config.option.markexpr
     # One tier from begin to end: tapes in the quick suites, XLA where programs are to be those that it compiles.
     os.environ.setdefault("JAXMBS_COMPILE", "full" if chosen in AS_USERS else "tape")
+    if not hasattr(config, "workerinput"):
+        _build_machine_anew()
     if chosen not in AS_USERS:
         _compile_cheaply()
     if os.environ.get("JAXMBS_TYPES") == "check":
         install_import_hook(_CHECKED, "beartype.beartype")
+
+
+def _build_machine_anew():
+    """Build the machine of tapes where its sources are younger, as they are after `git pull`: without it tests run
+    many times slower.  An installation that was made without a compiler stays one."""
+    build = runpy.run_path(str(_PACKAGE / "runtime" / "tape" / "_build.py"))
+    library, sources = build["LIBRARY"], [build["FOLDER"] / name for name in ("machine.c", "opcodes.h")]
+    if library.exists() and max(source.stat().st_mtime for source in sources) > library.stat().st_mtime:
+        build["build_machine"]()
 
 
 def _compile_cheaply():

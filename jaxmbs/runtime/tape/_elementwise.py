@@ -9,9 +9,9 @@ from ._rearrange import take
 from ._writer import Writer, rule
 
 _UNARY = {
-    **{name: name.upper() for name in ("neg", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")},
+    **{name: name.upper() for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")},
     **{name: name.upper() for name in ("asinh", "acosh", "atanh", "sqrt", "rsqrt", "cbrt", "exp", "exp2", "expm1")},
-    **{name: name.upper() for name in ("log", "log1p", "logistic", "erf", "erfc", "lgamma", "abs", "sign")},
+    **{name: name.upper() for name in ("log", "log1p", "logistic", "erf", "erfc", "lgamma", "sign")},
     **{name: name.upper() for name in ("floor", "ceil")},
     "is_finite": "ISFINITE",
     "signbit": "SIGNBIT",
@@ -19,9 +19,11 @@ _UNARY = {
 _BINARY = {
     **{name: name.upper() for name in ("add", "sub", "mul", "div", "max", "min", "pow", "rem", "atan2", "nextafter")},
     **{name: name.upper() for name in ("eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor")},
-    **{"add_any": "ADD", "eq_to": "EQ", "lt_to": "LT", "le_to": "LE"},
+    **{name: name.upper() for name in ("eq_to", "lt_to", "le_to")},
+    "add_any": "ADD",
 }
 _OF_INTEGERS = {"ADD": "IADD", "SUB": "ISUB", "MUL": "IMUL", "DIV": "IDIV", "REM": "IREM"}
+_OF_INTEGERS |= {name: name for name in ("AND", "OR", "XOR")}
 
 
 @rule(*_UNARY)
@@ -32,10 +34,30 @@ def _unary(writer, operation, values):
 @rule(*_BINARY)
 def _binary(writer, operation, values):
     op, kind = _BINARY[operation.name], operation.inputs[0].dtype
+    if operation.params.get("out_dtype") not in (None, kind):
+        raise UnsupportedError("products of another type")
     if kind.kind not in "iu" or op not in _OF_INTEGERS:
         return [_write(writer, op, operation, values)]
-    bits = 8 * kind.itemsize * (-1 if kind.kind == "u" else 1)
-    return [_write(writer, _OF_INTEGERS[op], operation, values, x0=bits)]
+    return [_write(writer, _OF_INTEGERS[op], operation, values, x0=_bits(kind))]
+
+
+def _bits(kind):
+    """Number of bits of whole numbers, negative for those without sign."""
+    return 8 * kind.itemsize * (-1 if kind.kind == "u" else 1)
+
+
+@rule("neg", "abs")
+def _signed(writer, operation, values):
+    """Of whole numbers what is wrapped round: the least one stays as it is, and zero has no sign."""
+    (x,) = operation.inputs
+    if x.dtype.kind not in "iu":
+        return [_write(writer, operation.name.upper(), operation, values)]
+    zero, bits = np.zeros((), x.dtype), _bits(x.dtype)
+    beside = writer.arena.constant(zero)
+    two = operation._replace(inputs=[Atom(zero, zero), x])
+    if operation.name == "neg":
+        return [_write(writer, "ISUB", two, [beside, *values], x0=bits)]
+    return [_write(writer, "IADD", two, [beside, _write(writer, "ABS", operation, values)], x0=bits)]
 
 
 @rule("log2")
@@ -76,7 +98,9 @@ def _round(writer, operation, values):
 def _not(writer, operation, values):
     if operation.inputs[0].dtype.kind == "u":
         raise UnsupportedError("bits of whole numbers without sign")
-    return [_write(writer, "NOT" if operation.inputs[0].dtype == bool else "NOTBITS", operation, values)]
+    if operation.inputs[0].dtype == bool:
+        return [_write(writer, "NOT", operation, values)]
+    return [_write(writer, "NOTBITS", operation, values, x0=_bits(operation.inputs[0].dtype))]
 
 
 @rule("convert_element_type")
@@ -119,7 +143,7 @@ def _among(writer, operation, values):
 def _whole_power(writer, operation, value, y):
     """Whole numbers times themselves, wrapped round."""
     kind = operation.inputs[0].dtype
-    bits, found = 8 * kind.itemsize * (-1 if kind.kind == "u" else 1), value
+    bits, found = _bits(kind), value
     for _ in range(y - 1):
         twice = operation._replace(inputs=[*operation.inputs, *operation.inputs])
         found = _write(writer, "IMUL", twice, [found, value], x0=bits)

@@ -165,8 +165,10 @@ def _name(equation):
 
 
 def _is_signbit(equation):
-    """True for `jnp.signbit`, which looks at the bits of a number."""
-    return equation.params.get("name") == "signbit" and equation.invars[0].aval.dtype == np.float64
+    """True for `jnp.signbit`, which looks at the bits of a number; a user's function may have its name."""
+    if equation.params.get("name") != "signbit" or equation.invars[0].aval.dtype != np.float64:
+        return False
+    return "bitcast_convert_type" in (inner.primitive.name for inner in equation.params["jaxpr"].jaxpr.eqns)
 
 
 def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:

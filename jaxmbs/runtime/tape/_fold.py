@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 
 from .. import _tuning as tuning
-from ._flatten import Operation
+from ._extremes import larger, smaller
+from ._flatten import LONG_INTEGERS, Operation, UnsupportedError, has_long_integers
 
 _FUNCTIONS: dict[str, Callable] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
-    "max": np.maximum,
-    "min": np.minimum,
+    "max": larger,
+    "min": smaller,
     "and": np.bitwise_and,
     "or": np.bitwise_or,
     "eq": np.equal,
@@ -33,17 +34,25 @@ _FUNCTIONS: dict[str, Callable] = {
 
 
 def folded(operation: Operation, constants: list[np.ndarray]) -> np.ndarray | None:
-    """The result of an operation on constants, or None if it is left to the machine."""
+    """The result of an operation on constants, or None if it is left to the machine.
+
+    Raises: UnsupportedError for whole numbers that a double does not have.
+    """
     if len(operation.outputs) != 1 or operation.outputs[0].size > tuning.FOLDED_CONSTANT:
         return None
     with np.errstate(all="ignore"):
         found = _evaluate(operation, constants)
-    return None if found is None else np.asarray(found).astype(operation.outputs[0].dtype)
+    if found is None:
+        return None
+    found = np.asarray(found).astype(operation.outputs[0].dtype)
+    if has_long_integers(found, found.dtype):
+        raise UnsupportedError(LONG_INTEGERS)
+    return found
 
 
 def _evaluate(operation: Operation, constants: list[np.ndarray]) -> Any:
     name, params, out = operation.name, operation.params, operation.outputs[0]
-    if name in _FUNCTIONS:
+    if name in _FUNCTIONS and params.get("out_dtype") is None:
         return _FUNCTIONS[name](*constants)
     if name == "div" and out.dtype.kind == "f":
         return np.divide(*constants)

@@ -70,24 +70,30 @@ def _joined(arrays, pairs):
 
 def _write(name, mode, operands, results):
     """Write the results of a function, NaN where there are none: one by one where some matrices are not finite."""
-    matrix = operands[0]
+    matrix = _part_in_use(name, mode, operands[0])
     if name in _OF_FINITE and not np.all(np.isfinite(matrix)):
-        lead = matrix.ndim - 2
-        if not lead:
-            return _fill(results)
-        for place in np.ndindex(matrix.shape[:lead]):
-            _write(name, mode, [matrix[place]], [result[place] for result in results])
-        return None
+        return _one_by_one(name, mode, operands, results)
     try:
         found = HOST_FUNCTIONS[name](mode, *operands)
     except np.linalg.LinAlgError:
-        return _fill(results)
+        return _one_by_one(name, mode, operands, results)
     parts = [part for x in found for part in ((x.real, x.imag) if np.iscomplexobj(x) else (x,))]
     for result, part in zip(results, parts, strict=True):
         result[...] = part
     return None
 
 
-def _fill(results):
-    for result in results:
+def _part_in_use(name, mode, matrix):
+    """The triangle of a matrix that a function reads; what stands beside it does not matter."""
+    if name == "cholesky" or name == "eigh" and mode & 1:
+        return np.tril(matrix)
+    return np.triu(matrix) if name == "eigh" else matrix
+
+
+def _one_by_one(name, mode, operands, results):
+    """Results of each matrix, NaN for those that have none."""
+    lead = operands[0].shape[:-2]
+    for place in np.ndindex(lead) if lead else ():
+        _write(name, mode, [x[place] for x in operands], [result[place] for result in results])
+    for result in results if not lead else ():
         result[...] = np.nan

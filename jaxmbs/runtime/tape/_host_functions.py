@@ -4,12 +4,16 @@ Each takes arrays, complex ones too, and a whole number that says what is wanted
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from ._flatten import UnsupportedError
+
 
 def _eigh(mode, matrix):
-    values, vectors = np.linalg.eigh((matrix + matrix.conj().swapaxes(-1, -2)) / 2)
+    """Mode: 1 of the lower triangle, else of the upper one."""
+    values, vectors = np.linalg.eigh(matrix, "L" if mode & 1 else "U")
     return [vectors, values]
 
 
@@ -109,28 +113,35 @@ def _fft(mode, array):
     return [(np.fft.fftn, np.fft.ifftn, np.fft.rfftn)[kind](array, axes=axes)]
 
 
-def _of_scipy(name: str) -> Callable[..., list[np.ndarray]]:
-    """A function of SciPy's, number by number."""
+def _of_scipy(name: str, is_inside: Callable[..., Any], is_odd: bool = False) -> Callable[..., list[np.ndarray]]:
+    """A function of SciPy's, number by number; at the ends of where it is one XLA has numbers of its own."""
 
     def function(mode, *arrays):
         from scipy import special
 
-        return [getattr(special, name)(*arrays)]
+        if not np.all(is_inside(*arrays)):
+            raise UnsupportedError(f"{name} at the ends of its domain")
+        found = getattr(special, name)(*arrays)
+        return [np.copysign(found, arrays[0]) if is_odd else found]
 
     return function
 
 
+def _are_positive(*numbers):
+    return np.logical_and.reduce([(x > 0.0) & np.isfinite(x) for x in np.broadcast_arrays(*numbers)])
+
+
 #: Functions number by number, by the names of JAX's primitives.
 SPECIAL_FUNCTIONS = {
-    "erf_inv": _of_scipy("erfinv"),
-    "digamma": _of_scipy("digamma"),
-    "igamma": _of_scipy("gammainc"),
-    "igammac": _of_scipy("gammaincc"),
-    "bessel_i0e": _of_scipy("i0e"),
-    "bessel_i1e": _of_scipy("i1e"),
-    "regularized_incomplete_beta": _of_scipy("betainc"),
-    "zeta": _of_scipy("zeta"),
-    "polygamma": _of_scipy("polygamma"),
+    "erf_inv": _of_scipy("erfinv", lambda x: np.abs(x) < 1.0, is_odd=True),
+    "digamma": _of_scipy("digamma", lambda x: (x > 0.0) & np.isfinite(x)),
+    "igamma": _of_scipy("gammainc", _are_positive),
+    "igammac": _of_scipy("gammaincc", _are_positive),
+    "bessel_i0e": _of_scipy("i0e", np.isfinite),
+    "bessel_i1e": _of_scipy("i1e", np.isfinite, is_odd=True),
+    "regularized_incomplete_beta": _of_scipy("betainc", _are_positive),
+    "zeta": _of_scipy("zeta", lambda x, q: (x > 1.0) & _are_positive(x, q)),
+    "polygamma": _of_scipy("polygamma", lambda n, x: (n >= 0.0) & (n == np.floor(n)) & _are_positive(n + 1.0, x)),
 }
 #: Functions by name, in the order of their numbers in instructions.
 HOST_FUNCTIONS: dict[str, Callable[..., list[np.ndarray]]] = {

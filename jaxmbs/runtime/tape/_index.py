@@ -5,6 +5,7 @@ import numpy as np
 from ._flatten import Atom, UnsupportedError
 from ._memory import Value
 from ._rearrange import places_of, take
+from ._reduce import exact, sizes
 from ._writer import Writer, rule
 
 _SCATTERS = {
@@ -48,6 +49,8 @@ def _dynamic_slice(writer, operation, values):
 @rule("dynamic_update_slice")
 def _dynamic_update_slice(writer, operation, values):
     (value, update, *indices), (array, part, *_) = values, operation.inputs
+    if part.size == 0:
+        return [Value(value.buffer, value.place, value.is_splat)]
     cuts, is_contiguous, table = _window(array, part.shape, indices)
     result, place = _changed(writer, value, array, values[1:])
     is_splat = update.is_splat and part.size > 1
@@ -165,6 +168,8 @@ def _scatter(writer, operation, values):
     numbers = params["dimension_numbers"]
     if array.dtype.kind != "f" and _SCATTERS[operation.name] == 2:
         raise UnsupportedError("products of whole numbers by scatter")
+    if operation.name == "scatter" and params["update_jaxpr"] is not None:
+        raise UnsupportedError("a function of numbers at places")
     away = (*numbers.inserted_window_dims, *numbers.operand_batching_dims)
     axes = [axis for axis in range(len(array.shape)) if axis not in away]
     batching = zip(numbers.operand_batching_dims, numbers.scatter_indices_batching_dims, strict=True)
@@ -177,6 +182,12 @@ def _scatter(writer, operation, values):
     is_splat = values[2].is_splat and update.size > 1
     fields = {"mode": "CLIP" not in str(params["mode"]), "splat": 4 * is_splat, "table": rows.table(writer)}
     fields |= {"x3": _SCATTERS[operation.name], **rows.fields}
+    if _SCATTERS[operation.name] == 1 and array.dtype.kind in "iu":
+        total = writer.temporary(array.size).place
+        old, new = sizes(writer, writer.dense(values[0], array.size), array.size), values[2].place
+        new = sizes(writer, new, 1 if values[2].is_splat else update.size)
+        writer.emit("SCATTER", array.size, out=total, a=old, b=at, c=new, **fields)
+        exact(writer, total, array.size)
     writer.emit("SCATTER", array.size, out=result.place, a=given, b=at, c=values[2].place, **fields)
     if _SCATTERS[operation.name] == 1 and array.dtype in (np.int32, np.uint32):
         writer.emit(f"WRAP_{array.dtype.name.upper()}", array.size, out=result.place, a=result.place)

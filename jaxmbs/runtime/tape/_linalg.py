@@ -1,5 +1,6 @@
 """Rules of products of matrices, of factors of small ones, and of what LAPACK does on the host."""
 
+import functools
 import math
 
 import numpy as np
@@ -8,33 +9,38 @@ from ._flatten import UnsupportedError
 from ._host import host_table
 from ._host_functions import HOST_FUNCTIONS, SPECIAL_FUNCTIONS
 from ._rearrange import places_of
-from ._reduce import _wrapped
+from ._reduce import _wrapped, exact, sizes
 from ._writer import rule
 
 
 @rule("dot_general")
 def _dot(writer, operation, values):
     ((sum_a, sum_b), (batch_a, batch_b)), (A, B) = operation.params["dimension_numbers"], operation.inputs
+    if "Algorithm" in str(operation.params["precision"]):
+        raise UnsupportedError("products of another precision")
+    out = operation.outputs[0]
     if A.size == 0 or B.size == 0:
-        return [writer.arena.constant(np.zeros(operation.outputs[0].shape))]
+        return [writer.arena.constant(np.zeros(out.shape, out.dtype))]
     in_a, rows, along_a = _grouped(A.shape, batch_a, sum_a)
     in_b, columns, along_b = _grouped(B.shape, batch_b, sum_b)
-    a, b, result = (
-        writer.dense(values[0], A.size),
-        writer.dense(values[1], B.size),
-        writer.new(operation.outputs[0].size),
-    )
+    a, b, result = writer.dense(values[0], A.size), writer.dense(values[1], B.size), writer.new(out.size)
     strides = [_stride(places) for places in (rows, along_a, columns, along_b)]
-    place = {"out": result.place, "a": a, "b": b, "x0": in_a.size}
     size = rows.size, columns.size, along_a.size
     writer.claim_work(in_a.size * math.prod(size))
     if None not in strides:
         table = writer.arena.table(size, strides, in_a, in_b)
-        writer.emit("DOT", operation.outputs[0].size, **place, table=table)
+        product = functools.partial(writer.emit, "DOT", out.size, x0=in_a.size, table=table)
     else:
         table = writer.arena.table(in_a, in_b, rows, columns, along_a, along_b)
-        sizes = dict(zip(("x1", "x2", "x3"), size, strict=True))
-        writer.emit("DOT_TABLE", operation.outputs[0].size, **place, **sizes, table=table)
+        lengths = dict(zip(("x1", "x2", "x3"), size, strict=True))
+        product = functools.partial(writer.emit, "DOT_TABLE", out.size, x0=in_a.size, **lengths, table=table)
+    if out.dtype.kind in "iu":
+        total = writer.temporary(out.size).place
+        product(out=total, a=sizes(writer, a, A.size), b=sizes(writer, b, B.size))
+        exact(writer, total, out.size)
+    product(out=result.place, a=a, b=b)
+    if out.dtype == bool:  # a sum of truth values is one
+        writer.emit("TRUTH", out.size, out=result.place, a=result.place)
     return [_wrapped(writer, operation, result)]
 
 
@@ -93,7 +99,7 @@ def _decomposition(writer, operation, values):
     params = operation.params
     if params.get("subset_by_index") is not None:
         raise UnsupportedError(f"{operation.name} of a part")
-    mode = params.get("compute_uv", False) + 2 * params.get("full_matrices", False)
+    mode = params.get("compute_uv", params.get("lower", False)) + 2 * params.get("full_matrices", False)
     return _host(writer, operation, values, operation.name, mode, 0)
 
 

@@ -105,5 +105,5 @@ def _eliminate(matrix, pivot, order, k):
     if best != k:
         order[[k, best]] = order[[best, k]]
         matrix[[k, best]] = matrix[[best, k]]
-    matrix[k + 1 :, k] /= matrix[k, k]
+    matrix[k + 1 :, k] /= matrix[k, k] if matrix[k, k] != 0.0 else 1.0
     matrix[k + 1 :, k + 1 :] -= np.outer(matrix[k + 1 :, k], matrix[k, k + 1 :])

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ._extremes import larger, smaller
 from ._numpy_memory import binding
 from ._opcodes import NAMES
 
@@ -146,8 +147,6 @@ def _scatter(i, memory):
 _REDUCED: dict[str, Any] = {
     "SUM": (np.add, 0.0),
     "PROD": (np.multiply, 1.0),
-    "RMAX": (np.maximum, -np.inf),
-    "RMIN": (np.minimum, np.inf),
     "ALL": (np.logical_and, True),
     "ANY": (np.logical_or, False),
 }
@@ -161,6 +160,26 @@ def _reduce(i, memory):
 
     def reduce():
         out[...] = function.reduce(given, axis=1, initial=start)
+
+    return reduce, ()
+
+
+_EXTREMES: dict[str, Any] = {"RMAX": larger, "RMIN": smaller, "CUMMAX": larger, "CUMMIN": smaller}
+
+
+@binding("RMAX", "RMIN")
+def _reduce_to_extreme(i, memory):
+    """Row by row, since NumPy's reductions take either zero of two."""
+    function = _EXTREMES[NAMES[i.op]]
+    given = memory.matrices(i.a, i.n // i.x1, i.x0, i.x1)
+    out = memory.result(i).reshape(-1, i.x1)
+
+    def reduce():
+        rows = given
+        while (number := rows.shape[1]) > 1:
+            halves = function(rows[:, : number // 2], rows[:, number // 2 : 2 * (number // 2)])
+            rows = np.concatenate([halves, rows[:, 2 * (number // 2) :]], 1)
+        out[...] = rows[:, 0] if rows.shape[1] else {"RMAX": -np.inf, "RMIN": np.inf}[NAMES[i.op]]
 
     return reduce, ()
 
@@ -180,9 +199,21 @@ def _argument(i, memory):
 _CUMULATIVE: dict[str, Any] = {
     "CUMSUM": np.add,
     "CUMPROD": np.multiply,
-    "CUMMAX": np.maximum,
-    "CUMMIN": np.minimum,
 }
+
+
+@binding("CUMMAX", "CUMMIN")
+def _cumulative_extreme(i, memory):
+    function, shape = _EXTREMES[NAMES[i.op]], (i.n // (i.x0 * i.x1), i.x0, i.x1)
+    given, out = memory.matrices(i.a, *shape), memory.matrices(i.out, *shape)
+    turns = range(i.x0)[:: -1 if i.mode else 1]
+
+    def accumulate():
+        so_far = out[:, turns[0]] = given[:, turns[0]]
+        for k in turns[1:]:
+            so_far = out[:, k] = function(so_far, given[:, k])
+
+    return accumulate, ()
 
 
 @binding(*_CUMULATIVE)

@@ -1,18 +1,25 @@
 """Operations number by number, of the NumPy machine."""
 
-import functools
 from typing import Any
 
 import numpy as np
 
+from ._extremes import larger, smaller
 from ._flatten import LONG_INTEGERS, UnsupportedError
 from ._numpy_memory import binding
 from ._opcodes import NAMES, OPERANDS
 
 
 def whole(x: np.ndarray) -> np.ndarray:
-    """Numbers as whole ones, which those of whole types are."""
-    return x.astype(np.int64)
+    """Numbers as whole ones: 2^63, which no whole one is, stands for the largest."""
+    found = np.clip(np.nan_to_num(x, nan=0.0), -(2.0**63), 2.0**63 - 1024).astype(np.int64)
+    return np.where(x >= 2.0**63, np.iinfo(np.int64).max, found)
+
+
+def _in_order(x):
+    """Whole numbers in the order of all doubles: -NaN, -inf, ... -0, 0, ... inf, NaN."""
+    bits = np.ascontiguousarray(x).view(np.int64)
+    return np.where(bits < 0, np.iinfo(np.int64).max ^ bits, bits)
 
 
 def _wrapped(x, bits):
@@ -20,7 +27,7 @@ def _wrapped(x, bits):
 
 
 def _to_integer(x, low, high):
-    return np.where(np.isnan(x), 0.0, np.trunc(np.clip(x, low, high)))
+    return np.where(np.isnan(x), 0.0, np.trunc(np.clip(x, low, high)) + 0.0)
 
 
 def _round_away(x):
@@ -54,7 +61,12 @@ _UFUNCS: dict[str, Any] = {
     **{"ACOSH": np.arccosh, "ATANH": np.arctanh, "SQRT": np.sqrt, "CBRT": np.cbrt, "EXP": np.exp, "EXP2": np.exp2},
     **{"EXPM1": np.expm1, "LOG": np.log, "LOG1P": np.log1p, "ABS": np.abs, "FLOOR": np.floor, "CEIL": np.ceil},
     **{"ROUND_EVEN": np.rint, "SQUARE": np.square},
-    **{"ADD": np.add, "SUB": np.subtract, "MUL": np.multiply, "DIV": np.divide, "MAX": np.maximum, "MIN": np.minimum},
+    **{
+        "ADD": np.add,
+        "SUB": np.subtract,
+        "MUL": np.multiply,
+        "DIV": np.divide,
+    },
     **{"POW": np.power, "REM": np.fmod, "ATAN2": np.arctan2, "NEXTAFTER": np.nextafter},
 }
 #: Functions whose result is copied.
@@ -63,16 +75,15 @@ _FUNCTIONS: dict[str, Any] = {
     "LOGISTIC": lambda x: 1.0 / (1.0 + np.exp(-x)),
     "ERF": _special("erf"),
     "ERFC": _special("erfc"),
-    "LGAMMA": _special("gammaln"),
+    "LGAMMA": lambda x: _special("gammaln")(np.where(x == -np.inf, np.inf, x)),
     "SIGN": lambda x: np.copysign(np.sign(x), x),
     "ROUND_AWAY": _round_away,
     "ISFINITE": np.isfinite,
     "SIGNBIT": np.signbit,
     "NOT": lambda x: x == 0.0,
-    "NOTBITS": lambda x: ~whole(x),
     "TRUTH": lambda x: x != 0.0,
     "TO_INT32": lambda x: _to_integer(x, -(2.0**31), 2.0**31 - 1),
-    "TO_INT64": lambda x: _to_integer(x, -(2.0**63), 2.0**63 - 1024),
+    "TO_INT64": lambda x: _to_integer(x, -(2.0**63), 2.0**63),
     "TO_UINT32": lambda x: _to_integer(x, 0.0, 2.0**32 - 1),
     "WRAP_INT32": lambda x: _wrapped(whole(x), 32),
     "WRAP_UINT32": lambda x: _wrapped(whole(x), -32),
@@ -82,23 +93,33 @@ _FUNCTIONS: dict[str, Any] = {
     "LE": np.less_equal,
     "GT": np.greater,
     "GE": np.greater_equal,
-    "AND": lambda x, y: whole(x) & whole(y),
-    "OR": lambda x, y: whole(x) | whole(y),
-    "XOR": lambda x, y: whole(x) ^ whole(y),
+    "EQ_TO": lambda x, y: _in_order(x) == _in_order(y),
+    "LT_TO": lambda x, y: _in_order(x) < _in_order(y),
+    "LE_TO": lambda x, y: _in_order(x) <= _in_order(y),
+    "MAX": larger,
+    "MIN": smaller,
     "SELECT": lambda which, x, y: np.where(which != 0.0, y, x),
-    "CLAMP": lambda low, x, high: _at_most(np.where(x < low, low, x), high),
+    "CLAMP": lambda low, x, high: smaller(larger(x, low), high),
 }
-#: Functions of two whole numbers; they wrap round.
+#: Functions of whole numbers; they wrap round.
 _WHOLE: dict[str, Any] = {
-    "IADD": lambda x, y: whole(x) + whole(y),
-    "ISUB": lambda x, y: whole(x) - whole(y),
-    "IMUL": lambda x, y: whole(x) * whole(y),
-    "IDIV": lambda x, y: np.where(y == 0.0, -1, whole(x / y)),
+    "NOTBITS": np.invert,
+    "AND": np.bitwise_and,
+    "OR": np.bitwise_or,
+    "XOR": np.bitwise_xor,
+    "IADD": np.add,
+    "ISUB": np.subtract,
+    "IMUL": np.multiply,
+    "IDIV": lambda x, y: _quotient(x, y),
+    "IREM": lambda x, y: np.where(y == 0, x, np.where(y == -1, 0, np.fmod(x, np.where(y == 0, 1, y)))),
 }
 
 
-def _at_most(x, high):
-    return np.where(x > high, high, x)
+def _quotient(x, y):
+    """Towards zero; what XLA has where the divisor is zero."""
+    divisor = np.where((y == 0) | (y == -1), 1, y)
+    found = (x - np.fmod(x, divisor)) // divisor
+    return np.where(y == 0, -1, np.where(y == -1, -x, found))
 
 
 def _store(out, function, *operands):
@@ -111,8 +132,6 @@ def _by_number(i, memory):
     number = ("UNARY", "BINARY", "TERNARY").index(OPERANDS[i.op]) + 1
     operands = [memory.operand(i, operand) for operand in "abc"[:number]]
     out = memory.result(i)
-    if name in ("MAX", "MIN"):  # which take their result by name alone
-        return functools.partial(_UFUNCS[name], out=out), tuple(operands)
     if name in _UFUNCS:
         return _UFUNCS[name], (*operands, out)
     return _store, (out, _FUNCTIONS[name], *operands)
@@ -126,18 +145,12 @@ def _by_power(i, memory):
 @binding(*_WHOLE)
 def _by_whole(i, memory):
     function = _WHOLE[NAMES[i.op]]
-    operands = memory.operand(i, "a"), memory.operand(i, "b")
+    operands = [memory.operand(i, name) for name in ("a" if OPERANDS[i.op] == "UNARY" else "ab")]
 
-    def exactly(x, y):
-        found = function(x, y)
-        if i.x0 == 64 and NAMES[i.op] != "IDIV" and np.any((found > 2**53) | (found < -(2**53))):
+    def exactly(*numbers):
+        found = function(*map(whole, numbers))
+        if i.x0 == 64 and np.any((found > 2**53) | (found < -(2**53))):
             raise UnsupportedError(LONG_INTEGERS)
         return _wrapped(found, i.x0)
 
     return _store, (memory.result(i), exactly, *operands)
-
-
-@binding("IREM")
-def _by_remainder(i, memory):
-    operands = memory.operand(i, "a"), memory.operand(i, "b")
-    return _store, (memory.result(i), lambda x, y: np.where(y == 0.0, x, np.fmod(x, y) + 0.0), *operands)

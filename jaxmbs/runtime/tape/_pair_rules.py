@@ -39,6 +39,8 @@ def _by_parts(equation, args):
         params = dict(equation.params)
         if k and params.get("fill_value", 0) is None:
             params["fill_value"] = 0.0  # of what is filled in, NaN, the real part alone is
+        elif params.get("fill_value") is not None:
+            params["fill_value"] = float((np.real, np.imag)[k](params["fill_value"]))
         given = [x[k] if isinstance(x, Pair) else x for x in args]
         results = equation.primitive.bind(*given, **params)
         return results if equation.primitive.multiple_results else [results]
@@ -87,6 +89,7 @@ def _conjugate(equation, args):
 
 @rule("mul")
 def _mul(equation, args):
+    _only(equation.params.get("out_dtype") in (None, np.complex128), "products of another type", 0)
     return product(*args)
 
 
@@ -358,7 +361,7 @@ HOST_PRIMITIVES: dict[str, Callable[[dict], int]] = {
     "fft": lambda p: int(p["fft_type"]) + 4 * len(p["fft_lengths"]) + 16 * p["fft_lengths"][-1],
 }
 _COMPLEX_ALONE: dict[str, Callable[[dict], int]] = {
-    "eigh": lambda p: _only(p.get("subset_by_index") is None, "eigh of a part", 0),
+    "eigh": lambda p: _only(p.get("subset_by_index") is None, "eigh of a part", p["lower"]),
     "svd": lambda p: p["compute_uv"] + 2 * p["full_matrices"],
     "lu": lambda p: 0,
     "cholesky": lambda p: _only(not p.get("symmetrize_input"), "cholesky of what is made symmetric", 0),

@@ -16,7 +16,8 @@ from ._pair_rules import HOST_PRIMITIVES, PAIR_RULES
 
 def has_complex(program: Any) -> bool:
     """True if a jaxpr or one inside of it has complex numbers, or decompositions that are done by pairs."""
-    if any(is_complex(v.aval) for v in program.jaxpr.invars if hasattr(v.aval, "dtype")):
+    given = (*program.jaxpr.invars, *program.jaxpr.constvars)
+    if any(is_complex(v.aval) for v in given if hasattr(v.aval, "dtype")):
         return True
     return any(_is_by_pairs(equation) for equation in program.jaxpr.eqns)
 

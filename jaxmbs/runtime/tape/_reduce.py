@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ._extremes import extreme
 from ._flatten import Operation, UnsupportedError
 from ._memory import Value
 from ._rearrange import join, places_of, take
@@ -12,8 +13,8 @@ from ._writer import Writer, rule
 _REDUCTIONS = {
     "reduce_sum": ("SUM", 0),
     "reduce_prod": ("PROD", 1),
-    "reduce_max": ("RMAX", -np.inf),
-    "reduce_min": ("RMIN", np.inf),
+    "reduce_max": ("RMAX", None),
+    "reduce_min": ("RMIN", None),
     "reduce_and": ("ALL", 1),
     "reduce_or": ("ANY", 0),
     "argmax": ("ARGMAX", 0),
@@ -26,9 +27,16 @@ _CUMULATIVE = {"cumsum": "CUMSUM", "cumprod": "CUMPROD", "cummax": "CUMMAX", "cu
 @rule(*_REDUCTIONS)
 def _reduction(writer, operation, values):
     (op, start), (array,), out = _REDUCTIONS[operation.name], operation.inputs, operation.outputs[0]
+    if operation.name in ("reduce_and", "reduce_or") and array.dtype != bool:
+        raise UnsupportedError("bits of whole numbers")
     if array.size == 0:
+        start = extreme(out.dtype, operation.name == "reduce_min") if start is None else start
         return [writer.arena.constant(np.full(out.shape, start, out.dtype))]
     place, length, inner = _along(writer, values[0], array.shape, tuple(operation.params["axes"]))
+    if op == "SUM" and _is_long(array):
+        total = writer.temporary(out.size).place
+        writer.emit(op, out.size, out=total, a=sizes(writer, place, array.size), x0=length, x1=inner)
+        exact(writer, total, out.size)
     result = writer.new(out.size)
     writer.emit(op, out.size, out=result.place, a=place, x0=length, x1=inner)
     return [_wrapped(writer, operation, result)]
@@ -46,16 +54,32 @@ def _along(writer: Writer, value: Value, shape: Any, axes: Any) -> tuple[int, in
     return writer.dense(value, size), length, inner
 
 
+def exact(writer: Writer, place: int, size: int) -> None:
+    """Leave the program to the compiler where a whole number is beyond 2^53: adding nothing looks at it."""
+    nothing = writer.arena.constant(np.zeros((), np.int64))
+    writer.emit("IADD", size, out=place, a=place, b=nothing.place, splat=2, x0=64)
+
+
+def sizes(writer: Writer, place: int, size: int) -> int:
+    """Place of the sizes of numbers: where a sum of these is exact, so are all on the way to that of the numbers."""
+    found = writer.temporary(size).place
+    writer.emit("ABS", size, out=found, a=place)
+    return found
+
+
+def _is_long(array):
+    """True for whole numbers whose sums may be beyond 2^53 on the way."""
+    return array.dtype == np.int64 or array.dtype.kind in "iu" and array.size >= 2**21
+
+
 _WHOLE_SUMS = ("reduce_sum", "reduce_prod", "cumsum", "cumprod", "dot_general")
 
 
 def _wrapped(writer: Writer, operation: Operation, result: Value) -> Value:
-    """Sums and products of whole numbers are theirs within 2^53, which adding nothing looks at; those of 32 bits wrap
-    round."""
+    """Sums and products of whole numbers are theirs within 2^53; those of 32 bits wrap round."""
     out = operation.outputs[0]
     if out.dtype in (np.int32, np.uint32, np.int64) and operation.name in _WHOLE_SUMS:
-        nothing = writer.arena.constant(np.zeros((), out.dtype))
-        writer.emit("IADD", out.size, out=result.place, a=result.place, b=nothing.place, splat=2, x0=64)
+        exact(writer, result.place, out.size)
         if out.dtype != np.int64:
             writer.emit(f"WRAP_{out.dtype.name.upper()}", out.size, out=result.place, a=result.place)
     return result

@@ -104,7 +104,10 @@ def _result(arena, places):
         found = np.empty(places[0].shape, np.complex128)
         found.real, found.imag = (_numbers(arena, place) for place in places)
         return found
-    return _numbers(arena, places[0]).astype(places[0].dtype)
+    numbers, dtype = _numbers(arena, places[0]), places[0].dtype
+    if dtype == np.int64 and np.any(is_largest := numbers >= 2.0**63):  # as the machine has the largest one
+        return np.where(is_largest, np.iinfo(dtype).max, np.where(is_largest, 0.0, numbers).astype(dtype))
+    return numbers.astype(dtype)
 
 
 def _numbers(arena, place):

@@ -53,13 +53,31 @@ static double power(double x, int64_t y) {
   return y < 0 ? 1.0 / result : result;
 }
 
-/* A number as a whole one; zero where it is none of 64 bits. */
-static int64_t whole(double x) { return x >= -9223372036854775808.0 && x < 9223372036854775808.0 ? (int64_t)x : 0; }
+/* A number as a whole one: 2^63, which no whole one is, stands for the largest. */
+static int64_t whole(double x) {
+  return x >= 9223372036854775808.0 ? INT64_MAX : x >= -9223372036854775808.0 ? (int64_t)x : x != x ? 0 : INT64_MIN;
+}
 
 /* A number as an index from 0 to the largest; NaN is 0. */
 static int64_t clamped(double x, int64_t largest) { return x > 0 ? (x < (double)largest ? (int64_t)x : largest) : 0; }
 
-static double to_integer(double x, double low, double high) { return x != x ? 0.0 : x < low ? low : x > high ? high : trunc(x); }
+/* The nearest to zero within a range, never -0. */
+static double to_integer(double x, double low, double high) { return x != x ? 0.0 : x < low ? low : x > high ? high : trunc(x) + 0.0; }
+
+/* NaN wins, and of two zeros that with the sign. */
+static double larger(double x, double y) { return x > y ? x : x < y ? y : x == y ? (signbit(x) ? y : x) : x != x ? x : y; }
+static double smaller(double x, double y) { return x < y ? x : x > y ? y : x == y ? (signbit(x) ? x : y) : x != x ? x : y; }
+
+/* A whole number that is in the order of all doubles: -NaN, -inf, ... -0, 0, ... inf, NaN. */
+static int64_t in_order(double x) {
+  int64_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits < 0 ? INT64_MAX ^ bits : bits;
+}
+
+/* Whole quotients and remainders of XLA, where the divisor is zero too. */
+static int64_t quotient(int64_t x, int64_t y) { return y == 0 ? -1 : y == -1 ? (int64_t)(0 - (uint64_t)x) : x / y; }
+static int64_t remainder_of(int64_t x, int64_t y) { return y == 0 ? x : y == -1 ? 0 : x % y; }
 
 /* x modulo 2^32, with a sign where bits is 32 and without where it is -32; as it is for 64 bits. */
 static double wrapped(int64_t x, int64_t bits) {
@@ -177,7 +195,7 @@ static void lu(double *o, double *pivots, double *order, int64_t R, int64_t C) {
       }
     }
     for (int64_t r = k + 1; r < R; r++) {
-      double f = o[r * C + k] / o[k * C + k];
+      const double f = o[k * C + k] == 0.0 ? o[r * C + k] : o[r * C + k] / o[k * C + k];
       o[r * C + k] = f;
       for (int64_t c = k + 1; c < C; c++) o[r * C + c] -= f * o[k * C + c];
     }
@@ -335,10 +353,10 @@ static void step(const Machine *m, const Instruction *i) {
       UNARY(ISFINITE, isfinite(x) ? 1.0 : 0.0)
       UNARY(SIGNBIT, signbit(x) ? 1.0 : 0.0)
       UNARY(NOT, x == 0.0)
-      UNARY(NOTBITS, (double)(~whole(x)))
+      UNARY(NOTBITS, exactly(m, ~whole(x), i->x0))
       UNARY(TRUTH, x != 0.0)
       UNARY(TO_INT32, to_integer(x, -2147483648.0, 2147483647.0))
-      UNARY(TO_INT64, to_integer(x, -9223372036854775808.0, 9223372036854774784.0))
+      UNARY(TO_INT64, to_integer(x, -9223372036854775808.0, 9223372036854775808.0))
       UNARY(TO_UINT32, to_integer(x, 0.0, 4294967295.0))
       UNARY(WRAP_INT32, wrapped(whole(x), 32))
       UNARY(WRAP_UINT32, wrapped(whole(x), -32))
@@ -346,8 +364,8 @@ static void step(const Machine *m, const Instruction *i) {
       BINARY(SUB, x - y)
       BINARY(MUL, x *y)
       BINARY(DIV, x / y)
-      BINARY(MAX, (x > y || x != x) ? x : y)
-      BINARY(MIN, (x < y || x != x) ? x : y)
+      BINARY(MAX, larger(x, y))
+      BINARY(MIN, smaller(x, y))
       BINARY(POW, pow(x, y))
       BINARY(REM, fmod(x, y))
       BINARY(ATAN2, atan2(x, y))
@@ -358,14 +376,17 @@ static void step(const Machine *m, const Instruction *i) {
       BINARY(LE, x <= y)
       BINARY(GT, x > y)
       BINARY(GE, x >= y)
-      BINARY(AND, (double)(whole(x) & whole(y)))
-      BINARY(OR, (double)(whole(x) | whole(y)))
-      BINARY(XOR, (double)(whole(x) ^ whole(y)))
+      BINARY(EQ_TO, in_order(x) == in_order(y))
+      BINARY(LT_TO, in_order(x) < in_order(y))
+      BINARY(LE_TO, in_order(x) <= in_order(y))
+      BINARY(AND, exactly(m, whole(x) & whole(y), i->x0))
+      BINARY(OR, exactly(m, whole(x) | whole(y), i->x0))
+      BINARY(XOR, exactly(m, whole(x) ^ whole(y), i->x0))
       BINARY(IADD, exactly(m, (int64_t)((uint64_t)whole(x) + (uint64_t)whole(y)), i->x0))
       BINARY(ISUB, exactly(m, (int64_t)((uint64_t)whole(x) - (uint64_t)whole(y)), i->x0))
       BINARY(IMUL, exactly(m, (int64_t)((uint64_t)whole(x) * (uint64_t)whole(y)), i->x0))
-      BINARY(IDIV, y == 0.0 ? -1.0 : wrapped(whole(x / y), i->x0))
-      BINARY(IREM, y == 0.0 ? x : fmod(x, y) + 0.0)
+      BINARY(IDIV, exactly(m, quotient(whole(x), whole(y)), i->x0))
+      BINARY(IREM, exactly(m, remainder_of(whole(x), whole(y)), i->x0))
     case SELECT: { /* a is the predicate; b where it is false, c where it is true */
       const int sb = (i->splat & 2) != 0, sc = (i->splat & 4) != 0;
       if (i->splat & 1)
@@ -377,8 +398,7 @@ static void step(const Machine *m, const Instruction *i) {
     case CLAMP: { /* b between a and c */
       const int sa = (i->splat & 1) != 0, sb = (i->splat & 2) != 0, sc = (i->splat & 4) != 0;
       for (int64_t k = 0; k < n; k++) {
-        const double low = a[sa ? 0 : k], x = b[sb ? 0 : k], high = c[sc ? 0 : k], y = x < low ? low : x;
-        o[k] = y > high ? high : y;
+        o[k] = smaller(larger(b[sb ? 0 : k], a[sa ? 0 : k]), c[sc ? 0 : k]);
       }
       break;
     }
@@ -429,23 +449,23 @@ static void step(const Machine *m, const Instruction *i) {
           for (int64_t k = 0; k < width; k++) {
             double *to = o + start + window[k];
             const double x = *to, y = c[i->splat & 4 ? 0 : row_place[r] + window_place[k]];
-            *to = i->x3 == 0 ? y : i->x3 == 1 ? x + y : i->x3 == 2 ? x * y : i->x3 == 3 ? ((y < x || y != y) ? y : x) : ((y > x || y != y) ? y : x);
+            *to = i->x3 == 0 ? y : i->x3 == 1 ? x + y : i->x3 == 2 ? x * y : i->x3 == 3 ? smaller(x, y) : larger(x, y);
           }
       }
       break;
     }
       REDUCE(SUM, 0.0, r + x)
       REDUCE(PROD, 1.0, r *x)
-      REDUCE(RMAX, -INFINITY, (x > r || x != x) ? x : r)
-      REDUCE(RMIN, INFINITY, (x < r || x != x) ? x : r)
+      REDUCE(RMAX, -INFINITY, larger(r, x))
+      REDUCE(RMIN, INFINITY, smaller(r, x))
       REDUCE(ALL, 1.0, r != 0.0 && x != 0.0)
       REDUCE(ANY, 0.0, r != 0.0 || x != 0.0)
       ARGUMENT(ARGMAX, x > y)
       ARGUMENT(ARGMIN, x < y)
       CUMULATIVE(CUMSUM, r + x)
       CUMULATIVE(CUMPROD, r *x)
-      CUMULATIVE(CUMMAX, (x > r || x != x) ? x : r)
-      CUMULATIVE(CUMMIN, (x < r || x != x) ? x : r)
+      CUMULATIVE(CUMMAX, larger(r, x))
+      CUMULATIVE(CUMMIN, smaller(r, x))
     case SORT: { /* x0 arrays (outer, x1, x2) from t one after another by x3 keys; then to; c: 3 x1 numbers to work in */
       const int64_t K = i->x1, inner = i->x2, arrays = i->x0;
       int64_t *order = (int64_t *)(M + i->c), *spare = order + K;

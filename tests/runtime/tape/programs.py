@@ -96,6 +96,14 @@ PROGRAMS = {
         ],
         (SPECIAL, SPECIAL[::-1].copy()),
     ),  # fmt: skip
+    "order of all numbers": (
+        lambda x, y: [
+            lax.eq_to_p.bind(x, y),
+            jnp.searchsorted(jnp.sort(x), y),
+            jnp.searchsorted(jnp.sort(x), y, "right"),
+        ],
+        (SPECIAL, SPECIAL[::-1].copy()),
+    ),  # fmt: skip
     "axes of length one": (lambda x, y: [x[:, :1] * y[:1], x[:, None] * y[None], x + 1.0, lax.mul(x, y)], (X, Y)),
     "whole numbers": (
         lambda k: [
