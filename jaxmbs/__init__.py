@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         signal_flow,
         statics,
         studies,
+        vehicles,
         vibration,
         viz,
     )
@@ -195,6 +196,7 @@ __all__ = [
     "studies",
     "sweep",
     "vector_field",
+    "vehicles",
     "velocity",
     "vibration",
     "viz",

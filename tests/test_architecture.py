@@ -50,6 +50,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "studies",
         "qualification",
         "verbs",
+        "vehicles",
     ],
     ["io", "viz", "documents", "adapters", "demo", "doctor", "cli", "__main__"],
 ]
@@ -323,6 +324,7 @@ KINDS = {  # rooms of things, and the base classes of their kinds
     "forces": ("AbstractLaw", "AbstractSignal"),
     "forces._port": ("AbstractPort",),
     "contact": ("AbstractPair",),
+    "vehicles": ("AbstractRoad", "AbstractTyreModel"),
     "friction": ("AbstractFriction",),
     "joints": ("AbstractJoint", "AbstractRows"),
     "blocks": ("AbstractBlock",),

@@ -24,7 +24,7 @@ LONG = """
     extend/reduction extend/tyre gallery guide/blocks guide/cables guide/components guide/contact guide/control
     guide/design guide/diffrax guide/elastic guide/fatigue guide/fmi guide/friction guide/hydraulics
     guide/identification guide/loops guide/performance guide/pictures guide/qualification guide/scatter
-    guide/solvers guide/states guide/structures guide/studies guide/test-data inside start/closed-loop
+    guide/solvers guide/states guide/structures guide/studies guide/test-data guide/vehicles inside start/closed-loop
     start/first-design start/first-structure start/from-files start/sharp-bits tasks/box tasks/decks
     tasks/everyday tasks/excavator tasks/linkages tasks/plate-arm tasks/shaper tasks/wishbone theory/misprints
     theory/papers

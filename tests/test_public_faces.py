@@ -92,7 +92,7 @@ FACES = {
         linearise load_model mass_matrix minimise model modes motion ode position         qualification
         random_response reaction reactions reductions report rotation rotations runtime save_model
         shock_spectrum
-        signal_flow signals simulate statics stiffness studies sweep vector_field velocity vibration viz
+        signal_flow signals simulate statics stiffness studies sweep vector_field vehicles velocity vibration viz
     """,
     "jaxmbs.adapters": """
         SystemBlock as_block fmi openmdao tesseract
@@ -120,6 +120,10 @@ FACES = {
         AbstractPair BristleContact ClosedCurve Contact ContactLuGre CylinderOnPlane DryFriction HeightField
         HuntCrossley JournalInBush RollerOnCurve SphereInCylinder SphereOnPlane SphereOnSphere Touch WheelOnRoad
         hertz_stiffness
+    """,
+    "jaxmbs.vehicles": """
+        AbstractRoad AbstractTyreModel BrushTyre CONVENTIONS Compression ContactForces Convention FialaTyre FlatRoad
+        LinearTyre MagicFormula Slip SlipSlopes TirFile Tyre read_tir
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -16,6 +16,7 @@ from jaxmbs.contact import (
     WheelOnRoad,
 )
 from tests.elements.test_elements import CASES as ELEMENTS
+from tests.vehicles.tyres import WHOLE as SAMPLE_TYRE
 
 from .attempts import call
 from .cases import case
@@ -223,6 +224,23 @@ NO_LIMIT = "nothing breaks that way"
 SECTION = elements.ShellSection(np.eye(3), np.eye(3), np.eye(2), None, 1.0, 0.5)
 OUTLINE = np.array([(np.cos(x), np.sin(x)) for x in np.arange(12) * np.pi / 6])
 
+PLAIN_NUMBERS = {"nominal_load": 4e3, "radius": 0.5, "stiffness": 2e5, "vertical_damping": 0.5, "resistance": 0.25}
+PLAIN_TYRE = mbs.vehicles.LinearTyre(9e4, 6e4, **PLAIN_NUMBERS)
+
+
+def _tyre(model, road=None):
+    road = mbs.vehicles.FlatRoad() if road is None else road
+    return _law(between=("ground", "hand"))(mbs.vehicles.Tyre(model, road))
+
+
+def _plain_tyre(positive="", **own):
+    return case(
+        lambda z: call(9e4, 6e4, relaxation=np.array([0.25, 0.5]), **PLAIN_NUMBERS, **own),
+        positive=f"slip_slope cornering nominal_load radius stiffness vertical_damping resistance {positive}",
+        through=_through(_tyre),
+    )
+
+
 CASES = {
     **{f"joints.{name}": joint(lambda z: call(AXIS)) for name in ("Revolute", "Prismatic", "Cylindrical", "Planar")},
     "joints.Screw": joint(lambda z: call(AXIS, pitch=0.5)),
@@ -329,6 +347,19 @@ CASES = {
         positive="max_depth wear",
         through=_through(_law(between=("ground", "hand"))),
     ),
+    "vehicles.FlatRoad": case(lambda z: call(), through=_through(lambda road: _tyre(PLAIN_TYRE, road))),
+    "vehicles.Tyre": case(
+        lambda z: call(PLAIN_TYRE, mbs.vehicles.FlatRoad(), 2e5, True, 0.25),
+        "pressure none: the nominal one",
+        positive="pressure tread_damping",
+        through=_through(_law(between=("ground", "hand"))),
+    ),
+    "vehicles.MagicFormula": case(
+        lambda z: call(SAMPLE_TYRE, "5.2", "opentire", True), through=_through(lambda model: _tyre(model))
+    ),
+    "vehicles.LinearTyre": _plain_tyre(camber_stiffness=2e3, trail=0.25),
+    "vehicles.FialaTyre": _plain_tyre("width", friction=np.array([0.75, 0.5]), width=0.25),
+    "vehicles.BrushTyre": _plain_tyre("friction half_length", friction=0.75, half_length=0.125),
     "contact.hertz_stiffness": case(
         lambda z: call((0.5, 2.0), (3.0, 4.0), (0.25, 0.125)), "radii inf: a plane", "moduli inf: a rigid body"
     ),

@@ -53,7 +53,8 @@ EXEMPT = {
         forces.AbstractPathLaw forces.PathKinematics
         forces.ElementBond
         forces.InternalState forces.Margin forces.Reading forces.Arrows forces.PointLoads model.InternalStates
-        contact.AbstractPair contact.Touch
+        contact.AbstractPair contact.Touch vehicles.AbstractRoad vehicles.AbstractTyreModel vehicles.SlipSlopes
+        vehicles.Compression vehicles.ContactForces vehicles.Slip vehicles.CONVENTIONS vehicles.Convention
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractRows joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction
         motion.Formulation
@@ -79,6 +80,7 @@ EXEMPT = {
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
         viz.plot_margins viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
         viz.scene viz.animate_mode studies.sweep studies.open documents.report demo.run
+        vehicles.read_tir vehicles.TirFile
         jaxmbs.cache jaxmbs.jit fmi.Fmu fmi.export_fmu
     """,
 }

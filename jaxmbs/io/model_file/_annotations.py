@@ -61,6 +61,12 @@ def _matches_one(value, one) -> bool:
     return isinstance(value, one)
 
 
+def value_annotation(wanted: Any) -> Any:
+    """The type of the values of a mapping, where the annotation says it."""
+    found = [get_args(one)[1] for one in alternatives(wanted) if get_origin(one) in (dict, Mapping)]
+    return found[0] if len(found) == 1 else Any
+
+
 def describe_annotation(wanted: Any) -> str:
     """Description of an annotation for messages."""
     return " or ".join(dict.fromkeys(_describe_one(one) for one in alternatives(wanted)))

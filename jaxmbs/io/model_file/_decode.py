@@ -15,7 +15,7 @@ from ...elements import DIRECTIONS
 from ...linear import LinearSystem
 from ...named_arrays import element_of
 from ...runtime import as_array
-from ._annotations import alternatives, describe_annotation, is_array, matches
+from ._annotations import alternatives, describe_annotation, is_array, matches, value_annotation
 from ._registry import ROWS, class_of, function_of, registered_names
 
 _MOST_FAULTS = 50
@@ -62,7 +62,7 @@ def decode(value: Any, wanted: Any, where: str, faults: list[str]) -> Any:
         numeric = found is not None and (not np.iscomplexobj(found) or _has_shape(wanted))
         own = (as_array(found, None) if _is_leaf(wanted) else found) if numeric else _NOTHING
     elif isinstance(value, dict):
-        own = _decode_object(value, where, faults)
+        own = _decode_object(value, wanted, where, faults)
     elif isinstance(value, list):
         own = tuple(decode(item, Any, f"{where}[{k}]", faults) for k, item in enumerate(value))
         own = INVALID if any(item is INVALID for item in own) else own
@@ -134,7 +134,7 @@ def _replace_special_floats(value):
     return value
 
 
-def _decode_object(value, where, faults):
+def _decode_object(value, wanted, where, faults):
     if "type" in value:
         return _decode_typed(value, where, faults)
     if "function" in value:
@@ -144,7 +144,8 @@ def _decode_object(value, where, faults):
     if value.keys() == {"real", "imag"}:
         faults.append(f"{where}: a complex number has no place here")
         return INVALID
-    found = {key: decode(item, Any, f"{where}.{key}", faults) for key, item in value.items()}
+    held = value_annotation(wanted)
+    found = {key: decode(item, held, f"{where}.{key}", faults) for key, item in value.items()}
     return INVALID if any(item is INVALID for item in found.values()) else found
 
 

@@ -22,6 +22,7 @@ from ... import (
     linear,
     model,
     reductions,
+    vehicles,
 )
 from ...builder import _declarations as declarations
 from ...builder._elastic import ElasticDeclaration
@@ -30,7 +31,7 @@ from ...typing import WordedError
 from ..robots._equalities import PolynomialCoupling
 from ..robots._servo import ServoActuator, SiteActuator
 
-_ROOMS = (joints, friction, forces, contact, blocks, hydraulics, elements, reductions)
+_ROOMS = (joints, friction, forces, contact, blocks, hydraulics, elements, reductions, vehicles)
 _OTHER_CLASSES = (
     *(model.Pose, ElasticBody, GeometricStiffening, linear.LinearSystem, fem.Structure, fem.Group, design.Limit),
     *(joints.Modal, flexible.FloatingFrame, PolynomialCoupling),
@@ -52,6 +53,7 @@ ROWS = {
 #: What a law declares, and the elements of which the builder makes a cable: no file has them.
 _MADE_OF = (forces.InternalState, forces.ElementBond, forces.Attachment, forces.Eyelet, forces.Sheave)
 _MADE_OF += (forces.WrapCylinder, forces.WrapSphere)
+_MADE_OF += (vehicles.Compression, vehicles.ContactForces, vehicles.Slip, vehicles.SlipSlopes, vehicles.TirFile)
 #: Names of classes in files of before.
 _EARLIER = {"BristleContact": "Contact", "BristleForce": "FrictionForce"}
 _registered: dict[str, Any] = {}

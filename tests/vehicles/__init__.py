@@ -1,0 +1,1 @@
+"""Tyres against published programs and closed forms, at rest and rolling; roads."""
