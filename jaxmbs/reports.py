@@ -167,3 +167,14 @@ def reported(cls: _T) -> _T:
     for name in ("__repr__", "_repr_html_", "to_xarray", "to_pandas"):
         setattr(cls, name, getattr(Reported, name))
     return cls
+
+
+class Note(str):
+    """Words that are no part of a structure: motions by other tolerances are pytrees of one kind, and
+    what is compiled for one serves the other."""
+
+    def __eq__(self, other: object) -> bool:
+        return True if isinstance(other, Note) else str.__eq__(self, other)
+
+    def __hash__(self) -> int:
+        return 0

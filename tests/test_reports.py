@@ -38,7 +38,7 @@ def complexes(*shape):
 
 
 def state(*lead):
-    structure = (("pin", "Revolute", 1, 1), ("ball", "Spherical", 4, 3))
+    structure = (("pin", "Revolute", 1, 1, ("angle",)), ("ball", "Spherical", 4, 3, ("w", "x", "y", "z")))
     t = jnp.broadcast_to(jnp.asarray(T[: lead[-1]] if lead else 0.5), lead)
     return State(t, numbers(*lead, 5), numbers(*lead, 4), jnp.zeros(lead), structure)
 

@@ -17,7 +17,7 @@ from tests.models import pendulum
 
 def motion():
     ts, zeros = jnp.linspace(0.0, 2.0, 5), jnp.zeros(5)
-    structure = (("pin", "Revolute", 1, 1), ("ball", "Spherical", 4, 3))
+    structure = (("pin", "Revolute", 1, 1, ("angle",)), ("ball", "Spherical", 4, 3, ("w", "x", "y", "z")))
     psi = jnp.concatenate([jnp.sin(ts)[:, None], jnp.tile(jnp.eye(4)[0], (5, 1))], axis=1)
     states = State(ts, psi, jnp.zeros((5, 4)), zeros, structure)
     accounts = Diagnostics(zeros, zeros, {}, zeros + 2e-9, zeros, zeros, jnp.asarray(17), jnp.asarray(0))
@@ -56,7 +56,7 @@ def test_it_is_short(made):
 def test_numbers_are_those_of_the_result():
     (pin,) = [line.split() for line in repr(motion()).splitlines() if line.startswith("pin")]
     assert pin == ["pin", "0", "0.9093", "0", "0.9975", "rad"]
-    assert "ball 3" in repr(motion()) and "success" in repr(motion())
+    assert "ball rz" in repr(motion()) and "success" in repr(motion())
     (row,) = [line.split() for line in repr(loads()).splitlines() if line.startswith("pin")]
     assert row == ["pin", "5", "0.5", "-", "force", "z"] and "seam" not in repr(loads())
     pair, rigid = repr(modes()).splitlines()[2:]

@@ -34,6 +34,7 @@ _STEP_TOLERANCE = {8: 1e-11, 4: 1e-6}  # a trial nearer than this, relative to t
 
 _LARGEST_TURN = 0.3  # of a joint between nodes of steep laws in one step, in rad or lengths of the model
 
+_NO_SLOPE = {8: 1e-9, 4: 1e-4}  # of singular values, largest entries one: less holds nothing
 _SINGULAR = {8: 1e-12, 4: 1e-5}  # of the singular values, largest entries one: what rounding leaves of a zero
 
 
@@ -138,13 +139,15 @@ class _Trial(NamedTuple):
 
 
 @eqx.filter_custom_jvp
-def search_balance(system: System, psi, t, w, moving, weight):
+def search_balance(system: System, psi, t, w, moving, weight, least=False):
     """Unknowns near psi at which the loops are closed and no independent velocity but `moving` lacks efforts.
 
     Newton's method on the independent coordinates and the loops together, with a backtracking line search.  The
     columns `moving` keep their coordinates.  Derivatives of every order by the implicit function theorem.
 
-    Args: weight: an effort that is large; with those at psi, it is the scale of what is small.
+    Args:
+        weight: an effort that is large; with those at psi, it is the scale of what is small.
+        least: steps are the shortest ones, without a part along motions that have no stiffness (static).
 
     Returns: unknowns, `Balance` there, scale and number of steps; the last point taken where none is found.
     """
@@ -160,7 +163,7 @@ def search_balance(system: System, psi, t, w, moving, weight):
         scale = jnp.where(first, _scale(new.efforts, weight, top.num_internal), last.scale)
         scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
         loss = loss_of(new, scale)
-        direction = newton_step(new, still, still * new.efforts)
+        direction = newton_step(new, still, still * new.efforts, least)
         is_rest = _is_rounding(system, still * (new.efforts + new.drift), scale)
         step = jnp.where(is_rest & ~(_largest(direction.step) < _AFAR), new.closing, direction.step)
         direction = direction._replace(step=step)
@@ -243,10 +246,14 @@ class NewtonStep(NamedTuple):
     stresses: tuple[Array, ...]
 
 
-def newton_step(at: Balance, still, efforts) -> NewtonStep:
+def newton_step(at: Balance, still, efforts, least=False) -> NewtonStep:
     """The step that closes the loops and takes the efforts away; columns with still = 0 stay, or take what their
-    entry of `efforts` says."""
-    y = _solve_slope(at.slope, still, -efforts - still * at.drift)
+    entry of `efforts` says.
+
+    Args: least: the shortest such step where the slope is singular.
+    """
+    solve = _least_solution if least else _solve_slope
+    y = solve(at.slope, still, -efforts - still * at.drift)
     stresses = [
         x + slopes[..., :-1] @ y + slopes[..., -1] for x, slopes in zip(at.stresses, at.stress_slopes, strict=True)
     ]
@@ -266,6 +273,18 @@ def _solve_slope(slope, still, right):
     return square.solve(still[:, None] * slope + jnp.diag(1.0 - still), right)
 
 
+def _least_solution(slope, still, right):
+    """The solution without a part along motions without slope; rows and columns count in units of their largest
+    entries."""
+    A = still[:, None] * slope + jnp.diag(1.0 - still)
+    size = jnp.sqrt(jnp.maximum(jnp.max(jnp.abs(A), axis=0), jnp.max(jnp.abs(A), axis=1)))
+    size = jnp.where(size > 0.0, size, 1.0)
+    left, values, right_vectors = lapack.svd(A / jnp.outer(size, size))
+    counts = values > _NO_SLOPE[A.dtype.itemsize] * jnp.max(values)
+    shares = jnp.where(counts, left.T @ (right / size) / jnp.where(counts, values, 1.0), 0.0)
+    return right_vectors.T @ shares / size
+
+
 def _is_singular(slope, still):
     """True if the slope of the columns that do not move has no inverse but by rounding, whatever their units."""
     A = lax.stop_gradient(still[:, None] * slope + jnp.diag(1.0 - still))
@@ -282,7 +301,7 @@ def _search_balance_jvp(primals, tangents):
 
     NaN where the slope is singular: the equilibrium is one of many, and a perturbation moves it by any amount.
     """
-    system, psi0, t, w, moving, _ = primals
+    system, psi0, t, w, moving, _, *_ = primals
     found = search_balance(*primals)
     psi, at = found[:2]
     top, still = system.topology, still_columns(system, moving, psi.dtype)

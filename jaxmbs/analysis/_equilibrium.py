@@ -24,6 +24,7 @@ from ..model._internal_states import replace_field
 from ..model._signals import block_elements
 from ..model._system import System
 from ..named_arrays import elements_of
+from ..reports import Note
 from ..runtime import jit, lapack, note
 from ..signal_flow._sampling import refuse_sampled
 from ..status import Status
@@ -31,7 +32,7 @@ from ._balance import search_balance, still_columns
 from ._equilibrium_result import Equilibrium, has_negative_curvature
 from ._load_following import follow_load
 from ._steep_laws import is_steep
-from ._unheld import unheld_coordinates
+from ._unheld import neutral_coordinates, unheld_coordinates
 from ._unknowns import at_unknowns, unknowns_of
 
 _MAX_SETS = 3  # independent sets tried, each from the pose found with the one before
@@ -61,6 +62,9 @@ def equilibrium(
 
     Newton's method with a line search on the independent efforts and the loops together; derivatives by the
     implicit function theorem.
+
+    A motion that nothing holds or pushes, as the spin of a load that hangs at its centre of mass, is left where it
+    is: the equilibrium is neutral, `stable` False, and its `reason` names the coordinates.
 
     Where that ends at an unstable equilibrium, or at none, the loads are followed: the start is held by efforts on
     its independent coordinates, which are taken away bit by bit, so that weight, forces and bent springs come on
@@ -101,6 +105,8 @@ def equilibrium(
     result = dataclasses.replace(result, is_steady=bool(moving))
     if follow or (follow is None and is_concrete(result)):
         result = _followed(system, state, moving, held, result)
+    if follow is not False and is_concrete(result):
+        result = _with_neutral_motions(system, state, moving, held, result)
     if not is_concrete(result):
         note(lambda: result.result)
         return result
@@ -130,6 +136,20 @@ def _followed(system, state, moving, held, first):
     better = leaves & (share >= 1.0) & found.ok & (~found.is_unstable | ~first.ok)
     result = jax.tree.map(lambda a, b: jnp.where(better, a, b), found, first)
     return dataclasses.replace(result, followed=better)
+
+
+def _with_neutral_motions(system, state, moving, held, found):
+    """The equilibrium, with the names of the motions that nothing holds or pushes; where none was found that of
+    shortest steps, which leave such motions as they are: the slope along them has no inverse."""
+    if not bool(found.ok):
+        other = _equilibrium_on_sets(system, state, moving, held, least=True)
+        if not bool(other.ok):
+            return found
+        found = dataclasses.replace(other, is_steady=found.is_steady)
+    if bool(found.stable) or bool(found.is_negative):
+        return found
+    names = neutral_coordinates(with_mobility_at(system, found.state), np.asarray(found.stiffness))
+    return dataclasses.replace(found, neutral=Note(", ".join(names)))
 
 
 def _chosen(system, end, moving, held, first, share, steps):
@@ -182,12 +202,12 @@ def _holding(system):
     return [f"{name}.{state}" for name, thing in each for state in thing.holds]
 
 
-def _equilibrium_on_sets(system, state, moving, held):
+def _equilibrium_on_sets(system, state, moving, held, least=False):
     """The equilibrium on the freedoms of the state, and once more from where it was found if these are others there:
     a linkage that starts straight leaves a singular pose."""
     for _ in range(_MAX_SETS):
         here = with_mobility_at(system, state)
-        result = _equilibrium(here, state, _columns(here, moving) + _held_columns(here.topology, held))
+        result = _equilibrium(here, state, _columns(here, moving) + _held_columns(here.topology, held), least)
         if not is_concrete(result):
             fits = is_determined(here, result.state.coordinates, result.state.t) if here.has_constraints else True
             return eqx.tree_at(lambda r: r.ok, result, result.ok & fits)
@@ -225,13 +245,13 @@ def _held_columns(top, held):
 
 
 @jit(compile="tape")
-def _equilibrium(system, state, moving):
+def _equilibrium(system, state, moving, least=False):
     top, psi, t = system.topology, unknowns_of(system, state), state.t
     still, chosen = still_columns(system, moving, psi.dtype), independent_columns(system)
     N = len(chosen)
     w = state.velocities[chosen] * (1.0 - still[:N])
     weight = total_mass(system) * (1.0 + jnp.max(jnp.abs(system.gravity)))
-    psi, at, scale, count = search_balance(system, psi, t, w, moving, weight)
+    psi, at, scale, count = search_balance(system, psi, t, w, moving, weight, least)
     efforts, gap = (jnp.max(jnp.abs(x), initial=0.0) for x in (still * at.efforts / scale, at.gap))
     residual = lax.stop_gradient(jnp.maximum(efforts, gap))
     ok, stiffness, missing = residual < _RESIDUAL_TOLERANCE[psi.dtype.itemsize], at.slope, at.efforts

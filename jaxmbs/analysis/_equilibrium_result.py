@@ -12,7 +12,7 @@ from ..assembly._state import State
 from ..assembly._state_report import state_quantities
 from ..checks import is_concrete
 from ..dynamics._validity import Validity
-from ..reports import Report, Reported
+from ..reports import Note, Report, Reported
 from ..runtime import lapack
 from ..status import Status
 from ..tables import format_number
@@ -40,6 +40,7 @@ class Equilibrium(Reported, eqx.Module):
         followed: true where the loads were followed from zero, see `equilibrium`.
         share: of the loads, up to which they could be followed; one where they were not.
         validity: margins of its parts to the ends of their models there; None where none has any.
+        neutral: coordinates that nothing holds or pushes there, in words; empty within a trace.
         is_steady: true for a steady motion, whose stability the stiffness alone does not tell (static).
     """
 
@@ -54,12 +55,13 @@ class Equilibrium(Reported, eqx.Module):
     followed: Bool[Array, ""] = eqx.field(default_factory=lambda: np.zeros((), bool))
     share: Float[Array, ""] = eqx.field(default_factory=lambda: np.ones(()))
     validity: Validity | None = None
+    neutral: Note = eqx.field(static=True, default=Note(""))
     is_steady: bool = eqx.field(static=True, default=False)
 
     def report(self) -> Report:
         verdict = f"{int(self.steps)} steps, residual {format_number(self.residual)}"
         said = "; ".join([self.reason, verdict, *self.faults()]) if self.ok else verdict
-        return Report(state_quantities(self.state), said, "" if self.ok else self.reason)
+        return Report(state_quantities(self.state, not self.is_steady), said, "" if self.ok else self.reason)
 
     @property
     def states(self) -> State:
@@ -108,7 +110,9 @@ class Equilibrium(Reported, eqx.Module):
             )
         if self.is_steady:
             return "steady motion found"
-        return "stable equilibrium found" if bool(self.stable) else "equilibrium found, indifferent to some motion"
+        if bool(self.stable):
+            return "stable equilibrium found"
+        return f"neutral equilibrium found, indifferent to {self.neutral or 'some motion'}"
 
 
 def has_negative_curvature(K: Array) -> Any:

@@ -25,13 +25,33 @@ def unheld_coordinates(system: System, state) -> list[str]:
     K, efforts = np.asarray(at.slope)[: len(chosen), : len(chosen)], np.asarray(at.efforts)[: len(chosen)]
     if not len(chosen) or not np.all(np.isfinite(K)) or not np.all(np.isfinite(efforts)):
         return []
-    size = np.sqrt(np.maximum(np.max(np.abs(K), axis=0), np.max(np.abs(K), axis=1)))
-    size = np.where(size > 0.0, size, 1.0)
+    size = _sizes(K)
     left, values, right = np.linalg.svd(K / np.outer(size, size))
     free = values <= _FREE * max(values[0], 1e-300)
     pushed = np.abs(left[:, free].T @ (efforts / size)) > _FREE * np.max(np.abs(efforts / size), initial=0.0)
-    parts = np.max(np.abs(right[free][pushed] / size), axis=0, initial=0.0)
-    names = column_names(system.topology, chosen)
+    return _named(system, right[free][pushed] / size)
+
+
+def neutral_coordinates(system: System, K: np.ndarray) -> list[str]:
+    """Names of the independent coordinates with a part in motions without stiffness, of K (N, N) at a state."""
+    if not K.size or not np.all(np.isfinite(K)):
+        return []
+    size = _sizes(K)
+    _, values, right = np.linalg.svd(K / np.outer(size, size))
+    free = values <= _FREE * max(values[0], 1e-300)
+    return _named(system, right[free] / size)
+
+
+def _sizes(K):
+    """Sizes (N,) of rows and columns, one of what is nothing."""
+    size = np.sqrt(np.maximum(np.max(np.abs(K), axis=0), np.max(np.abs(K), axis=1)))
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _named(system, motions):
+    """Names of the independent coordinates that move most in motions (n, N), the first few."""
+    parts = np.max(np.abs(motions), axis=0, initial=0.0)
+    names = column_names(system.topology, independent_columns(system))
     found = [
         repr(name) for name, part in zip(names, parts, strict=True) if part > _SHARE * np.max(parts, initial=0.0)
     ]

@@ -157,7 +157,7 @@ def _joint_records(joints, joint_frames, nodes, cuts, index):
                 num_coordinates=len(mine) + (1 if balls else 0),
                 first_velocity=mine[0] if mine else 0,
                 num_velocities=len(mine),
-                labels=joint.kind.labels if mine else (),
+                labels=joint.kind.own_labels if mine else (),
                 is_hidden=joint.is_hidden,
                 is_elastic=joint.is_elastic,
                 symbol=joint.kind.symbol,

@@ -127,7 +127,8 @@ def _warn_single_precision():
 def _with_mobility_like(system, like):
     """The system with the mobility of `like`; closed loops and inertia are checked where its numbers are concrete."""
     guess = system.topology.guess or like.topology.guess
-    system = dataclasses.replace(system, topology=dataclasses.replace(system.topology, guess=guess))
+    joints = _labelled_like(system.topology.joints, like.topology.joints)
+    system = dataclasses.replace(system, topology=dataclasses.replace(system.topology, guess=guess, joints=joints))
     if system.topology != dataclasses.replace(like.topology, analysis=None, guess=guess):
         raise ModelError(
             ["build(like=system): the topology differs; names, joints and their order must be those of `like`"]
@@ -139,3 +140,11 @@ def _with_mobility_like(system, like):
     if system.friction is not None and like.friction is not None:
         system = _with_shared_loads(system, like.friction.is_shared)
     return with_mobility(system, like.topology.analysis, like.length)
+
+
+def _labelled_like(joints, others):
+    """Joints with the labels of those of another system: a direction that is traced, or another, has no name."""
+    if len(joints) != len(others):
+        return joints
+    pairs = zip(joints, others, strict=True)
+    return tuple(dataclasses.replace(j, labels=o.labels) if len(o.labels) == len(j.labels) else j for j, o in pairs)

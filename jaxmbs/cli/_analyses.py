@@ -6,6 +6,7 @@ import sys
 import numpy as np
 
 from .. import verbs
+from ..assembly._state_report import shown_coordinates
 from ..motion import Motion
 from ..ode import Rodas5P
 from ._files import write_table
@@ -44,13 +45,11 @@ def _summarise(system, motion: Motion):
     print_result(
         f"energy residual {np.max(np.abs(motion.diagnostics.energy_residual)):.3g} J of {np.ptp(energy):.3g} J moved"
     )
-    rows = [(name, np.asarray(q)) for name, q in system.coordinates(motion.states).items()]
+    rows = [(name, values) for name, values, _ in shown_coordinates(motion.states)]
     width = max((len(name) for name, _ in rows), default=5)
     print_result(f"{'joint':<{width}}  {'start':>12}  {'end':>12}  {'least':>12}  {'most':>12}")
-    for name, q in rows:
-        for k, x in enumerate(q.reshape(len(q), -1).T):
-            label = name if q.ndim == 1 else f"{name} {k}"
-            print_result(f"{label:<{width}}  {x[0]:>12.6g}  {x[-1]:>12.6g}  {x.min():>12.6g}  {x.max():>12.6g}")
+    for name, x in rows:
+        print_result(f"{name:<{width}}  {x[0]:>12.6g}  {x[-1]:>12.6g}  {x.min():>12.6g}  {x.max():>12.6g}")
 
 
 def reactions(options: argparse.Namespace) -> int:

@@ -10,6 +10,7 @@ from ..linear._check import check
 from ..linear._system import LinearSystem
 from ..model._describe import describe_parts
 from ..model._system import System
+from ..named_arrays import elements_of
 from ..tables import fields_repr, format_number
 from ._page import Passage
 from ._plots import picture
@@ -25,8 +26,8 @@ def machine_section(system: Any, state: Any, results: dict) -> list[Passage]:
     moved = results.get("motion", state)
     found = [_overview(system, moved, results.get("reactions"))]
     found.append(Passage("Bodies", rows=_body_rows(system)))
-    if elements := _element_rows(system):
-        found.append(Passage("Forces", rows=elements))
+    tables = {"Forces": _element_rows, "Friction": _friction_rows, "Hydraulics": _oil_rows, "Signals": _signal_rows}
+    found += [Passage(title, rows=rows) for title, rows_of in tables.items() if (rows := rows_of(system))]
     return found
 
 
@@ -71,9 +72,67 @@ def _body_rows(system):
 
 
 def _element_rows(system):
-    rows = [
-        (name, fields_repr(jax.tree.map(lambda x, k=k: x[k] if np.ndim(x) else x, group.law)))
-        for group in system.forces
-        for k, name in enumerate(group.names)
-    ]
+    rows = [row for group in system.forces for row in _of_group(group.names, group.law)]
     return [("element", "law"), *rows] if rows else []
+
+
+def _of_group(names, law):
+    """Name and numbers of each element of stacked ones."""
+    return [(name, fields_repr(element)) for name, element in elements_of(names, jax.tree.map(np.asarray, law))]
+
+
+def _friction_rows(system):
+    """Rubbing surfaces with their joints, models and sizes."""
+    friction, rows = system.friction, []
+    if friction is None:
+        return rows
+    for group in friction.models:
+        for k, model in _of_group(group.surfaces, group.model):
+            sizes = zip(
+                ("radius", "length", "preload"), (friction.radius, friction.length, friction.preload), strict=True
+            )
+            said = ", ".join(
+                f"{what} {format_number(x[k])} {unit}"
+                for (what, x), unit in zip(sizes, "mmN", strict=True)
+                if float(x[k])
+            )
+            rows.append((friction.names[k], system.topology.joints[friction.joints[k]].name, model, said))
+    return [("friction", "joint", "model", "sizes"), *rows]
+
+
+def _oil_rows(system):
+    """Nodes and elements of circuits, and what their ports are connected with."""
+    ports = {
+        record.name: ", ".join(f"{port}: {node}" for port, node in record.nodes)
+        for record in system.topology.circuits
+    }
+    rows = [
+        (*row, ports[row[0]])
+        for group in system.blocks
+        for row in _of_group(group.names, group.block)
+        if row[0] in ports
+    ]
+    return [("part", "numbers", "ports"), *rows] if rows else []
+
+
+def _signal_rows(system):
+    """Measures and blocks, with what they read and drive."""
+    oil = {record.name for record in system.topology.circuits}
+    rows = [
+        (name, type(group.reading).__name__, ", ".join((*places, *group.internal)), "")
+        for group in system.measures
+        for name, places in zip(group.names, group.places, strict=True)
+    ]
+    for group in system.blocks:
+        own = zip(_of_group(group.names, group.block), group.reads, group.drives, strict=True)
+        rows += [
+            (
+                name,
+                block,
+                ", ".join(read if isinstance(read, str) else "a function of time" for read in reads),
+                ", ".join(drives),
+            )
+            for (name, block), reads, drives in own
+            if name not in oil
+        ]
+    return [("signal", "what", "reads", "drives"), *rows] if rows else []

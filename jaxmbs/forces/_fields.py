@@ -35,6 +35,10 @@ class StaticFunction(eqx.Module):
     treedef: Any = eqx.field(static=True)
     settings: tuple[Any, ...] = eqx.field(static=True)
 
+    def __repr__(self):
+        names = [getattr(part, "__name__", "") for is_array, part in self.settings if not is_array]
+        return f"a function, {names[0]}" if len(names) == 1 and names[0] != "<lambda>" else "a function"
+
     def __call__(self, *args):
         arrays = iter(self.arrays)
         leaves = [next(arrays) if is_array else setting for is_array, setting in self.settings]

@@ -130,6 +130,9 @@ class Spline(AbstractSignal):
 class Driven(AbstractSignal):
     """Placeholder of a field that a block drives: a `DrivenValue` takes its place before laws are called."""
 
+    def __repr__(self):
+        return "by a block"
+
     def __call__(self, *args: Any) -> Float[Array, "..."]:
         """Raises: RuntimeError, as the value is not there."""
         raise RuntimeError(

@@ -64,6 +64,11 @@ class AbstractJoint(eqx.Module):
         """Units of the coordinates; those of a quaternion have none."""
         return tuple(unit for node in self.nodes for unit in UNITS[node.kind])
 
+    @property
+    def own_labels(self) -> tuple[str, ...]:
+        """Labels of the coordinates of this one, where its numbers name them; by default those of its class."""
+        return self.labels
+
     def basis(self) -> Matrix3:
         """Rotation (3, 3) from canonical axes to the axes of the joint frame."""
         return jnp.eye(3)

@@ -3,6 +3,7 @@
 from ..tables import Rows, aligned, as_html
 from ._rows import coupled_names, row_elements
 
+_MOST_NAMES = 12  # of a line
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
@@ -50,6 +51,26 @@ def _coupler_lines(topology, rows):
         for name, joints in tied.items()
         if joints
     ]
+
+
+def part_lines(system) -> list[str]:
+    """Lines with the names of what acts on the bodies of a system: force elements, friction, oil, blocks."""
+    top, friction = system.topology, system.friction
+    oil = tuple(record.name for record in top.circuits)
+    rubs = () if friction is None else zip(friction.names, friction.joints, strict=True)
+    parts = {
+        "force elements": [name for group in system.forces for name in group.names],
+        "friction": list(dict.fromkeys(f"{name} in {top.joints[j].name}" for name, j in rubs)),
+        "hydraulics": oil,
+        "measures": [name for group in system.measures for name in group.names],
+        "blocks": [name for group in system.blocks for name in group.names if name not in oil],
+    }
+    return [f"{what}: {_listed(names)}" for what, names in parts.items() if names]
+
+
+def _listed(names):
+    more = len(names) - _MOST_NAMES
+    return ", ".join([*names[:_MOST_NAMES], *([f"{more} more"] if more > 0 else [])])
 
 
 _HEAD = ("joint", "kind", "parent -> child", "coordinates", "undetermined reactions")

@@ -141,7 +141,7 @@ def rates_of(system, states, rates, what: str):
 
 def _concatenate_joints(system, shape, rates, what):
     """Rates by joint as one array."""
-    moving = {name: size for name, _, _, size in system.topology.structure}
+    moving = {name: size for name, _, _, size, _ in system.topology.structure}
     for name in rates:
         place_of("joint with velocities", name, moving)
     missing = [repr(name) for name in moving if name not in rates]

@@ -10,7 +10,7 @@ from ..tables import format_number
 
 #: How many times the next smaller one a length or a mass is before it is doubted: units differ by a thousand.
 _FAR = {"length": 100.0, "mass": 1e5}
-_ALIKE = 1.5  # numbers within this factor are of one size
+_FEWEST = {"length": 3, "mass": 4}  # numbers that have a scale
 
 
 def scale_lines(system) -> list[str]:
@@ -40,12 +40,18 @@ def _lengths(system) -> Iterator[tuple[str, float]]:
     bodies = ("ground", *top.body_names)
     for name, body, point in zip(top.frame_names, top.frame_body, np.asarray(system.frames.position), strict=True):
         yield f"frame {name!r} of {bodies[body + 1]!r}", float(np.linalg.norm(point))
+    for group in system.forces:
+        lengths = getattr(group.law, "free_length", None)  # of a rope it may be a function of time
+        if group.port.is_on_line and hasattr(lengths, "dtype"):
+            yield from (
+                (f"the free length of {n!r}", float(x)) for n, x in zip(group.names, np.asarray(lengths), strict=True)
+            )
 
 
 def _outliers(found, kind, unit, other):
     """The one number that is far above all others, if they have a scale."""
     found = sorted((x for x in found if x[1] > 0), key=lambda x: x[1])
-    if len(found) < 4:  # too few for a scale
+    if len(found) < _FEWEST[kind]:  # too few for a scale
         return
     (name, most), (_, next_one) = found[-1], found[-2]
     if most > _FAR[kind] * next_one:

@@ -15,7 +15,7 @@ from ..joints._base import AbstractJoint
 from ..runtime import as_array
 from ..typing import ArrayLike
 from ._changes import Changes
-from ._describe import describe, describe_html, summary
+from ._describe import describe, describe_html, part_lines, summary
 from ._elastic import ElasticGroup
 from ._entry_points import check_state
 from ._internal_states import InternalStates
@@ -158,14 +158,14 @@ class System(eqx.Module):
         return np.concatenate(found)
 
     def describe(self, state: AbstractState | None = None) -> str:
-        """Bodies, joints, loops, freedoms and redundant constraints, as text.
+        """Bodies, joints, loops, freedoms, redundant constraints and the names of all other parts, as text.
 
         Args: state: the State at which freedoms and redundancy are counted (default: the pose of the build).
         """
         if state is None:
-            return describe(self.topology, rows=self.rows, more=self.doubts())
+            return describe(self.topology, rows=self.rows, more=self._more_lines())
         check_state(self, state)
-        return describe(state.topology_at(self), self.topology.analysis, self.rows, self.doubts())
+        return describe(state.topology_at(self), self.topology.analysis, self.rows, self._more_lines())
 
     def doubts(self) -> list[str]:
         """Sentences on what may not be as it was meant: loads of rubbing joints that are open, numbers far out of the
@@ -176,7 +176,10 @@ class System(eqx.Module):
         return f"System: {summary(self.topology)}"
 
     def _repr_html_(self) -> str:
-        return describe_html(self.topology, self.rows, self.doubts())
+        return describe_html(self.topology, self.rows, self._more_lines())
+
+    def _more_lines(self):
+        return [*part_lines(self), *self.doubts()]
 
 
 def coordinates_by_joint(topology: Topology, values: Array) -> dict:

@@ -146,10 +146,10 @@ class Topology:
 
     @cached_property
     def structure(self) -> tuple:
-        """Layout of a state: (joint, kind, coordinates, velocities) in tree order."""
+        """Layout of a state: (joint, kind, numbers of coordinates and velocities, labels) in tree order."""
         moving = [j for j in self.joints if j.num_velocities]
         moving.sort(key=lambda j: j.first_velocity)
-        return tuple((j.name, j.kind, j.num_coordinates, j.num_velocities) for j in moving)
+        return tuple((j.name, j.kind, j.num_coordinates, j.num_velocities, j.labels) for j in moving)
 
     @cached_property
     def joint_index(self) -> dict:

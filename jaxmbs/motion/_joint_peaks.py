@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..assembly._state_report import shown_coordinates
 from ..constraints._reaction_map import reaction_carriers
 from ..math._linalg import safe_norm
 from ..model._system import System
@@ -60,9 +61,8 @@ class LoadPeaks(Reported, eqx.Module):
 
 
 def _coordinates(state):
-    """The coordinates of a state by joint, "ball 0" and on of a joint with several."""
-    names = [n if size == 1 else f"{n} {k}" for n, _, size, _ in state.structure for k in range(size)]
-    return dict(zip(names, np.asarray(state.coordinates).tolist(), strict=True))
+    """The coordinates of a state by joint, "ball rx" and on of a joint with several."""
+    return {name: float(value) for name, value, _ in shown_coordinates(state)}
 
 
 def load_peaks(system: System, motion: Motion) -> LoadPeaks:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..assembly._state import State
-from ..assembly._state_report import state_labels, state_quantities
+from ..assembly._state_report import coordinate_names, shown_coordinates, state_quantities, velocity_names
 from ..checks import is_concrete
 from ..errors import ModelError
 from ..kinematics._poses import node_parameters
@@ -18,7 +18,7 @@ from ..math._nan import nan_where
 from ..model._entry_points import check_state
 from ..model._internal_states import replace_field
 from ..model._system import System
-from ..reports import Report, Reported
+from ..reports import Note, Report, Reported
 from ..runtime import as_array, jit, not_tracing
 from ..status import Status, succeeded
 from ..tables import format_number, span
@@ -32,30 +32,18 @@ from ._sampling import Sampling, num_samples, rows_with_samples
 
 def _table_parts(motion):
     """Every coordinate and internal state in a row; how the motion ended and its accounts in the summary."""
-    ts, psi, accounts = np.asarray(motion.ts), np.asarray(motion.states.coordinates), motion.diagnostics
+    ts, accounts = np.asarray(motion.ts), motion.diagnostics
     residual, drift = (np.nanmax(np.abs(x)) for x in (accounts.energy_residual, accounts.constraint_drift))
     summary = (
         f"{len(ts)} instants from {format_number(ts[0])} to {format_number(ts[-1])} s, {motion.status}; "
         f"{int(accounts.num_steps)} steps, energy residual {format_number(residual)} J, drift {format_number(drift)}"
     )
-    names, units = state_labels(motion.states.structure, psi.shape[1])
-    rows = [(name, *span(psi[:, k]), unit or "-") for k, (name, unit) in enumerate(zip(names, units, strict=True))]
+    rows = [(name, *span(values), unit or "-") for name, values, unit in shown_coordinates(motion.states)]
     if (internal := motion.states.internal) is not None:
         values = np.asarray(internal.values)
         units = [record.unit or "-" for record in internal.records for _ in record.entries]
         rows += [(n, *span(values[:, k]), units[k]) for k, n in enumerate(internal.entries)]
     return summary, [("coordinate", "first", "last", "least", "largest", "unit"), *rows]
-
-
-class Note(str):
-    """Words that are no part of a structure: motions by other tolerances are pytrees of one kind, and
-    what is compiled for one serves the other."""
-
-    def __eq__(self, other: object) -> bool:
-        return True if isinstance(other, Note) else str.__eq__(self, other)
-
-    def __hash__(self) -> int:
-        return 0
 
 
 class Motion(Reported, eqx.Module):
@@ -166,14 +154,13 @@ class Motion(Reported, eqx.Module):
         return found if found is self else _without_unused(found)
 
     def to_xarray(self) -> Any:
-        """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "ball 0" of one with
-        several), internal states of force elements with their units, energies, and the work of every element."""
+        """An `xarray.Dataset` over `time`: coordinates and velocities by joint ("pin", or "plate x", "ball w" of one
+        with several), internal states of force elements with their units, energies, and the work of every element."""
         import xarray
 
-        given = self.states.structure or ()
-        names = [_labels((name, size) for name, _, *sizes in given for size in (sizes[k],)) for k in (0, 1)]
         psi, u = np.asarray(self.states.coordinates), np.asarray(self.states.velocities)
-        names = [own or [str(k) for k in range(x.shape[-1])] for own, x in zip(names, (psi, u), strict=True)]
+        kinds = coordinate_names, velocity_names
+        names = [of(self.states.structure, x.shape[-1]) for of, x in zip(kinds, (psi, u), strict=True)]
         found, energy = self.diagnostics, {"units": "J"}
         work = np.stack([np.asarray(w) for w in found.work.values()], -1) if found.work else np.zeros((len(psi), 0))
         data = {
@@ -183,7 +170,7 @@ class Motion(Reported, eqx.Module):
             "potential": ("time", np.asarray(found.potential), energy),
             "work": (("time", "element"), work, energy),
         }
-        places = {"coordinate": names[0], "velocity": names[1], "element": list(found.work)}
+        places: dict[str, Any] = {"coordinate": names[0], "velocity": names[1], "element": list(found.work)}
         if (internal := self.states.internal) is not None:
             units = [record.unit for record in internal.records for _ in record.entries]
             data["internal"] = (("time", "internal_state"), np.asarray(internal.values))
@@ -292,8 +279,3 @@ def _at(system, states, ts, sampling, t):
 def _rows(states, index, axis):
     """States of the numbers `index` along an axis of times."""
     return jax.tree.map(lambda x: jnp.take(x, index, axis=axis), states)
-
-
-def _labels(sizes):
-    """A name for every entry of joints of so many."""
-    return [name if size == 1 else f"{name} {k}" for name, size in sizes for k in range(size)]

@@ -28,6 +28,7 @@ from ..ode._integrate import Arguments, attach_time_derivative, integrate_equati
 from ..ode._loop import stop_gradients
 from ..ode._options import LOOPS, RTOL, check_memory, check_options, make_options, solver_or_default
 from ..ode._save_times import save_times, valid_times
+from ..reports import Note
 from ..runtime import as_host_array, jit, note, progress_bar
 from ..signal_flow._sampling import refuse_sampled, sample_periods
 from ..status import succeeded
@@ -40,7 +41,7 @@ from ._formulation import Formulation, num_powers
 from ._formulations import Independent, Prescribed, Velocity
 from ._hybrid import HybridEquations
 from ._jam import with_jam
-from ._motion import Motion, Note
+from ._motion import Motion
 from ._options import choose_formulation
 from ._result import motion_of
 from ._sampling import Sampling

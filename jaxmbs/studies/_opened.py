@@ -98,7 +98,8 @@ def pareto_front(found: Any, objectives: Sequence[str], maximise: Sequence[str] 
         objectives: names of answers or variables, one number for each design; the smaller the better.
         maximise: those of them that are to be large.
 
-    Returns: Dataset of these designs along "design"; designs that failed are none of them.
+    Returns: Dataset of these designs along "design", which `viz.plot_pareto_front` takes; designs that failed are
+    none of them.
 
     Raises: UnknownNameError for names that are not there, ValueError for answers of more than a number.
     """
@@ -117,7 +118,8 @@ def pareto_front(found: Any, objectives: Sequence[str], maximise: Sequence[str] 
     signs = np.where([name in maximise for name in objectives], -1.0, 1.0)
     values = np.stack([np.asarray(flat[name], float) for name in objectives], axis=1) * signs
     ok = np.asarray(succeeded(np.asarray(flat["status"]))) & np.all(np.isfinite(values), axis=1)
-    return flat.isel(design=_not_dominated(values, np.flatnonzero(ok)))
+    front = flat.isel(design=_not_dominated(values, np.flatnonzero(ok)))
+    return front.assign_attrs(objectives=tuple(objectives))
 
 
 def _not_dominated(values, rows):

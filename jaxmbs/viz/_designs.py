@@ -16,22 +16,41 @@ _ACCOUNTS = ("status", "reason")  # of a study, not of its designs
 _MAP = "viridis"
 
 
-def plot_pareto_front(
-    front: WordedError[ParetoFront], first: str | None = None, second: str | None = None, ax: Any = None
-) -> Any:
+def plot_pareto_front(front: Any, first: str | None = None, second: str | None = None, ax: Any = None) -> Any:
     """Plot a Pareto front; designs whose search did not converge are hollow.
 
-    Args: first, second: labels of the objectives, with their units (default: `front.names`); ax: matplotlib axes to
-    draw into (default: new ones).
+    Args:
+        front: of `design.pareto`, or the Dataset of `studies.pareto_front` with two objectives.
+        first, second: labels of the objectives, with their units (default: their names).
+        ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for another number of objectives, TypeError for what is no front.
     """
-    first = front.names[0] if first is None else first
-    second = front.names[1] if second is None else second
-    ax, ok = get_axes(ax), np.asarray(front.ok, bool)
-    ax.plot(front.first, front.second, color=BLUE, linewidth=1.0, zorder=2)
-    ax.plot(front.first[ok], front.second[ok], "o", color=BLUE, zorder=3)
-    ax.plot(front.first[~ok], front.second[~ok], "o", color=BLUE, markerfacecolor="white", zorder=3)
-    format_axes(ax, first, second, None)
+    names, (x, y), ok = _objectives(front)
+    ax = get_axes(ax)
+    ax.plot(x, y, color=BLUE, linewidth=1.0, zorder=2)
+    ax.plot(x[ok], y[ok], "o", color=BLUE, zorder=3)
+    ax.plot(x[~ok], y[~ok], "o", color=BLUE, markerfacecolor="white", zorder=3)
+    format_axes(ax, names[0] if first is None else first, names[1] if second is None else second, None)
     return ax
+
+
+def _objectives(front):
+    """Names, values (2, points) and verdicts (points,) of a front's two objectives."""
+    if isinstance(front, ParetoFront):
+        return front.names, (front.first, front.second), np.asarray(front.ok, bool)
+    names = getattr(front, "attrs", {}).get("objectives")
+    if names is None:
+        raise TypeError(
+            f"front must be of design.pareto or of studies.pareto_front, not {type(front).__name__}; of a study "
+            "take plot_scatter or plot_parallel"
+        )
+    if len(names) != 2:
+        raise ValueError(f"a front of {len(names)} objectives ({', '.join(names)}) is no curve: take plot_parallel")
+    values = [np.asarray(front[name], float) for name in names]
+    units = [front[name].attrs.get("units", "") for name in names]
+    labels = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True)]
+    return labels, values, np.ones(len(values[0]), bool)
 
 
 def plot_limits(optimum: WordedError[Optimum], ax: Any = None) -> Any:

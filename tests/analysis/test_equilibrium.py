@@ -211,3 +211,27 @@ def test_an_equilibrium_among_many_has_no_derivative(gravity):
 
     value, slope = jax.value_and_grad(angle)(0.6)
     assert np.isfinite(value) and np.isfinite(slope) == (gravity > 0.0)
+
+
+@pytest.mark.parametrize("short", [2000 * 9.81 / 4e6, 0.0049, 0.02])
+def test_a_motion_that_nothing_holds_or_pushes_is_left(short):
+    """A load on a spring at its centre of mass: the spring takes m g, the spin is neutral from wherever it starts."""
+    b = mbs.SystemBuilder()
+    b.body("load", mass=2000.0, inertia=100.0)
+    b.joint("swing", mbs.Planar("y"), "ground", "load", parent_frame=(0.0, 0.0, -6.0))
+    b.force("rope", mbs.SpringDamper(4e6, free_length=6.0 - short), between=("ground", "load"))
+    system = b.build()
+    rest = mbs.equilibrium(system, mbs.State.at(system, swing=(0.0, 0.0, 0.3)))
+    assert rest.ok and not rest.stable and rest.reason == "neutral equilibrium found, indifferent to 'swing angle'"
+    stretched = short - 2000 * 9.81 / 4e6
+    np.testing.assert_allclose(rest.state.coordinates, [stretched, 0.0, 0.3], atol=1e-12)
+
+
+def test_a_push_along_a_motion_that_nothing_holds_is_told():
+    b = mbs.SystemBuilder()
+    b.body("cart", mass=20.0, inertia=1.0)
+    b.joint("track", mbs.Prismatic("x"), "ground", "cart")
+    b.force("push", mbs.Force((1.0, 0.0, 0.0)), on="cart")
+    system = b.build()
+    with pytest.raises(mbs.SimulationError, match="nothing holds 'track' against the loads"):
+        mbs.equilibrium(system, mbs.State.at(system))

@@ -154,3 +154,32 @@ def test_no_text_is_cut_off_or_covered(page, tmp_path, width, media):
     done = subprocess.run([BROWSER, *options, looked.as_uri()], capture_output=True, text=True, timeout=120)
     count, *bad = re.search(r"<title>looked (\d+) (\d+) (\d+) (\w+)</title>", done.stdout).groups()
     assert int(count) > 30 and bad == ["0", "0", "false"]
+
+
+def test_every_part_of_a_machine_is_in_its_report(tmp_path):
+    """Friction, oil, measures and blocks too; `describe` names them."""
+    b = mbs.SystemBuilder()
+    b.body("arm", mass=1.0, com=(0.4, 0.0, 0.0), inertia=0.1)
+    b.joint("pin", mbs.Revolute("y"), "ground", "arm")
+    b.friction("rub", "pin", 0.125, radius=0.02)
+    b.hydraulic("tank", mbs.hydraulics.Tank())
+    b.hydraulic("bottle", mbs.hydraulics.Volume(1e-3))
+    b.hydraulic("throttle", mbs.hydraulics.Orifice(1.25e-6), ports={"a": "tank", "b": "bottle"})
+    b.measure("tilt", joint="pin")
+    b.block("loop", mbs.blocks.PI(3.5, 0.25), "tilt")
+    system = b.build()
+    text = mbs.report(tmp_path / "arm.html", system).read_text()
+    for part in (
+        "rub",
+        "radius 0.02 m",
+        "0.125",
+        "throttle",
+        "1.25e-06",
+        "a: tank, b: bottle",
+        "tilt",
+        "PI(kp=3.5, ki=0.25",
+    ):
+        assert part in text
+    told = system.describe()
+    for line in ("friction: rub in pin", "hydraulics: tank, bottle, throttle", "measures: tilt", "blocks: loop"):
+        assert line in told.splitlines()

@@ -36,6 +36,23 @@ def test_slips_are_said(numbers, words):
     assert words in system.describe() and words in "".join(system.doubts())
 
 
+@pytest.mark.parametrize(
+    "numbers", [{"height": 200.0}, {"com": 400.0}, {"eye": 300.0}, {"free": 100.0}, {"height": 200.0, "free": 0.0}]
+)
+def test_a_length_in_millimetres_in_a_model_of_one_body(numbers):
+    def build(height=0.2, com=0.4, eye=0.3, free=0.1):
+        b = mbs.SystemBuilder()
+        b.body("arm", mass=5.0, com=(com, 0, 0), inertia=mbs.inertia.rod(5.0, 0.8))
+        b.joint("shoulder", mbs.Revolute("y"), "ground", "arm")
+        places = ("ground", (0, 0, height)), ("arm", (eye, 0, 0))
+        b.force("spring", mbs.SpringDamper(200.0, free_length=free), between=places)
+        return b.build()
+
+    with pytest.warns(UserWarning, match="times the next largest length: is it in millimetres"):
+        build(**numbers)
+    assert build().doubts() == []
+
+
 def test_degrees_of_a_start():
     b = mbs.SystemBuilder()
     b.body("arm", mass=1.0, com=(0.4, 0, 0))

@@ -344,3 +344,18 @@ def test_a_front_names_its_objectives(ax):
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("peak force", "second objective")
     viz.plot_pareto_front(front, "force [N]", ax=ax)
     assert ax.get_xlabel() == "force [N]"
+
+
+def test_the_front_of_a_stored_study_is_drawn(ax):
+    import xarray
+
+    numbers = {"mass": [3.0, 1.0, 2.0, 4.0], "peak": [1.0, 3.0, 2.0, 2.5], "status": [0, 0, 0, 0]}
+    study = xarray.Dataset({name: ("design", values) for name, values in numbers.items()})
+    study["mass"].attrs["units"] = "kg"
+    viz.plot_pareto_front(mbs.studies.pareto_front(study, ["peak", "mass"]), ax=ax)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("peak", "mass [kg]")
+    np.testing.assert_array_equal(ax.lines[0].get_xydata(), [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]])
+    with pytest.raises(TypeError, match="take plot_scatter or plot_parallel"):
+        viz.plot_pareto_front(study, ax=ax)
+    with pytest.raises(ValueError, match="a front of 1 objectives"):
+        viz.plot_pareto_front(mbs.studies.pareto_front(study, ["peak"]), ax=ax)
