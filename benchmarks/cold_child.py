@@ -265,6 +265,11 @@ def main(case, folder=None):
 
         lap("(imports)")
         first_machines.CASES[case](lap)
+    elif case.startswith("rows: "):
+        import first_rows
+
+        lap("(imports)")
+        first_rows.CASES[case](lap)
     elif case.startswith(("motion of ", "singular ")):
         import first_motions
 

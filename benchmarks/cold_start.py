@@ -77,6 +77,10 @@ CASES = {  # of this table: (first process or None, the one that is measured)
     "implicit": (None, "implicit"),
     "cube": (None, "cube"),
     **{f"motion of {name}": (None, f"motion of {name}") for name in ("four_bar", "press", "hydraulic", "cables")},
+    "Atwood's machine": (None, "rows: atwood"),
+    "four-bar without friction": (None, "rows: 0"),
+    "four-bar, two joints rub": (None, "rows: 2"),
+    "three cranks, six joints rub": (None, "rows: cranks"),
     **{f"singular poses, {n} loops": (None, f"singular {n}") for n in (10, 40, 160)},
 }
 UNITS = {

@@ -19,7 +19,11 @@ class Status(enum.IntEnum):
         "the step size fell below its least value (stiff or singular motion: try an implicit solver or more damping)",
     )
     NOT_FINITE = 4, "the state is not finite, or the times asked for or the event's value are not"
-    INCONSISTENT = 5, "the constraints contradict the motion (locked, singular or redundantly driven)"
+    INCONSISTENT = (
+        5,
+        "the constraints contradict the motion (locked, singular, redundantly driven, or on another branch than that "
+        "of the build: give the build a guess= of this one)",
+    )
     NOT_ASSEMBLED = 6, "the initial state does not satisfy the constraints"
     FAILED = (
         7,

@@ -17,7 +17,7 @@ from ..checks import as_flag, is_concrete
 from ..constraints import _closures as closures
 from ..constraints._mobility import with_mobility_at
 from ..dynamics._corners import has_corners
-from ..errors import ModelError, SimulationError
+from ..errors import SimulationError
 from ..flexible._stiffening import warn_of_stiffening
 from ..kinematics._configuration import at_state
 from ..model._changes import Changes, check_in_force, with_changes
@@ -31,7 +31,7 @@ from ..ode._save_times import save_times, valid_times
 from ..reports import Note
 from ..runtime import as_host_array, jit, note, progress_bar
 from ..signal_flow._sampling import refuse_sampled, sample_periods
-from ..status import succeeded
+from ..status import Status, succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
 from ._choice import Choice, choose_solver
@@ -43,6 +43,7 @@ from ._hybrid import HybridEquations
 from ._jam import with_jam
 from ._motion import Motion
 from ._options import choose_formulation
+from ._prescribed import check_prescribed, has_free_velocities, is_prescribed
 from ._result import motion_of
 from ._sampling import Sampling
 from ._saved_step import SavedStep, with_internal_values, with_saved_steps
@@ -162,7 +163,7 @@ def _with_formulation(system, state, formulation, solver, dt):
 
     Systems without freedom follow their rows.  Friction needs the accelerations, all that `Velocity` needs.
     """
-    if formulation is None and _is_prescribed(system, state):
+    if formulation is None and is_prescribed(system, state):
         formulation = Prescribed
     elif formulation is None and system.friction is not None:
         formulation = Velocity
@@ -175,7 +176,7 @@ def _check_formulation(system, state, chosen, solver, events, loop):
     """Raises: ModelError, ValueError for a formulation, solver or loop that constraints, actions of events or sampled
     blocks do not go with."""
     if chosen is Prescribed:
-        _check_prescribed(system, state)
+        check_prescribed(system, state)
     if system.has_constraints:
         check_memory(solver, "the projection onto the constraints")
     if events is not None and any(events[0].acts):
@@ -194,25 +195,6 @@ def _with_verdict(system, motion, t0, throw, solver):
     return motion
 
 
-def _is_prescribed(system, state):
-    """True if no freedom is left at the pose of the build or at the start; a pose that lost rank is singular."""
-    freedoms = system.topology.mobility
-    gained = int(state.rank_change) if state.rank_change.ndim == 0 and is_concrete(state.rank_change) else 0
-    return freedoms - max(gained, 0) <= 0
-
-
-def _check_prescribed(system, state):
-    """Raises: ModelError for a system with freedoms, whose rows leave its velocities open."""
-    if is_concrete(state.rank_change) and state.rank_change.ndim == 0 and not _is_prescribed(system, state):
-        raise ModelError(
-            [
-                f'formulation="prescribed": the rows leave {system.topology.mobility} freedoms open; it is for '
-                'systems without any, take "canonical" or leave it out'
-            ],
-            what="the motion",
-        )
-
-
 @jit
 def _integrate(system, state, ts, t1, formulation, events, options, samples_start=None):
     at = at_state(system, state)
@@ -224,6 +206,8 @@ def _integrate(system, state, ts, t1, formulation, events, options, samples_star
     ts, valid = valid_times(ts, state.t, t1)
     valid = valid & (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
     valid = valid & jnp.all(jnp.isfinite(state.velocities))
+    is_free = formulation.follows_rows and has_free_velocities(equations, at, state.velocities)
+    valid = valid & ~jnp.asarray(is_free)
     if state.internal is not None:
         valid = valid & state.internal.ok
     names = () if events is None else events[1].names
@@ -256,7 +240,8 @@ def _integrate(system, state, ts, t1, formulation, events, options, samples_star
         start = (state.coordinates, with_internal_values(state), no_work)
         y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
         final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
-    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names, places)
+    motion = motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names, places)
+    return replace_field(motion, "result", jnp.where(is_free, Status.INCONSISTENT, motion.result))
 
 
 def _changed_places(system, state, events):

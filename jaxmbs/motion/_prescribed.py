@@ -1,0 +1,68 @@
+"""Systems without freedom: whether a start belongs to them, counted where it is known."""
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..assembly._host_assembly import close_on_host, has_finite_rows
+from ..assembly._state import State
+from ..checks import is_concrete
+from ..constraints import _constraints as constraints
+from ..constraints._host_rows import evaluate_rows, runs_on_host, step_on_host
+from ..constraints._mobility import row_spaces
+from ..errors import ModelError
+from ..kinematics._configuration import Configuration
+from ..model._system import System
+from ._formulation import Formulation, is_rheonomic
+
+_STEP = 0.05  # [rad] to another pose of the same branch
+_MOVES = 1e-6  # part of the largest velocity that the rows do not give: rounding is less
+_KEEPS = 1e-8  # residual of the velocities' rows, of the largest velocity, that counts as none
+
+
+def is_prescribed(system: System, state: State) -> bool:
+    """True if no freedom is left at the pose of the build or at the start.
+
+    A pose that has lost rank is singular, and what is driven through it stays driven; or its branch has a freedom
+    that the branch of the build has not, as of three parallel cranks: then its neighbours have lost rank too.
+    Within a trace that is not known, and what no drive moves may move by itself.
+    """
+    freedoms = system.topology.mobility
+    known = state.rank_change.ndim == 0 and is_concrete(state.rank_change)
+    gained = int(state.rank_change) if known else 0
+    if not known and not is_rheonomic(system):
+        return False
+    if freedoms > 0 or gained >= 0 or not runs_on_host(system, state):
+        return freedoms - max(gained, 0) <= 0
+    return not _has_mobile_neighbour(system, np.asarray(state.coordinates), np.asarray(state.t))
+
+
+def check_prescribed(system: System, state: State) -> None:
+    """Raises: ModelError for a system with freedoms, whose rows leave its velocities open."""
+    if is_concrete(state.rank_change) and state.rank_change.ndim == 0 and not is_prescribed(system, state):
+        raise ModelError(
+            [
+                f'formulation="prescribed": the rows leave {max(system.topology.mobility, 1)} freedoms open; it is '
+                'for systems without any, take "canonical" or leave it out'
+            ],
+            what="the motion",
+        )
+
+
+def has_free_velocities(equations: Formulation, at: Configuration, u: Array) -> Array:
+    """True () if velocities u (nv,) keep the rows, and are not those that the rows give: the start is on a branch
+    with more freedom than that of the build."""
+    system, size = equations.system, jnp.max(jnp.abs(u), initial=0.0)
+    free = u - equations.velocities_of(at, u[:0])
+    slip = jnp.max(jnp.abs(constraints.jacobian(system, at) @ free), initial=0.0)
+    return (jnp.max(jnp.abs(free), initial=0.0) > _MOVES * size) & (slip <= _KEEPS * size)
+
+
+def _has_mobile_neighbour(system, psi, t):
+    """True if a closed pose that is reached along the freedom at psi (nq,) has it too."""
+    rank, Z, _ = row_spaces(system, evaluate_rows(system, psi, t))
+    move = Z @ np.random.default_rng(0).normal(size=Z.shape[1])
+    move *= _STEP / np.max(np.abs(move), initial=1e-12)
+    there, rows = close_on_host(system, step_on_host(system.topology, psi, move), t, np.ones(len(move)))
+    has_moved = np.max(np.abs(there - psi)) > _STEP / 2
+    return has_moved and has_finite_rows(rows) and row_spaces(system, rows)[0] <= rank
