@@ -16,6 +16,7 @@ from ..reports import Report, Reported
 from ..runtime import as_dtype
 from ..tables import format_number
 from ..typing import ArrayLike
+from ._outputs import common_unit
 from ._random_response import RandomResponse
 from ._response_spectrum import ResponseSpectrum
 from ._sine_response import SineResponse
@@ -47,6 +48,7 @@ class LoadCase(Reported, eqx.Module):
     name: str = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True)
     unit: str = eqx.field(static=True)
+    load_units: tuple[str, ...] = eqx.field(static=True)
 
     def __init__(
         self,
@@ -64,7 +66,7 @@ class LoadCase(Reported, eqx.Module):
             raise ModelError(faults, "the load case")
         self.name, self.factor = name, jnp.asarray(factor, float)
         extremes = _extremes(name, loads, names, times, sigmas)
-        self.names, self.unit = extremes.names, extremes.unit
+        self.names, self.unit, self.load_units = extremes.names, extremes.unit, extremes.load_units
         self.highest, self.lowest = extremes.highest, extremes.lowest
         self.at_highest, self.at_lowest = extremes.at_highest, extremes.at_lowest
 
@@ -74,7 +76,7 @@ class LoadCase(Reported, eqx.Module):
         places = {"place of highest": self.at_highest, "place of lowest": self.at_lowest} if self.unit else {}
         return Report(
             [
-                *(Quantity(*pair, "SI", component) for pair in loads.items()),
+                *(Quantity(*pair, common_unit(self.load_units), component) for pair in loads.items()),
                 *(Quantity(*pair, self.unit, component) for pair in places.items()),
                 Quantity("factor", self.factor),
             ],
@@ -89,18 +91,21 @@ class _Extremes(NamedTuple):
     lowest: Array
     at_highest: Array
     at_lowest: Array
+    load_units: tuple[str, ...] = ()
 
 
 def _extremes(name, loads, names, times, sigmas):
     if isinstance(loads, RandomResponse):
         size = sigmas * loads.rms
-        return _Extremes(loads.names, "Hz", size, -size, loads.zero_crossing_rate, loads.zero_crossing_rate)
+        return _Extremes(
+            loads.names, "Hz", size, -size, loads.zero_crossing_rate, loads.zero_crossing_rate, loads.units
+        )
     if isinstance(loads, SineResponse):
         where = loads.frequencies[jnp.argmax(loads.amplitudes, axis=0)]
-        return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
+        return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where, loads.units)
     if isinstance(loads, ResponseSpectrum):
         where = loads.frequencies[jnp.argmax(jnp.abs(loads.modal), axis=0)]
-        return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where)
+        return _Extremes(loads.names, "Hz", loads.peaks, -loads.peaks, where, where, loads.units)
     require_reals((loads, times))
     loads = jnp.asarray(loads)
     names = distinct_names(f"{name}: names", () if names is None else names)
@@ -146,9 +151,10 @@ def _table_rows(envelope):
                 format_number(low[k]),
                 _place(at_low[k], unit_b),
                 b,
+                envelope.load_units[k] if envelope.load_units else "-",
             )
         )
-    title = ("component", "maximum [SI]", "at", "case", "minimum [SI]", "at", "case")
+    title = ("component", "maximum", "at", "case", "minimum", "at", "case", "unit")
     return f"{len(rows)} components over {len(envelope.cases)} load cases", [title, *rows]
 
 
@@ -162,7 +168,8 @@ class Envelope(Reported, eqx.Module):
     Attributes:
         highest, lowest: (components,); at_highest, at_lowest: time [s] or frequency [Hz] of each.
         case_highest, case_lowest: (components,) numbers of the cases.
-        names, cases, units: of components, cases, and the places of each case (static).
+        names, cases, units: of components, cases, and the places of each case; load_units: of the components, empty
+            where they are not known (static).
     """
 
     highest: Float[Array, " components"]
@@ -174,6 +181,7 @@ class Envelope(Reported, eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     cases: tuple[str, ...] = eqx.field(static=True)
     units: tuple[str, ...] = eqx.field(static=True)
+    load_units: tuple[str, ...] = eqx.field(static=True, default=())
 
     def report(self) -> Report:
         summary, rows = _table_rows(self)
@@ -182,7 +190,7 @@ class Envelope(Reported, eqx.Module):
         places = {"place of highest": self.at_highest, "place of lowest": self.at_lowest}
         cases = {"case of highest": self.case_highest, "case of lowest": self.case_lowest}
         quantities = [
-            *(Quantity(*pair, "SI", component) for pair in columns.items()),
+            *(Quantity(*pair, common_unit(self.load_units), component) for pair in columns.items()),
             *(Quantity(*pair, "", component) for pair in (places | cases).items()),
         ]
         return Report(quantities, summary, table=rows)
@@ -239,4 +247,5 @@ def load_envelope(cases: Iterable[LoadCase]) -> Envelope:
         cases[0].names,
         tuple(case.name for case in cases),
         tuple(case.unit for case in cases),
+        next((case.load_units for case in cases if any(case.load_units)), ()),
     )

@@ -66,13 +66,14 @@ def modal_model(
     lag = None if ratios is None else expand(modal_lag(K=K, M=M, ratios=ratios, velocity=X.T).T)
     is_lossy = may_be_nonzero(loss)  # of the number as given: an array made while tracing is not known
     loss = jnp.asarray(loss, K.dtype)
-    rows, labels = _rows(system, outputs, excitation, expand(X), light, lag, loss if is_lossy else None)
+    rows, labels, units = _rows(system, outputs, excitation, expand(X), light, lag, loss if is_lossy else None)
     return ModalModel(
         **matrices,
         loss=loss,
         loads=(X.T @ whole_load(first), None if second is None else X.T @ whole_load(second)),
         **rows,
         names=labels,
+        units=units,
         inputs=tuple(inputs),
         is_coupled=coupled,
         num=len(K) if num is None else num,
@@ -137,10 +138,10 @@ def _rows(system, outputs, excitation, shapes, light, lag, loss):
     late = zero if lag is None else zero.at[at[1] : at[2]].set(lag.T)
     if loss is not None:
         late = lax.complex(late, loss * terms.strained(0))
-    values, names = output_rows(outputs, system, terms._replace(lag=late))
+    values, names, units = output_rows(outputs, system, terms._replace(lag=late))
     parts = [values[a:b].T for a, b in zip(at[:-1], at[1:], strict=True)]
     direct = jnp.stack([parts[8] + parts[9], parts[7], parts[6]])
-    return {"rows": jnp.stack(parts[:3]), "static": jnp.stack(parts[3:6]), "direct": direct}, names
+    return {"rows": jnp.stack(parts[:3]), "static": jnp.stack(parts[3:6]), "direct": direct}, names, units
 
 
 def _given_forces(given, start, count):

@@ -26,7 +26,7 @@ class ModalModel(eqx.Module):
         rows: (3, outputs, m) of displacement, velocity and acceleration of the modes.
         direct: (3, outputs, inputs) of the input, its integral and its second integral.
         static: (3, outputs, inputs) of the static displacement, its rate and acceleration: rows without mass.
-        names, inputs: of outputs and inputs (static).
+        names, inputs: of outputs and inputs; units: of the outputs (static).
         is_coupled: True if damping couples the modes.
         num: modes that move.
     """
@@ -43,6 +43,7 @@ class ModalModel(eqx.Module):
     inputs: tuple[str, ...] = eqx.field(static=True)
     is_coupled: bool = eqx.field(static=True)
     num: int = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True, default=())
 
     def poles(self) -> tuple[Array, Array]:
         """Resonances and halfwidths [Hz] of the modes that move; constants."""

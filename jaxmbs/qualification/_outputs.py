@@ -15,10 +15,36 @@ from ..elements import DIRECTIONS
 from ..errors import ModelError
 from ..linear._labels import parse_label
 from ..linear._system import LinearSystem
+from ..quantities import Axis, Quantity
 from ..runtime import as_array
 from ..typing import ArrayLike, CoordinateLike
 
 KINDS = ("displacement", "velocity", "acceleration")
+_RATES = {"displacement": "", "velocity": "/s", "acceleration": "/s^2"}
+
+
+def motion_units(labels: Iterable[str], kind: str) -> tuple[str, ...]:
+    """Units of motions of coordinates by their labels, "tip rz"; none of modes."""
+    own = {**dict.fromkeys(DIRECTIONS[:3], "m"), **dict.fromkeys(DIRECTIONS[3:], "rad")}
+    found = (own.get(label.rpartition(" ")[2]) for label in labels)
+    return tuple(unit + _RATES[kind] if unit else "" for unit in found)
+
+
+def force_units(labels: Iterable[str]) -> tuple[str, ...]:
+    """Units of forces on coordinates by their labels; none on modes."""
+    own = {**dict.fromkeys(DIRECTIONS[:3], "N"), **dict.fromkeys(DIRECTIONS[3:], "N m")}
+    return tuple(own.get(label.rpartition(" ")[2], "") for label in labels)
+
+
+def common_unit(units: Iterable[str]) -> str:
+    """The unit of all, or a word where they have several."""
+    found = set(units)
+    return found.pop() if len(found) == 1 else "by output" if found else ""
+
+
+def unit_column(units: tuple[str, ...], output: Axis) -> list[Quantity]:
+    """The units by output as a column of a data set, where they are known."""
+    return [Quantity("unit", np.array(units), "", (output,))] if any(units) else []
 
 
 class Terms(NamedTuple):
@@ -79,14 +105,14 @@ class Coordinates(eqx.Module):
         self.kind = kind
         self.relative = kind != "acceleration" if relative is None else as_flag("relative", relative)
 
-    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...], tuple[str, ...]]:
         rows, labels = system.outputs(*self.names)
         power = KINDS.index(self.kind)
         x = terms.relative[power] if self.relative else terms.total(power)
         values = x @ rows.T.astype(x.dtype)
         if not self.relative:
             values = values + terms.ground[power] @ _beyond_coordinates(system, rows, labels).T
-        return values, labels if len(labels) > 1 else ("",)
+        return values, labels if len(labels) > 1 else ("",), motion_units(labels, self.kind)
 
 
 def _beyond_coordinates(system, rows, labels):
@@ -107,7 +133,8 @@ class BondForces(eqx.Module):
     Args:
         bonds: their names, default all.
         factor: of the loads, () or one for each of them: a stress of a bracket [Pa] by its force is
-            `BondForces("fl", factor=2.1e4)`, in Pa/N.
+            `BondForces("fl", factor=2.1e4, unit="Pa")`, in Pa/N.
+        unit: of the loads times the factor, for tables; without a factor it is known.
 
     On a moving ground the masses of coordinates that are tied to it are not in these loads: where they matter, move
     those coordinates, `BaseAcceleration(..., at=...)`, and ask for `BaseForces`.
@@ -115,12 +142,18 @@ class BondForces(eqx.Module):
 
     bonds: tuple[str, ...] | None = eqx.field(static=True)
     factor: Array
+    unit: str | None = eqx.field(static=True)
 
-    def __init__(self, *bonds: str, factor: ArrayLike = 1.0) -> None:
+    def __init__(self, *bonds: str, factor: ArrayLike | None = None, unit: str = "") -> None:
         self.bonds = distinct_names("bonds", bonds) or None
-        self.factor = as_array(factor)
+        self.factor = as_array(1.0 if factor is None else factor)
+        self.unit = (unit or None) if factor is None else unit
 
-    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+    def units(self, labels: Iterable[str]) -> tuple[str, ...]:
+        """Units of the loads (k,) by their labels."""
+        return force_units(labels) if self.unit is None else tuple(self.unit for _ in labels)
+
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...], tuple[str, ...]]:
         loads = reactions(system, _Answer(terms))
         names = list(loads) if self.bonds is None else self.bonds
         for name in names:
@@ -130,13 +163,14 @@ class BondForces(eqx.Module):
         if jnp.shape(self.factor) not in ((), (len(labels),)):
             fault = f"a factor of shape {jnp.shape(self.factor)} for the {len(labels)} loads of bonds"
             raise ModelError([fault], "the output")
-        return found * jnp.broadcast_to(self.factor, found.shape).astype(found.dtype), tuple(labels)
+        found = found * jnp.broadcast_to(self.factor, found.shape).astype(found.dtype)
+        return found, tuple(labels), self.units(labels)
 
 
 class BaseForces(eqx.Module):
     """Forces that move the base: on every coordinate that is moved."""
 
-    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...], tuple[str, ...]]:
         if not terms.base:
             raise ModelError(["BaseForces need moved coordinates: BaseAcceleration(..., at=...)"], "the output")
         rows = jnp.asarray(terms.base)
@@ -145,7 +179,8 @@ class BaseForces(eqx.Module):
         forces = x @ system.stiffness[rows].T.astype(x.dtype) + mass.astype(x.dtype)
         if system.damping is not None:
             forces = forces + (terms.strained(1) @ system.damping[rows].T).astype(x.dtype)
-        return forces - terms.forces[..., rows].astype(x.dtype), tuple(system.label(k) for k in terms.base)
+        labels = tuple(system.label(k) for k in terms.base)
+        return forces - terms.forces[..., rows].astype(x.dtype), labels, force_units(labels)
 
 
 class Recovery(eqx.Module):
@@ -155,6 +190,7 @@ class Recovery(eqx.Module):
         function: of displacements (n,) to an array, or a matrix (k, n).
         labels: names of the values.
         kind: "displacement", or "acceleration" for a function of absolute accelerations.
+        unit: of the values, for tables.
 
     A function must be linear without a constant part, as `lambda x: element_stresses(structure, x)["plate"][3]`.
 
@@ -164,23 +200,28 @@ class Recovery(eqx.Module):
     function: Callable | Array
     labels: tuple[str, ...] | None = eqx.field(static=True)
     kind: str = eqx.field(static=True)
+    unit: str = eqx.field(static=True)
 
     def __init__(
-        self, function: Callable | Array, labels: Iterable[str] | None = None, kind: str = "displacement"
+        self,
+        function: Callable | Array,
+        labels: Iterable[str] | None = None,
+        kind: str = "displacement",
+        unit: str = "",
     ) -> None:
         if kind not in ("displacement", "acceleration"):
             raise ModelError([f"kind = {kind!r} must be 'displacement' or 'acceleration'"], "the output")
-        self.function, self.kind = function, kind
+        self.function, self.kind, self.unit = function, kind, unit
         self.labels = None if labels is None else distinct_names("labels", labels)
 
-    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
+    def values(self, system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...], tuple[str, ...]]:
         x = terms.strained(0) if self.kind == "displacement" else terms.total(2)
         function = self.function if callable(self.function) else lambda x: jnp.asarray(self.function, x.dtype) @ x
         values = jax.vmap(lambda x: jnp.ravel(function(x)))(x)
         labels = self.labels or (tuple(map(str, range(values.shape[1]))) if values.shape[1] > 1 else ("",))
         if len(labels) != values.shape[1]:
             raise ModelError([f"{len(labels)} labels for {values.shape[1]} values of a Recovery"], "the output")
-        return values, labels
+        return values, labels, (self.unit,) * len(labels)
 
 
 Output = Coordinates | BondForces | BaseForces | Recovery
@@ -218,11 +259,14 @@ def named_outputs(out: Mapping[str, Any] | Iterable) -> dict[str, Output]:
     return dict(out)
 
 
-def output_rows(outputs: Mapping[str, Output], system: LinearSystem, terms: Terms) -> tuple[Array, tuple[str, ...]]:
-    """Values (cases, k) of all outputs, and their names."""
-    parts, names = [], []
+def output_rows(
+    outputs: Mapping[str, Output], system: LinearSystem, terms: Terms
+) -> tuple[Array, tuple[str, ...], tuple[str, ...]]:
+    """Values (cases, k) of all outputs, their names and their units."""
+    parts, names, units = [], [], list[str]()
     for name, output in outputs.items():
-        values, labels = output.values(system, terms)
+        values, labels, own = output.values(system, terms)
+        units += own
         parts.append(values.astype(terms.lag.dtype))
         names += [f"{name} {label}".strip() for label in labels]
-    return jnp.concatenate(parts, axis=-1), tuple(names)
+    return jnp.concatenate(parts, axis=-1), tuple(names), tuple(units)

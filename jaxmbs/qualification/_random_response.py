@@ -20,7 +20,7 @@ from ._coherence import Coherence, coherence_of
 from ._inputs import spectral_matrix
 from ._modal_model import modal_model
 from ._modal_transfer import ModalModel, imaginary_rates
-from ._outputs import named_outputs
+from ._outputs import common_unit, named_outputs, unit_column
 from ._quadrature import ORDER
 from ._spectral_integrals import (
     POWERS,
@@ -44,11 +44,11 @@ def _table_rows(response):
     """Summary line and table of a random response."""
     rms, rate = np.asarray(response.rms), np.asarray(response.zero_crossing_rate)
     rows = [
-        (name, format_number(r), format_number(3 * r), format_number(f))
-        for name, r, f in zip(response.names, rms, rate, strict=True)
+        (name, format_number(r), format_number(3 * r), unit or "-", format_number(f))
+        for name, r, unit, f in zip(response.names, rms, response.units, rate, strict=True)
     ]
     summary = f"{len(rows)} responses to {len(response.inputs)} random inputs"
-    return summary, [("output", "rms [SI]", "3 sigma [SI]", "zero crossings [Hz]"), *rows]
+    return summary, [("output", "rms", "3 sigma", "unit", "zero crossings [Hz]"), *rows]
 
 
 class RandomResponse(Reported, eqx.Module):
@@ -74,13 +74,19 @@ class RandomResponse(Reported, eqx.Module):
     def report(self) -> Report:
         summary, rows = _table_rows(self)
         output = (Axis("output", self.names),)
-        columns = (("rms", "SI", self.rms), ("zero crossings", "Hz", self.zero_crossing_rate))
-        return Report([Quantity(name, x, unit, output) for name, unit, x in columns], summary, table=rows)
+        columns = (("rms", common_unit(self.units), self.rms), ("zero crossings", "Hz", self.zero_crossing_rate))
+        found = [Quantity(name, x, unit, output) for name, unit, x in columns]
+        return Report([*found, *unit_column(self.model.units, *output)], summary, table=rows)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the outputs."""
         return self.model.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the outputs, empty where they are not known."""
+        return self.model.units or ("",) * len(self.names)
 
     def place(self, name: str) -> int:
         """Number of an output.  Raises: UnknownNameError."""

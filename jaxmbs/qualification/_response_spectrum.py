@@ -25,7 +25,7 @@ from ._inputs import BaseAcceleration
 from ._modal_model import modal_model
 from ._modal_transfer import ModalModel
 from ._outputs import KINDS as KINDS_OF_MOTION
-from ._outputs import Coordinates, named_outputs
+from ._outputs import Coordinates, common_unit, named_outputs, unit_column
 from ._shock_spectrum import KINDS, ShockSpectrum
 
 COMBINATIONS = ("srss", "cqc", "nrl", "abs")
@@ -35,12 +35,13 @@ UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY}
 def _table_rows(response):
     """Summary line and table of a response by the method of response spectra."""
     peaks, missing = np.asarray(response.peaks), np.asarray(response.missing)
-    rows = [(n, format_number(p), format_number(m)) for n, p, m in zip(response.names, peaks, missing, strict=True)]
+    columns = zip(response.names, peaks, missing, response.units or ("",) * len(peaks), strict=True)
+    rows = [(name, format_number(p), format_number(m), unit or "-") for name, p, m, unit in columns]
     share = 1 - float(response.missing_mass) / float(jnp.sum(response.effective_masses) + response.missing_mass)
     summary = (
         f"{len(response.frequencies)} modes with {100 * share:.4g} % of the mass, combined by {response.combine}"
     )
-    return summary, [("output", "peak [SI]", "missing mass [SI]"), *rows]
+    return summary, [("output", "peak", "missing mass", "unit"), *rows]
 
 
 class ResponseSpectrum(Reported, eqx.Module):
@@ -53,7 +54,7 @@ class ResponseSpectrum(Reported, eqx.Module):
         frequencies: (modes,) [Hz]; ratios: (modes,) damping ratios.
         accelerations: (modes,) [m/s^2] of the spectrum at the modes.
         effective_masses: (modes,) [kg] in the direction of the input; missing_mass: () [kg] of the modes left out.
-        names: of the outputs; combine: rule of combination (static).
+        names, units: of the outputs; combine: rule of combination (static).
     """
 
     peaks: Float[Array, " outputs"]
@@ -66,19 +67,22 @@ class ResponseSpectrum(Reported, eqx.Module):
     missing_mass: Float[Array, ""]
     names: tuple[str, ...] = eqx.field(static=True)
     combine: str = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True, default=())
 
     def report(self) -> Report:
         summary, rows = _table_rows(self)
         output, mode = Axis("output", self.names), numbered("mode", len(self.frequencies))
+        unit = common_unit(self.units)
         return Report(
             [
-                Quantity("peak", self.peaks, "SI", (output,)),
-                Quantity("missing mass", self.missing, "SI", (output,)),
+                Quantity("peak", self.peaks, unit, (output,)),
+                Quantity("missing mass", self.missing, unit, (output,)),
+                *unit_column(self.units, output),
                 Quantity("frequency", self.frequencies, "Hz", (mode,)),
                 Quantity("damping ratio", self.ratios, "", (mode,)),
                 Quantity("acceleration", self.accelerations, "m/s^2", (mode,)),
                 Quantity("effective mass", self.effective_masses, "kg", (mode,)),
-                Quantity("modal peak", self.modal, "SI", (mode, output)),
+                Quantity("modal peak", self.modal, unit, (mode, output)),
             ],
             summary,
             table=rows,
@@ -131,7 +135,7 @@ def response_spectrum(
     if combine == "cqc" and not_positive(parts["ratios"]):
         raise ModelError(['"cqc" needs damped modes: give `ratios`, or the system a damping'], "the question")
     peaks = _combined(parts, combine)
-    return ResponseSpectrum(peaks, **parts, names=model.names, combine=combine)
+    return ResponseSpectrum(peaks, **parts, names=model.names, combine=combine, units=model.units)
 
 
 def _positive(x):

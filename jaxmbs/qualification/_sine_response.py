@@ -22,7 +22,7 @@ from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
 from ._modal_model import modal_model
 from ._modal_transfer import ModalModel
-from ._outputs import named_outputs
+from ._outputs import common_unit, named_outputs, unit_column
 
 #: Units of the levels of sine tests: their size in SI units.
 SINE_UNITS = {"g": STANDARD_GRAVITY, "m/s^2": 1.0, "N": 1.0}
@@ -33,10 +33,10 @@ class SineResponse(Reported, eqx.Module):
 
     Attributes:
         frequencies: (frequencies,) [Hz].
-        levels: (frequencies,) specified amplitudes [SI]; input: the notched ones.
+        levels: (frequencies,) specified amplitudes [m/s^2 or N]; input: the notched ones.
         response: (frequencies, outputs) complex amplitudes under the notched input.
         limiting: (frequencies,) number of the limit that determines the input, -1 where there is no notch.
-        limits: names of the limits, names: of the outputs (static).
+        limits: names of the limits; names, units: of the outputs; unit: of the input (static).
         fastest_sweep: () [octaves/min] rate up to which a sweep counts as a dwell, at the sharpest resonance in the
             band.
     """
@@ -49,20 +49,24 @@ class SineResponse(Reported, eqx.Module):
     fastest_sweep: Float[Array, ""]
     limits: tuple[str, ...] = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True, default=())
+    unit: str = eqx.field(static=True, default="")
 
     def report(self) -> Report:
         frequency = Axis("frequency", np.asarray(self.frequencies), "Hz")
         levels = {"specified input": self.levels, "notched input": self.input, "notch depth": self.notch_depth}
         found = [
-            Quantity(name, values, "" if name == "notch depth" else "SI", (frequency,))
+            Quantity(name, values, "" if name == "notch depth" else self.unit, (frequency,))
             for name, values in levels.items()
         ]
-        response = Quantity("response", self.response, "SI", (frequency, Axis("output", self.names)))
+        output = Axis("output", self.names)
+        response = Quantity("response", self.response, common_unit(self.units), (frequency, output))
+        units = unit_column(self.units, output)
         sweep = Quantity("fastest sweep", self.fastest_sweep, "octaves/min")
         notched = np.count_nonzero(np.asarray(self.limiting) >= 0)
         limiting = Quantity("limit", np.asarray(self.limiting), "", (frequency,), in_table=False)
         summary = f"{len(self.frequencies)} frequencies, {notched} of them notched"
-        return Report([response, *found, sweep, limiting], summary)
+        return Report([response, *found, sweep, limiting, *units], summary)
 
     @property
     def amplitudes(self) -> Float[Array, "frequencies outputs"]:
@@ -101,7 +105,8 @@ def sine_response(
             stands twice is a step, at which the larger amplitude holds.
         out: as of `random_response`.
         source: direction or pattern of the input, `BaseAcceleration(None, "z")` by default.
-        notch: largest amplitude [SI] by name of an output, or of a group of outputs for each of them.
+        notch: largest amplitude, in the unit of the output, by name of an output, or of a group of outputs for each
+            of them.
         unit: of the levels, to be said (without one "g" is taken, with a warning): "g", "m/s^2" or "N".
         frequencies: (frequencies,) [Hz] to answer at, within those of the levels; default `points` per octave and
             all resonances in the band.
@@ -130,7 +135,8 @@ def sine_response(
     response = gain * allowed[:, None].astype(gain.dtype)
     fastest = _fastest_sweep(model, f)
     names = tuple(name for name, _, _ in limits)
-    return SineResponse(grid, specified, allowed, response, limiting, fastest, names, model.names)
+    said = "N" if unit == "N" else "m/s^2"
+    return SineResponse(grid, specified, allowed, response, limiting, fastest, names, model.names, model.units, said)
 
 
 @jit

@@ -14,7 +14,7 @@ from ._modal_transfer import imaginary_rates
 class StateModel(eqx.Module):
     """A state space between named inputs and outputs.
 
-    Attributes: A, B, C, D: matrices; names, inputs: of outputs and inputs (static).
+    Attributes: A, B, C, D: matrices; names, inputs, units: of outputs, inputs, and outputs where known (static).
     """
 
     A: Float[Array, "n n"]
@@ -23,6 +23,7 @@ class StateModel(eqx.Module):
     D: Float[Array, "outputs inputs"]
     names: tuple[str, ...] = eqx.field(static=True)
     inputs: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True, default=())
 
     def poles(self) -> tuple[Array, Array]:
         """Resonances and halfwidths [Hz]; constants."""
@@ -48,13 +49,14 @@ class StateModel(eqx.Module):
 class MeasuredModel(eqx.Module):
     """Transfer functions on a grid of frequencies, straight between them.
 
-    Attributes: frequencies: (points,) [Hz]; values: (points, outputs, inputs); names, inputs: static.
+    Attributes: frequencies: (points,) [Hz]; values: (points, outputs, inputs); names, inputs, units: static.
     """
 
     frequencies: Float[Array, " points"]
     values: Array
     names: tuple[str, ...] = eqx.field(static=True)
     inputs: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True, default=())
 
     def transfer(self, frequencies) -> Array:
         """Outputs (frequencies, outputs, inputs) for unit inputs at frequencies [Hz] within the grid."""

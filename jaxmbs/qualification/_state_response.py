@@ -15,7 +15,7 @@ from ..linear._transfer import TransferFunctions
 from ..runtime import as_array
 from ..typing import ArrayLike
 from ._inputs import BaseAcceleration, RandomForce
-from ._outputs import KINDS, BondForces, Coordinates, named_outputs
+from ._outputs import KINDS, BondForces, Coordinates, motion_units, named_outputs
 from ._quadrature import ORDER
 from ._random_response import RandomResponse, respond
 from ._state_model import MeasuredModel, StateModel
@@ -83,14 +83,17 @@ def random_response_of_measured(
     loads = None
     if any(isinstance(o, BondForces) for o in outputs.values()):
         loads = network.reactions(found, loss=loss, **regular)
-    values, labels = [], []
+    values, labels, units = [], [], list[str]()
     for name, output in outputs.items():
-        part, own = _measured_values(output, found, loads, network, loss, regular)
+        part, own, kinds = _measured_values(output, found, loads, network, loss, regular)
         values.append(part)
         labels += [f"{name} {label}".strip() for label in own]
+        units += kinds
     factors = jnp.stack([_pattern(given.pattern, found) for given in inputs.values()], 1)
     H = jnp.concatenate(values, axis=1)
-    model = MeasuredModel(network.omega / (2 * jnp.pi), H @ factors.astype(H.dtype), tuple(labels), tuple(inputs))
+    model = MeasuredModel(
+        network.omega / (2 * jnp.pi), H @ factors.astype(H.dtype), tuple(labels), tuple(inputs), tuple(units)
+    )
     response = respond(model, inputs, coherence, 4)
     _check_grid(response, model, inputs, coherence, tolerance)
     return response
@@ -119,16 +122,20 @@ def _check_measured(network, inputs, outputs):
 
 
 def _measured_values(output, found: TransferFunctions, loads, network, loss, regular):
-    """Transfer functions (frequencies, k, columns) of an output, and its labels."""
+    """Transfer functions (frequencies, k, columns) of an output, its labels and units."""
     if isinstance(output, BondForces):
         names = list(loads) if output.bonds is None else output.bonds
         labels = [f"{name} {d}" if len(names) > 1 else d for name in names for d in loads[name].labels]
         parts = [jnp.swapaxes(loads[name].on_first, 1, 2) for name in names]
-        return jnp.concatenate(parts, axis=1), labels
+        return jnp.concatenate(parts, axis=1), labels, output.units(labels)
     own = network.frequency_response(found.omega, into=found.inputs, out=output.names, loss=loss, **regular)
     rate = lax.complex(jnp.zeros_like(found.omega), found.omega).astype(found.values.dtype)
     labels = own.outputs if len(own.outputs) > 1 else ("",)
-    return own.values * (rate ** KINDS.index(output.kind))[:, None, None], labels
+    return (
+        own.values * (rate ** KINDS.index(output.kind))[:, None, None],
+        labels,
+        motion_units(own.outputs, output.kind),
+    )
 
 
 def _pattern(pattern, found):
@@ -145,7 +152,7 @@ def _check_grid(response, model, inputs, coherence, tolerance):
         return
     last = len(model.frequencies) - 1
     some = np.unique(np.append(np.arange(0, last + 1, 2), last))
-    half = MeasuredModel(model.frequencies[some], model.values[some], model.names, model.inputs)
+    half = MeasuredModel(model.frequencies[some], model.values[some], model.names, model.inputs, model.units)
     rms, other = np.asarray(response.rms), np.asarray(respond(half, inputs, coherence, 4).rms)
     error = np.abs(other - rms) / np.where(rms > 0, rms, 1.0)
     worst = int(np.argmax(error))

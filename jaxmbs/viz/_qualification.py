@@ -26,14 +26,14 @@ def plot_psd(
     names: Iterable[str] | None = None,
     ax: Any = None,
     *,
-    unit: str = "SI",
+    unit: str | None = None,
 ) -> Any:
     """Plot power spectral densities of outputs, RMS in the legend, and the cumulative RMS below them.
 
     Args:
         frequencies: (frequencies,) [Hz] to draw at.
         names: of outputs, default all; ax: matplotlib axes to draw into (default: new ones), the upper ones then.
-        unit: of the outputs, for labels.
+        unit: of the outputs, for labels (default: that of each, as far as it is known).
 
     Raises: UnknownNameError.
     """
@@ -41,9 +41,13 @@ def plot_psd(
     places = [response.place(name) for name in names]
     f, rms = np.asarray(frequencies, float), np.asarray(response.rms)
     density, below = np.asarray(response.psd(f)), np.asarray(response.cumulative_rms(f))
+    units = [response.units[place] if unit is None else unit for place in places]
+    unit = units[0] if len(set(units)) == 1 and units[0] else "unit"
     rooms = stack_axes(get_axes(ax, (7.0, 4.8)), (3, 2))
     for k, (name, place) in enumerate(zip(names, places, strict=True)):
-        rooms[0].loglog(f, density[:, place], label=f"{name}: RMS {rms[place]:.3g} {unit}", **curve_style(k))
+        rooms[0].loglog(
+            f, density[:, place], label=f"{name}: RMS {rms[place]:.3g} {units[k]}".strip(), **curve_style(k)
+        )
         rooms[1].semilogx(f, below[:, place], **curve_style(k))
     rooms[1].set_ylim(bottom=0.0)
     format_axes(rooms[0], "", f"PSD [{unit if unit.isalpha() else f'({unit})'}$^2$/Hz]", "beside")

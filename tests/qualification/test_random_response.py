@@ -289,3 +289,25 @@ def test_moved_coordinates_by_name_under_jit():
         return random_response(system, {"base": source}, ["top z"], ratios=0.05).rms[0]
 
     assert np.isclose(jax.jit(rms)(1e5), rms(1e5), rtol=1e-12)
+
+
+def test_outputs_say_their_units():
+    """Each output its own, of rotations and of loads too; one that nobody gave is left out."""
+    names = [("box", d) for d in ("x", "y", "z", "rx", "ry", "rz")]
+    box = LinearSystem(
+        mass=np.eye(6), stiffness=1e4 * np.eye(6), coordinates=names, positions={"box": (0.0, 0.0, 0.0)}
+    )
+    table = psd_table([10.0, 100.0], [1.0, 1.0], unit="(m/s^2)^2/Hz")
+    out = {
+        "z": Coordinates("box z"),
+        "turn": Coordinates("box rz", "velocity"),
+        "gap": Coordinates("box x", "displacement"),
+        "own": Recovery(np.eye(6)[:1]),
+        "strain": Recovery(np.eye(6)[:1], unit="-"),
+    }
+    found = random_response(box, {"base": BaseAcceleration(table, "z")}, out, ratios=0.05)
+    assert found.units == ("m/s^2", "rad/s", "m", "", "-")
+    rows = {line.split()[0]: line.split()[-2] for line in str(found).splitlines()[2:]}
+    assert rows == {"z": "m/s^2", "turn": "rad/s", "gap": "m", "own": "-", "strain": "-"}
+    data = found.to_xarray()
+    assert data["rms"].attrs["units"] == "by output" and list(data["unit"].values) == list(found.units)

@@ -75,7 +75,7 @@ def pictured(fleet, motion):
     table = study()
     plate, modes, functions = vibrating()
     ok, names = np.array([1, 1, 0, 1]), ("peak", "mass")
-    front = SimpleNamespace(first=np.arange(4.0), second=np.arange(4.0)[::-1] ** 2, ok=ok, names=names)
+    front = mbs.design.ParetoFront(np.arange(4.0), np.arange(4.0)[::-1] ** 2, {}, np.zeros(4), ok, names)
     limited = SimpleNamespace(limits=[limit("peak of the main bearing", 3.0, 4.0), limit("mass", 2.0, 1.9)])
     hertz = 40.0 + np.outer(np.arange(5.0), [3.0, -2.0, 0.1])
     extra = {
