@@ -89,7 +89,7 @@ FACES = {
         elements
         equilibrium experiment export_fmu fatigue fem flexible forces         forward_dynamics frequency_response
         friction hydraulics identification identify inertia inverse_dynamics io         jit joints kinematics linear
-        linearise load_model mass_matrix minimise model modes motion ode position         qualification
+        linearise load_model mass_matrix minimise model modes motion ode position probability qualification
         random_response reaction reactions reductions report rotation rotations runtime save_model
         shock_spectrum
         signal_flow signals simulate statics stiffness studies sweep vector_field vehicles velocity vibration viz
@@ -136,8 +136,8 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        History Limit LimitResult Optimum ParetoFront SearchError Tolerance Uncertainty Worst minimise pareto
-        propagate_uncertainty sensitivities tolerances
+        History Limit LimitResult Optimum ParetoFront Reliability SearchError Tolerance Uncertainty Worst minimise
+        pareto propagate_uncertainty reliability sensitivities tolerances
     """,
     "jaxmbs.experiment": """
         MeasuredModes ModelUpdate SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance
@@ -148,6 +148,9 @@ FACES = {
     "jaxmbs.identification": """
         Direction Excitation FourierMotion Identification best_excitation from_log_cholesky identify log_cholesky
         multiple_shooting
+    """,
+    "jaxmbs.probability": """
+        AbstractDistribution Beta Empirical Gumbel LogNormal Normal RandomVariables Triangular Uniform Weibull
     """,
     "jaxmbs.fatigue": """
         Cycles PsdTable SN damage equivalent_load psd_table rainflow spectral_damage

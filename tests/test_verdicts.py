@@ -129,7 +129,15 @@ def stopped_at_a_kink():
     return found, [], "a kink"
 
 
+def no_direction_to_failure():
+    """Failures on both sides of the median: its slope leads to none."""
+    found = mbs.design.reliability(lambda x: 9.0 - x["a"] ** 2, {"a": mbs.probability.Normal(0.0, 1.0)})
+    assert not found.ok
+    return found, [found.probability, found.index], "no slope"
+
+
 CASES = {
+    "Reliability": no_direction_to_failure,
     "Equilibrium": free_fall,
     "FrictionLoads": jam,
     "ImpendingMotion": jam_that_impends,

@@ -8,10 +8,10 @@ from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 ROOMS = """
-    runtime ode blocksparse joints forces friction contact blocks hydraulics elements model fatigue linear vibration
-    kinematics constraints signal_flow assembly builder fem statics dynamics reaction reductions coupling flexible
-    analysis motion experiment bondgraph batching design identification studies qualification io viz documents
-    adapters adapters.fmi demo
+    runtime ode blocksparse joints forces friction contact blocks hydraulics elements model fatigue probability linear
+    vibration kinematics constraints signal_flow assembly builder fem statics dynamics reaction reductions coupling
+    flexible analysis motion experiment bondgraph batching design identification studies qualification io viz
+    documents adapters adapters.fmi demo
 """.split()
 
 

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from ._minimise import minimise
     from ._optimum import History, Optimum
     from ._pareto import ParetoFront, pareto
+    from ._reliability import reliability
+    from ._reliability_result import Reliability
     from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
     from ._worst import Worst
 
@@ -21,6 +23,7 @@ __all__ = [
     "LimitResult",
     "Optimum",
     "ParetoFront",
+    "Reliability",
     "SearchError",
     "Tolerance",
     "Uncertainty",
@@ -28,6 +31,7 @@ __all__ = [
     "minimise",
     "pareto",
     "propagate_uncertainty",
+    "reliability",
     "sensitivities",
     "tolerances",
 ]

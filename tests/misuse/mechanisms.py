@@ -1,5 +1,7 @@
 """Examples of the questions to mechanisms."""
 
+import functools
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -32,6 +34,16 @@ def of_state(*fine):
 
 def of_frame(*fine):
     return case(lambda z: call(z.bars, z.state, "coupler"), *fine)
+
+
+def _quantile(kind):
+    """A number of a distribution as a function of its parameters."""
+
+    @functools.wraps(kind, updated=())
+    def quantile(*args, **options):
+        return kind(*args, **options).from_normal(0.5)
+
+    return quantile
 
 
 CASES = {
@@ -214,6 +226,40 @@ CASES = {
         "design shape: an answer of any shape",
         positive="percent",
     ),
+    "design.reliability": case(
+        lambda z: call(_margin, {"x": mbs.probability.Normal(2.0, 0.5)}, "form", "series", 1, 200, 1, 1e-6, 30),
+        "seed huge: any",
+        "samples huge: as many",
+        "starts huge: as many",
+        "tolerance *: a search with a rough one ends early",
+        "variables *: refused where distributions are made",
+        "steps *: a search that ends early says so",
+    ),
+    **{
+        f"probability.{name}": case(
+            lambda z, given=given: call(*given),
+            through=_quantile,
+        )
+        for name, given in {
+            "Normal": (2.5, 0.5),
+            "LogNormal": (2.5, 0.5),
+            "Uniform": (1.5, 4.5),
+            "Gumbel": (2.5, 0.5),
+            "Weibull": (2.5, 1.5, 0.5),
+            "Triangular": (1.5, 2.5, 4.5),
+            "Beta": (2.5, 0.5, 1.5, 4.5),
+        }.items()
+    },
+    "probability.Empirical": case(
+        lambda z: call(np.array([1.5, 2.5, 4.5, 3.5])),
+        "samples shape: any number of samples",
+        through=lambda kind: lambda samples: kind(samples).from_normal(0.5),
+    ),
+    "probability.RandomVariables": case(
+        lambda z: call({name: mbs.probability.Normal(2.5, 0.5) for name in ("a", "b")}, {("a", "b"): 0.5}),
+        "distributions name: names are free",
+        through=lambda kind: lambda distributions, correlation: kind(distributions, correlation).normal_correlation(),
+    ),
     "design.tolerances": case(lambda z: call(_square, {"x": 2.0}, {"x": 0.5})),
     "design.sensitivities": case(
         lambda z: call(_square, {"x": (0.0, 1.0)}, 16, 1), "samples huge: as many", "seed huge: any"
@@ -251,6 +297,10 @@ CASES = {
         through=lambda batch: lambda function, designs: batch(function, designs, progress=False).values,
     ),
 }
+
+
+def _margin(numbers):
+    return numbers["x"] - 0.5
 
 
 def _square(design):

@@ -26,7 +26,7 @@ EXEMPT = {
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
-        studies.SobolShares
+        studies.SobolShares design.Reliability
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
@@ -48,6 +48,7 @@ EXEMPT = {
         forces.AbstractJointFriction
         hydraulics.AbstractHydraulicElement hydraulics.AbstractNode hydraulics.AbstractStorage
         hydraulics.AbstractTwoPort friction.AbstractBristles friction.AbstractFriction
+        probability.AbstractDistribution
         elements.AbstractElement blocks.AbstractBlock forces.AbstractBodyLaw forces.AbstractLaw forces.AbstractPoseLaw
 
         forces.AbstractPathLaw forces.PathKinematics

@@ -1,0 +1,177 @@
+"""`RandomVariables`: several random numbers with correlation, as functions of independent standard normal ones."""
+
+import functools
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+from jaxtyping import Float
+
+from ..checks import is_concrete, no_such
+from ..errors import ModelError
+from ..forces._fields import number
+from ..math._newton import newton_root
+from ..runtime import jit, lapack
+from ._distribution import AbstractDistribution
+
+_NODES = 40  # of Gauss-Hermite's rule: correlations of lognormal numbers to ten digits
+_STRONGEST = 1.0 - 1e-7  # correlation of normal numbers that is still solved for
+
+
+class RandomVariables(eqx.Module):
+    """Random numbers by name: distributions, and correlations of pairs of them (the Nataf transformation).
+
+    Args:
+        distributions: by name.
+        correlation: of pairs of names, `{("width", "height"): 0.6}`, linear correlation coefficients of the numbers
+            themselves; pairs that are not there are independent.
+
+    Each number is that function of a standard normal one which gives it its distribution; the normal ones are
+    correlated so that the numbers have the correlation asked.  Source: Liu and Der Kiureghian 1986, Multivariate
+    distribution models with prescribed marginals and covariances.
+
+    Raises: ModelError for names without a distribution, correlations that such numbers cannot have, or that no set of
+    numbers has.
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    pairs: tuple[tuple[str, str], ...] = eqx.field(static=True)
+    _distributions: tuple[AbstractDistribution, ...]  # a dict would come out of a program in another order
+    _correlations: tuple[Array, ...]
+
+    def __init__(self, distributions: Mapping[str, AbstractDistribution], correlation: Mapping | None = None) -> None:
+        faults = _faults(distributions, correlation)
+        if faults:
+            raise ModelError(faults, "the set of random variables")
+        self.names, self._distributions = tuple(distributions), tuple(distributions.values())
+        self.pairs = tuple(correlation or {})
+        self._correlations = tuple(number(value) for value in (correlation or {}).values())
+        if self.pairs and is_concrete(self._distributions, self._correlations):
+            _check_correlation(self)
+
+    def __repr__(self) -> str:
+        parts = [f"{name}: {one!r}" for name, one in self.distributions.items()]
+        parts += [f"correlation of {' and '.join(pair)}: {float(x):.4g}" for pair, x in self.correlation.items()]
+        return f"RandomVariables({', '.join(parts)})"
+
+    @property
+    def distributions(self) -> dict[str, AbstractDistribution]:
+        """Distribution of each variable, by name."""
+        return dict(zip(self.names, self._distributions, strict=True))
+
+    @property
+    def correlation(self) -> dict[tuple[str, str], Array]:
+        """Correlation of each pair of correlated variables."""
+        return dict(zip(self.pairs, self._correlations, strict=True))
+
+    def factor(self) -> Float[Array, "n n"] | None:
+        """Cholesky's factor L of the correlation of the normal numbers; None where all are independent."""
+        return lapack.cholesky(self.normal_correlation()) if self.pairs else None
+
+    def normal_correlation(self) -> Float[Array, "n n"]:
+        """Correlation matrix of the normal numbers."""
+        R = jnp.eye(len(self.names))
+        for (one, other), wanted in self.correlation.items():
+            i, j = self.names.index(one), self.names.index(other)
+            found = _normal_correlation(self.distributions[one], self.distributions[other], wanted)
+            R = R.at[[i, j], [j, i]].set(found)
+        return R
+
+    def from_normal(self, u: Float[Array, " n"], factor: Array | None = None) -> dict[str, Array]:
+        """The random numbers by name, of independent standard normal ones.
+
+        Args: factor: `factor()`, if it is known.
+        """
+        if self.pairs:
+            u = (self.factor() if factor is None else factor) @ u
+        return {name: one.from_normal(u[k]) for k, (name, one) in enumerate(self.distributions.items())}
+
+
+class _PairCorrelation(eqx.Module):
+    """Residual (1,) of the correlation of two normal numbers: that of the random ones less the one asked."""
+
+    one: AbstractDistribution
+    other: AbstractDistribution
+    wanted: Array
+
+    def __call__(self, rho):
+        return (_correlation(self.one, self.other, rho[0]) - self.wanted)[None]
+
+
+def _normal_correlation(one, other, wanted):
+    """Correlation () of the normal numbers by Newton's method."""
+    start = lax.stop_gradient(jnp.clip(wanted, -0.99, 0.99))[None]
+    return newton_root(_PairCorrelation(one, other, wanted), start, jnp.ones(1), None, 1e-13, 50)[0][0]
+
+
+def _correlation(one, other, rho):
+    """Correlation () of two random numbers whose normal ones have the correlation rho: by their Hermite polynomials,
+    each of which is correlated by a power of rho (Mehler 1866)."""
+    products = _hermite_shares(one) * _hermite_shares(other)
+    powers = jnp.cumprod(jnp.broadcast_to(rho, products.shape))
+    return jnp.sum(products * powers)
+
+
+def _hermite_shares(distribution):
+    """Coefficients (k,) of a number in orthonormal Hermite polynomials of its normal one, over its deviation."""
+    nodes, weighted = (jnp.asarray(x) for x in _gauss_hermite())
+    found = weighted @ distribution.from_normal(nodes)
+    return found / jnp.sqrt(found @ found)
+
+
+@functools.cache
+def _gauss_hermite():
+    """Nodes (k,) of Gauss and Hermite's rule, and orthonormal polynomials from degree 1 times weights (k-1, k)."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+    values = [np.ones_like(nodes), nodes]
+    for k in range(2, _NODES):
+        values.append((nodes * values[-1] - np.sqrt(k - 1.0) * values[-2]) / np.sqrt(k))
+    return nodes, np.stack(values[1:]) * weights / np.sum(weights)
+
+
+def _faults(distributions, correlation):
+    """Sentences on names that do not fit."""
+    if not isinstance(distributions, Mapping) or not distributions:
+        return [f"distributions must be a dict of name to distribution, not {distributions!r}"]
+    faults = [
+        f"{name!r} has no distribution, but {one!r}: a number that is certain is none of them"
+        for name, one in distributions.items()
+        if not isinstance(one, AbstractDistribution)
+    ]
+    if correlation is not None and not isinstance(correlation, Mapping):
+        return [*faults, f"correlation must be a dict of pairs of names to numbers, not {correlation!r}"]
+    seen: set[frozenset] = set()
+    for pair, value in (correlation or {}).items():
+        if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
+            faults.append(f"correlation is of pairs of names, not of {pair!r}")
+            continue
+        faults += [no_such("variable", name, distributions) for name in pair if name not in distributions]
+        if frozenset(pair) in seen:
+            faults.append(f"the correlation of {pair[0]!r} and {pair[1]!r} is given twice")
+        seen.add(frozenset(pair))
+        if np.shape(value) != () or isinstance(value, str):
+            faults.append(f"the correlation of {pair[0]!r} and {pair[1]!r} must be one number, not {value!r}")
+        elif is_concrete(value) and not -1.0 < value < 1.0:
+            faults.append(f"the correlation of {pair[0]!r} and {pair[1]!r} must lie between -1 and 1, not {value}")
+    return faults
+
+
+def _check_correlation(variables):
+    """Raises: ModelError for correlations that the numbers cannot have."""
+    faults = []
+    for (one, other), wanted in variables.correlation.items():
+        pair = variables.distributions[one], variables.distributions[other]
+        low, high = (float(_attainable(*pair, jnp.asarray(end))) for end in (-_STRONGEST, _STRONGEST))
+        if not low < float(wanted) < high:
+            text = f"{one!r} and {other!r} cannot have the correlation {float(wanted):g}: with these distributions"
+            faults.append(f"{text} it lies between {low:.4g} and {high:.4g}")
+    if not faults and not np.all(np.isfinite(np.asarray(_factor(variables)))):
+        faults.append("no numbers have these correlations: their matrix is not positive definite")
+    if faults:
+        raise ModelError(faults, "the set of random variables")
+
+
+_attainable = jit(_correlation)
+_factor = jit(lambda variables: variables.factor())

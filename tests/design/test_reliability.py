@@ -1,0 +1,177 @@
+"""Probabilities of failure: derivatives against differences, systems against closed forms, failures that are told."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.special import ndtr
+from scipy.stats import norm
+
+from jaxmbs import ModelError
+from jaxmbs.design import reliability
+from jaxmbs.probability import (
+    Beta,
+    Empirical,
+    Gumbel,
+    LogNormal,
+    Normal,
+    RandomVariables,
+    Triangular,
+    Uniform,
+    Weibull,
+)
+
+TWO = {"a": Normal(0.0, 1.0), "b": Normal(0.0, 1.0)}
+
+
+def strut(x):
+    """Margin of a strut: strength less the stress of a load with an eccentricity."""
+    return x["strength"] - x["load"] / x["area"] * (1.0 + 0.3 * x["offset"])
+
+
+def of_strut(load=50.0, spread=8.0, rho=0.4, shape=9.0):
+    numbers = {
+        "strength": Weibull(300.0, shape),
+        "load": Gumbel(load, spread),
+        "area": Beta(0.4, 0.02, 0.3, 0.5),
+        "offset": Triangular(0.0, 0.5, 1.5),
+    }
+    return RandomVariables(numbers, {("strength", "area"): rho})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["form", "sorm"])
+def test_derivatives_against_differences(method):
+    """By mean, deviation, correlation and a parameter of the family, of four families that are correlated."""
+    found = reliability(strut, of_strut(), method)
+    assert found.ok and sum(found.importances.values()) == pytest.approx(1.0)
+    steps = {"load": ("load", "mean", 1e-3), "spread": ("load", "deviation", 1e-3)}
+    steps |= {"rho": ("strength, area", "correlation", 1e-4), "shape": ("strength", "shape", 1e-3)}
+    base = {"load": 50.0, "spread": 8.0, "rho": 0.4, "shape": 9.0}
+    for name, (of, by, h) in steps.items():
+        ends = [reliability(strut, of_strut(**{name: base[name] + s * h}), method).probability for s in (1.0, -1.0)]
+        np.testing.assert_allclose(found.derivatives[of][by], (ends[0] - ends[1]) / (2.0 * h), rtol=2e-5)
+    other = reliability(strut, of_strut(), method, gradient="forward")
+    np.testing.assert_allclose(other.probability, found.probability, rtol=1e-9)
+    np.testing.assert_allclose(other.derivatives["area"]["mean"], found.derivatives["area"]["mean"], rtol=1e-6)
+
+
+@pytest.mark.long
+def test_samples_of_all_families_confirm_the_second_order():
+    """And their derivatives by the score, which need no gradient, are those of the second order."""
+    found = reliability(strut, of_strut(), "sorm", samples=20_000)
+    assert found.ok and found.confidence[0] < found.probability < found.confidence[1]
+    sampled = reliability(strut, of_strut(), "importance", samples=200_000)
+    np.testing.assert_allclose(sampled.probability, found.probability, rtol=0.03)
+    for of, by in (("load", "mean"), ("strength", "deviation"), ("strength, area", "correlation")):
+        np.testing.assert_allclose(sampled.derivatives[of][by], found.derivatives[of][by], rtol=0.06)
+
+
+@pytest.mark.slow
+def test_a_product_of_correlated_lognormal_numbers():
+    """Index of a ratio in closed form, by the correlation too, and derivatives against its differences."""
+
+    def index(mean, spread, rho):
+        squares = np.log1p(np.array([spread / mean, 0.3 / 2.0]) ** 2)
+        centres = np.log([mean, 2.0]) - 0.5 * squares
+        joint = np.log1p(rho * spread / mean * 0.15)
+        return (centres[0] - centres[1]) / np.sqrt(np.sum(squares) - 2.0 * joint)
+
+    base = np.array([5.0, 0.8, 0.5])
+    numbers = {"a": LogNormal(5.0, 0.8), "b": LogNormal(2.0, 0.3)}
+    found = reliability(lambda x: x["a"] - x["b"], RandomVariables(numbers, {("a", "b"): 0.5}))
+    np.testing.assert_allclose(found.index, index(*base), rtol=1e-10)
+    steps = 1e-5 * np.eye(3)
+    wanted = [(index(*(base + h)) - index(*(base - h))) / 2e-5 for h in steps]
+    slopes = found.index_derivatives
+    np.testing.assert_allclose(
+        [slopes["a"]["mean"], slopes["a"]["deviation"], slopes["a, b"]["correlation"]], wanted, rtol=1e-7
+    )
+
+
+def test_a_linear_limit_state_in_closed_form():
+    """Uncorrelated, and with a correlation, which adds to the variance of the sum."""
+    numbers = {"a": Normal(10.0, 1.0), "b": Normal(3.0, 2.0)}
+    for rho in (0.0, 0.5):
+        variables = RandomVariables(numbers, {("a", "b"): rho} if rho else None)
+        spread = np.sqrt(1.0 + 4.0 - 2.0 * rho * 2.0)
+        found = reliability(lambda x: x["a"] - x["b"], variables)
+        np.testing.assert_allclose([found.index, found.probability], [7.0 / spread, ndtr(-7.0 / spread)], rtol=1e-12)
+        np.testing.assert_allclose(found.index_derivatives["a"]["mean"], 1.0 / spread, rtol=1e-12)
+        np.testing.assert_allclose(found.derivatives["a"]["mean"], -norm.pdf(7.0 / spread) / spread, rtol=1e-12)
+    np.testing.assert_allclose(found.derivatives["a, b"]["correlation"], -norm.pdf(found.index) * 14.0 / 3.0**1.5)
+    unsafe = reliability(lambda x: x["a"] - x["b"] - 9.0, numbers)
+    np.testing.assert_allclose(unsafe.index, -2.0 / np.sqrt(5.0), rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_systems_of_planes():
+    """Independent parts in closed form, and one twice; bounds hold it."""
+    parts = lambda x: jnp.stack([3.0 - x["a"], 2.5 - x["b"]])
+    p = ndtr(-np.array([3.0, 2.5]))
+    series, parallel = (reliability(parts, TWO, system=system) for system in ("series", "parallel"))
+    np.testing.assert_allclose(series.probability, p[0] + p[1] - p[0] * p[1], rtol=1e-10)
+    np.testing.assert_allclose(parallel.probability, p[0] * p[1], rtol=1e-10)
+    np.testing.assert_allclose(series.derivatives["a"]["mean"], norm.pdf(3.0) * (1.0 - p[1]), rtol=1e-6)
+    for found in (series, parallel):
+        assert found.ok and found.bounds[0] <= found.probability * (1.0 + 1e-9) <= found.bounds[1] * (1.0 + 1e-8)
+
+
+@pytest.mark.slow
+def test_several_design_points_are_a_series():
+    """Failures on both sides of the median; from the median alone no direction leads to them."""
+    two_sided = lambda x: 9.0 - x["a"] ** 2
+    lost = reliability(two_sided, TWO)
+    assert not lost.ok and "no slope" in lost.faults[0] and np.isnan(lost.probability)
+    assert "FAILED" in repr(lost)
+    found = reliability(two_sided, TWO, starts=8)
+    assert found.ok and len(found.points) == 2
+    np.testing.assert_allclose(found.probability, 2.0 * ndtr(-3.0), rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_what_the_first_order_does_not_see_is_told():
+    """A kink at the design point, a surface that bends about the medians, and samples that do not confirm."""
+    kink = reliability(lambda x: 3.0 - jnp.maximum(x["a"] + 0.1 * x["b"], x["b"] + 0.1 * x["a"]), TWO)
+    assert any("not the nearest failure" in fault for fault in kink.faults)
+    bent = reliability(lambda x: 3.0 - (x["a"] + x["b"]) / np.sqrt(2.0) - 0.5 * (x["a"] - x["b"]) ** 2, TWO, "sorm")
+    assert not bent.ok and np.isnan(bent.probability)
+    doubtful = reliability(lambda x: 3.0 - x["a"] - 0.15 * x["b"] ** 2, TWO, samples=4000)
+    assert "samples about the design point give" in doubtful.faults[0]
+    gone = reliability(lambda x: jnp.sqrt(x["a"] - 1.0), TWO)
+    assert "no finite value" in gone.faults[0]
+
+
+@pytest.mark.slow
+def test_samples_without_a_number_are_failures():
+    def holds(x):
+        return jnp.where(x["b"] > 2.5, jnp.nan, 4.0 - x["a"])
+
+    found = reliability(holds, TWO, "subset", samples=2000)
+    assert found.failed > 0 and "gave no number" in found.faults[0]
+    np.testing.assert_allclose(found.probability, ndtr(-4.0) + ndtr(-2.5), rtol=0.3)
+
+
+def test_what_is_no_question_is_refused():
+    hold = lambda x: x["a"]
+    for options, text in (
+        ({"method": "fourm"}, "method must be one of"),
+        ({"system": "both"}, "system must be one of"),
+        ({"starts": 0}, "starts must be"),
+        ({"method": "subset", "samples": 10}, "at least 100"),
+        ({"tolerance": -1.0}, "tolerance must be"),
+    ):
+        with pytest.raises(ModelError, match=text):
+            reliability(hold, TWO, **options)
+    with pytest.raises(TypeError, match="a limit state returns one real number"):
+        reliability(lambda x: "high", TWO)
+    with pytest.raises(ModelError, match="variables must be"):
+        reliability(hold, [1.0])
+
+
+@pytest.mark.long
+def test_every_family_alone():
+    """The probability of a number below a limit is that of its distribution."""
+    families = [Uniform(1.0, 4.0), LogNormal(2.0, 0.5), Empirical(np.array([1.2, 2.0, 2.5, 3.0])), Weibull(2.0, 3.0)]
+    for one in families:
+        found = reliability(lambda x: x["a"] - 1.1, {"a": one})
+        np.testing.assert_allclose(found.probability, one.cumulative(1.1), rtol=1e-6)

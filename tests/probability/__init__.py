@@ -1,0 +1,1 @@
+"""Distributions against SciPy's in both tails, correlations and normal integrals against closed forms."""
