@@ -115,7 +115,7 @@ def close_state(system: System, psi, u, t, columns, rate_columns, cuts, search: 
     psi, u, f, g, numbers = assemble_in_trace(system, psi, u, t, free, free_rates, search)
     every = rows_of_numbers(system, numbers, jnp.ones_like(u), np.arange(system.topology.num_rows))
     left = lax.stop_gradient((jnp.concatenate([*rows, f]), g))
-    found = AssembledState(t, psi, u, *left, *_rank_and_branch(system, every.for_ranks, columns))
+    found = AssembledState(t, psi, u, *left, *_rank_and_branch_at_once(system, every.for_ranks, columns))
     factor = jnp.where(found.residual <= CLOSED_RESIDUAL[psi.dtype.itemsize], 1.0, jnp.nan).astype(psi.dtype)
     return found._replace(coordinates=psi * factor, velocities=u * factor, branch=found.branch * factor)
 
@@ -129,6 +129,10 @@ def _rank_and_branch(system, A, columns):
     change = rank - (rank if counted is None else counted.rank)
     signs = branch_signs(system, A, columns)
     return np.asarray(change, signs.dtype) if isinstance(rank, int) else change.astype(signs.dtype), signs
+
+
+#: One program, where a derivative of the user's would run it operation by operation.
+_rank_and_branch_at_once = jit(_rank_and_branch, compile="tape")
 
 
 def _start_coordinates(asked, t):

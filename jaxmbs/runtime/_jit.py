@@ -4,13 +4,14 @@ import contextlib
 import functools
 import gc
 from collections.abc import Callable
-from typing import TypeVar, overload
+from typing import Any, TypeVar, overload
 
 import equinox as eqx
 import jax
 
 from ._compile_log import start_listening
 from ._compiler_options import check_kind, compiler_options
+from ._derivative import Differentiable, is_differentiating
 from ._progress import ON_TAPE
 from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
@@ -35,7 +36,7 @@ def jit(function: None = None, *, compile: str = "auto") -> Callable[[Function],
     """A decorator that compiles."""
 
 
-def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
+def jit(function: Callable | None = None, *, compile: str = "auto", known: Any = None) -> Callable:
     """`function` as a program, arrays traced and all else static, as `equinox.filter_jit` does it.
 
     Args:
@@ -45,9 +46,12 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
             "quick": compiled in half the time, run two to four times as long.  All but "full" are traced with fewer
             equations, see `spatial`, until they are compiled in full.
 
+        known: what decides what the function does, for the store; None for the function itself.
+
     Raises: ValueError for another `compile`.
 
-    Inside of another trace (a user's own jit, grad or vmap) it is part of that program, and of its options.
+    Inside of another trace (a user's own jit or vmap) it is part of that program, and of its options.  Under a user's
+    own grad or vjp, and nothing else, its value and its derivative are programs of this kind.
     """
     if function is None:
         return functools.partial(jit, compile=compile)
@@ -70,12 +74,20 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Callable:
             return outer(kind, jax.default_backend(), OFF.value)(*args, **kwargs)
 
     # `inner` is asked at the precision of traces, so that they find its own trace again
-    on_tape = TapeFunction(inner, function, by_compiler if compile == "auto" else None)
+    on_tape = TapeFunction(inner, known or function, by_compiler if compile == "auto" else None)
+
+    @functools.cache
+    def differentiable():
+        return Differentiable(
+            compiled, inner, known or function, lambda f, known: jit(f, compile=compile, known=known)
+        )
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):
         start_listening()
         if not not_tracing():
+            if is_differentiating() and compile != "full" and FIXED != "full" and tapes_work():
+                return differentiable()(args, kwargs)
             return inner(*args, **kwargs)
         with evaluated_plainly():
             return run(args, kwargs)
@@ -101,8 +113,15 @@ def compile_kind(compile: str):
     marked = compile != "tape" and not_tracing() and should_mark(backend, compiler_options(compile, backend))
     small = compile != "full" or SMALL_PROGRAM.value
     with SMALL_PROGRAM(small), MARKING(marked), ON_TAPE(compile == "tape"), garbage_collection_paused():
-        with tracer_errors_in_words():
+        with tracer_errors_in_words(), _mesh_in_words():
             yield
+
+
+def _mesh_in_words():
+    """A context that says that there is no mesh of devices, as JAX does where it transposes: what is traced with the
+    same context is traced once.  A user's mesh stays."""
+    mesh = jax.sharding.get_abstract_mesh()
+    return jax.sharding.use_abstract_mesh(mesh) if mesh.empty else contextlib.nullcontext()
 
 
 @contextlib.contextmanager

@@ -175,7 +175,9 @@ def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
     """The program that an equation calls and its arguments, or None if it is no call."""
     name, params = equation.primitive.name, equation.params
     if name in CALLS and not _is_signbit(equation):
-        program = next(params[key] for key in ("jaxpr", "call_jaxpr", "fun_jaxpr", "call") if key in params)
+        program = next((params[key] for key in ("jaxpr", "call_jaxpr", "fun_jaxpr", "call") if key in params), None)
+        if program is None:  # tangents of what has a reverse derivative alone
+            raise UnsupportedError(name)
         return program, list(args)
     if name in ("custom_linear_solve", "linear_solve"):
         lengths = params["const_lengths"]
