@@ -185,8 +185,8 @@ FACES = {
     """,
     "jaxmbs.io": """
         Curves Deck Imported JointLimits Mesh load_model model_schema read_curves read_dmig read_matrix_market
-        read_mesh read_mjcf read_nastran read_op4 read_psd read_sid read_uff read_uff_modes read_urdf register
-        save_model write_curves write_psd write_sid write_uff
+        read_mesh read_mjcf read_nastran read_op4 read_psd read_sdf read_sid read_uff read_uff_modes read_urdf
+        register save_model write_curves write_psd write_sid write_uff
     """,
     "jaxmbs.linear": """
         Check LinearSystem StaticResponse TransferFunctions block_matrices check constraint_modes equilibrium

@@ -7,7 +7,7 @@ from pathlib import Path
 from ..assembly._state import State
 from ..builder import SystemBuilder
 from ..errors import ModelFileError
-from ..io import Imported, load_model, read_mjcf, read_urdf
+from ..io import Imported, load_model, read_mjcf, read_sdf, read_urdf
 from ..model._system import System
 from ._installation import prepare
 from ._terminal import print_note
@@ -21,11 +21,15 @@ def read(options: argparse.Namespace) -> Imported:
     ending = path.suffix.lower()
     if ending == ".urdf":
         return read_urdf(path, base="free" if options.free else "fixed", fixed=fixed, stops=options.stops)
+    if ending == ".sdf":
+        return read_sdf(path, base="free" if options.free else "fixed", fixed=fixed, stops=options.stops)
     if ending in (".xml", ".mjcf"):
         tendons = "drop" if options.drop_tendons else "read"
         return read_mjcf(path, fixed=fixed, stops=options.stops, tendons=tendons)
     if ending != ".json":
-        raise ModelFileError(path, [f"a model is a .urdf, .xml or .json, not {ending or 'a name without ending'!r}"])
+        raise ModelFileError(
+            path, [f"a model is a .urdf, .sdf, .xml or .json, not {ending or 'a name without ending'!r}"]
+        )
     builder = load_model(path)
     if not isinstance(builder, SystemBuilder):
         raise ModelFileError(path, [f"it holds a {type(builder).__name__}, not a mechanism"])

@@ -98,4 +98,4 @@ class PathForce(CableRoute, AbstractPathLaw):
         """Those of the route and of the law."""
         if not isinstance(self.law, AbstractScalarLaw):
             return [f"law must be a scalar law such as SpringDamper or Actuator, not {type(self.law).__name__}"]
-        return [*self.law.faults(), *self.law.length_faults(), *self.route_faults()]
+        return [*super().faults(), *self.law.faults(), *self.law.length_faults(), *self.route_faults()]

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .curves import Curves, read_curves, read_psd, write_curves, write_psd
     from .model_file import load_model, model_schema, register, save_model
     from .nastran import Deck, read_nastran
-    from .robots import Imported, JointLimits, read_mjcf, read_urdf
+    from .robots import Imported, JointLimits, read_mjcf, read_sdf, read_urdf
     from .sid import read_sid, write_sid
     from .universal import read_uff, read_uff_modes, write_uff
 
@@ -31,6 +31,7 @@ __all__ = [
     "read_nastran",
     "read_op4",
     "read_psd",
+    "read_sdf",
     "read_sid",
     "read_uff",
     "read_uff_modes",

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import jaxmbs as mbs
-from tests.io.texts import ARM_URDF, BENCH_MJCF, LOOPS_MJCF
+from tests.io.texts import ARM_SDF, ARM_URDF, BENCH_MJCF, LOOPS_MJCF
 
 TOKENS = (
     *("nan", "inf", "-1", "1e308", "1e400", "0", "", "-0.0", "99999999999999999999", "NaN", "true", "null", "[]"),
@@ -37,6 +37,7 @@ def seeds(folder: Path) -> dict[str, tuple]:
     mbs.save_model(builder, folder / "seed.json")
     return {
         ".urdf": ([ARM_URDF], mbs.io.read_urdf),
+        ".sdf": ([ARM_SDF], mbs.io.read_sdf),
         ".xml": ([BENCH_MJCF, LOOPS_MJCF], mbs.io.read_mjcf),
         ".json": ([(folder / "seed.json").read_text()], mbs.load_model),
     }

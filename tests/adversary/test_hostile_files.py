@@ -15,7 +15,7 @@ from tests.adversary.hostile import judged, tried
 from tests.io.texts import ARM_URDF, BENCH_MJCF
 
 BOMB = "<!DOCTYPE a [<!ENTITY b 'bbbbbbbbbb'><!ENTITY c '&b;&b;&b;&b;&b;&b;&b;&b;'>]>"
-READERS = {".urdf": mbs.io.read_urdf, ".xml": mbs.io.read_mjcf, ".json": mbs.load_model}
+READERS = {".urdf": mbs.io.read_urdf, ".sdf": mbs.io.read_sdf, ".xml": mbs.io.read_mjcf, ".json": mbs.load_model}
 
 
 def refused(file, content, reason="fault"):

@@ -100,7 +100,7 @@ def test_view(folder, capsys):
 
 FAULTS = {
     ("check", "none.urdf"): "none.urdf has 1 fault:\n  1. it cannot be read: No such file or directory",
-    ("check", "model.step"): "a model is a .urdf, .xml or .json, not '.step'",
+    ("check", "model.step"): "a model is a .urdf, .sdf, .xml or .json, not '.step'",
     ("reactions", "pendulum.urdf", "-s", "pinn=1"): "no joint 'pinn'",
     ("convert", "pendulum.urdf", "none/arm.json"): "No such file or directory",
 }

@@ -150,3 +150,53 @@ DRIVES_MJCF = """<mujoco model="drives">
   </actuator>
 </mujoco>
 """
+
+# an arm with every joint of SDF, its poses relative to one another in every way
+ARM_SDF = """<?xml version="1.0"?>
+<sdf version="1.9">
+  <world name="hall">
+    <gravity>0.1 0.2 -9.7</gravity>
+    <model name="arm">
+      <pose>0.3 -0.2 0.1 0.1 0.2 0.3</pose>
+      <link name="base"><inertial><mass>3</mass><inertia>
+        <ixx>0.02</ixx><iyy>0.02</iyy><izz>0.03</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+      <frame name="shoulder_frame" attached_to="base"><pose degrees="true">0.1 0 0.3 10 -20 30</pose></frame>
+      <link name="upper"><pose relative_to="shoulder">0.05 0 0.02 0.3 0 0.1</pose>
+        <inertial><pose>0.2 0.01 0 0.3 0.2 0.1</pose><mass>2</mass><inertia>
+        <ixx>0.005</ixx><iyy>0.03</iyy><izz>0.031</izz><ixy>0.001</ixy><ixz>0.002</ixz><iyz>-0.001</iyz></inertia></inertial>
+        <collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision></link>
+      <link name="fore"><pose relative_to="upper">0.4 0.05 0 0 0.2 0</pose>
+        <inertial><pose>0.15 0 0 0 0 0</pose><mass>1.5</mass><inertia>
+        <ixx>0.002</ixx><iyy>0.01</iyy><izz>0.01</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+      <link name="slide"><pose relative_to="fore">0.3 0 0 0 0.5 0</pose>
+        <inertial><mass>0.7</mass><inertia>
+        <ixx>0.001</ixx><iyy>0.002</iyy><izz>0.002</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+      <link name="nut"><pose relative_to="slide">0.1 0 0.05 0.2 0 0</pose>
+        <inertial><pose>0.01 0.02 0 0 0 0</pose><mass>0.4</mass><inertia>
+        <ixx>0.0003</ixx><iyy>0.0004</iyy><izz>0.0005</izz><ixy>0.00005</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+      <link name="wrist"><pose relative_to="fore">0.2 0.1 0.1 0 0 0.4</pose>
+        <inertial><pose>0.03 0 0.02 0 0 0</pose><mass>0.3</mass><inertia>
+        <ixx>0.0004</ixx><iyy>0.0004</iyy><izz>0.0005</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+      <link name="tool"><pose relative_to="wrist">0 0 0.1 0 0 0</pose>
+        <inertial><mass>0.2</mass><inertia>
+        <ixx>0.0001</ixx><iyy>0.0001</iyy><izz>0.0001</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+      <joint name="feet" type="fixed"><parent>world</parent><child>base</child></joint>
+      <joint name="shoulder" type="revolute"><pose relative_to="shoulder_frame">0 0 0.05 0 0 0.2</pose>
+        <parent>shoulder_frame</parent><child>upper</child>
+        <axis><xyz expressed_in="base">0 1 2</xyz><limit><lower>-1.5</lower><upper>2</upper><effort>80</effort>
+        <velocity>3</velocity></limit><dynamics><damping>0.6</damping></dynamics></axis></joint>
+      <joint name="elbow" type="continuous"><pose>0 0 0.01 0.1 0 0</pose><parent>upper</parent><child>fore</child>
+        <axis><xyz>0 1 0</xyz></axis></joint>
+      <joint name="rail" type="prismatic"><parent>fore</parent><child>slide</child>
+        <axis><xyz>1 0 0</xyz><limit><lower>0</lower><upper>0.2</upper></limit></axis></joint>
+      <joint name="thread" type="screw"><parent>slide</parent><child>nut</child>
+        <screw_thread_pitch>0.05</screw_thread_pitch>
+        <axis><xyz>1 0 0</xyz></axis></joint>
+      <joint name="cross" type="universal"><parent>fore</parent><child>wrist</child>
+        <axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint>
+      <joint name="socket" type="ball"><pose>0 0 -0.05 0 0 0</pose><parent>wrist</parent><child>tool</child></joint>
+      <plugin name="p" filename="lib.so"/>
+    </model>
+  </world>
+</sdf>
+"""

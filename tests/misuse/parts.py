@@ -265,7 +265,10 @@ CASES = {
     "joints.VelocityRows": case(lambda z: call(lambda psi, u, t: u[0] - u[1]), through=_through(_coupled)),
     "forces.SpringDamper": on_joint(lambda z: call(2.0, 1.0, 0.5, 0.25), positive="damping"),
     "forces.PolynomialSpring": on_joint(
-        lambda z: call(np.array([2.0, 0.5]), np.array([1.0, 0.5]), -0.25, 0.25), positive="damping"
+        lambda z: call(np.array([2.0, 0.5]), np.array([1.0, 0.5]), -0.25, 0.25),
+        "stiffness shape: of any order",
+        "damping shape: of any order",
+        positive="damping",
     ),
     "forces.Bushing": case(
         lambda z: call(np.ones(6), np.ones(6), np.zeros(6)),

@@ -72,7 +72,8 @@ EXEMPT = {
     """,
     "files, programs and pictures, whose tests are their own": """
         io.read_dmig io.read_matrix_market io.read_op4 io.read_uff io.read_uff_modes io.write_uff io.read_urdf
-        io.read_mjcf io.Curves io.read_curves io.read_psd io.write_curves io.write_psd io.read_sid io.write_sid
+        io.read_sdf io.read_mjcf io.Curves io.read_curves io.read_psd io.write_curves io.write_psd io.read_sid
+        io.write_sid
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_element_power

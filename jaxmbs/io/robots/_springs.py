@@ -107,8 +107,11 @@ def _spring(builder, model, j, name, spring, damper):
     builder.force(force, Bushing((along[0], k), (along[1], c)), between=ends)
 
 
-def add_rotor(builder, name: str, inertia: float, turns: dict[str, float], gear: str) -> None:
-    """A flywheel that turns in the ground as `sum turns_i q_i` of joints: a disc of 1 m, a radian for a metre."""
-    builder.body(name, 2 * inertia, inertia=inertia * np.array([0.5, 0.5, 1.0]))
-    builder.joint(name, Revolute("z"), "ground", name)
+def add_rotor(builder, name: str, inertia: float, turns: dict[str, float], gear: str, body: str = "") -> None:
+    """A flywheel that turns in the ground as `sum turns_i q_i` of joints: a disc of 1 m, a radian for a metre.
+
+    Args: name: of its joint, and of itself where it has none of its own; gear: of the coupler.
+    """
+    builder.body(body or name, 2 * inertia, inertia=inertia * np.array([0.5, 0.5, 1.0]))
+    builder.joint(name, Revolute("z"), "ground", body or name)
     builder.constraint(gear, Coupler({name: 1.0, **{joint: -c for joint, c in turns.items()}}))

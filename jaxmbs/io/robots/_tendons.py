@@ -59,7 +59,7 @@ def _transmission(builder, model, k, name, home, joints) -> Transmission:
         for w in wraps:
             joint = joints[model.wrap_objid[w]]
             turns[joint] = turns.get(joint, 0.0) + float(model.wrap_prm[w])
-        add_rotor(builder, name, armature(model, k, "tendon"), turns, f"{name}.coupler")
+        add_rotor(builder, name, armature(model, k, "tendon"), turns, f"{name}.coupler", f"{name}.disc")
         return Transmission(joint=name)
     if kinds.mjWRAP_PULLEY in types:
         return Transmission(reason="it has pulleys")

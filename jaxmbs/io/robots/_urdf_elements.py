@@ -79,12 +79,16 @@ def _vector(where, element, key, faults, default=(0.0, 0.0, 0.0)) -> np.ndarray:
 
 def _origin(where, element, faults):
     origin = None if element is None else element.find("origin")
-    (a, b, c), at = _vector(where, origin, "rpy", faults), _vector(where, origin, "xyz", faults)
-    (sa, sb, sc), (ca, cb, cc) = np.sin((a, b, c)), np.cos((a, b, c))
-    roll = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]])
-    pitch = np.array([[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]])
-    yaw = np.array([[cc, -sc, 0.0], [sc, cc, 0.0], [0.0, 0.0, 1.0]])
-    return yaw @ pitch @ roll, at
+    return rotation_of_rpy(*_vector(where, origin, "rpy", faults)), _vector(where, origin, "xyz", faults)
+
+
+def rotation_of_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Rotation (3, 3) by roll, pitch and yaw [rad] about the fixed axes x, y, z in turn."""
+    (sa, sb, sc), (ca, cb, cc) = np.sin((roll, pitch, yaw)), np.cos((roll, pitch, yaw))
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]])
+    about_y = np.array([[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]])
+    about_z = np.array([[cc, -sc, 0.0], [sc, cc, 0.0], [0.0, 0.0, 1.0]])
+    return about_z @ about_y @ about_x
 
 
 def inertial(where, element, mode, faults, notes):
