@@ -119,6 +119,16 @@ class Path(NamedTuple):
     color: str = ""
 
 
+class Rail(NamedTuple):
+    """A straight line through the origin of a frame along its axis (3,), as long as the other frames move along it;
+    `is_short`: a small part of the picture, as of a blade."""
+
+    frame: int = 0
+    axis: ArrayLike = (0.0, 0.0, 1.0)
+    is_short: bool = False
+    color: str = ""
+
+
 class Thread(NamedTuple):
     """A line that moves with several frames, such as a rope.
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, is_concrete
-from ..drawings import Drawing, Plane, Symbol
+from ..drawings import Drawing, Plane, Rail, Symbol
 from ..runtime import KnownFunction, as_array
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import AbstractJoint
@@ -65,6 +65,9 @@ class PointOnLine(AbstractClosure):
     """
 
     row_units: ClassVar[tuple[str, ...]] = ("m", "m")
+
+    def drawing(self) -> Drawing:
+        return (Rail(0),)
 
     def closure(self, R: Array, d: Array) -> Array:
         return d[:2]

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import is_concrete
-from ..drawings import Ball, Drawing, Plane, Wheel
+from ..drawings import Ball, Drawing, Plane, Rail, Wheel
 from ..palette import STEEL
 from ..runtime import as_array
 from ..typing import ArrayLike, Axis, Convertible
@@ -107,6 +107,9 @@ class KnifeEdge(AbstractClosure):
 
     def __init__(self, along: Axis = "x") -> None:
         self.along = axis_direction(along)
+
+    def drawing(self) -> Drawing:
+        return Plane(0), Rail(1, self.along, is_short=True)
 
     def slip(self, R: Array, d: Array, omega: Array, v: Array) -> Array:
         x, y, _ = R @ self.along

@@ -18,6 +18,7 @@ from ._projection import read_projection
 from .scenes._trajectory import frame_trajectory
 
 _SLENDER = np.array([0.5, 0.35])  # least width of a picture over its height, and height over width
+_MOST_POSES = 8  # more of one machine in a picture are a web
 
 
 def plot_mechanism(
@@ -45,7 +46,7 @@ def plot_mechanism(
         ax: matplotlib axes to draw into (default: new ones).
         names: write the names of joints beside them, at the first pose.
         traces: names of frames or bodies whose path over all instants is drawn.
-        poses: number of instants that are drawn, evenly spread (default: all).
+        poses: number of instants that are drawn, evenly spread (default: all, of more than eight so many).
         loads: draw as arrows the forces at points of contact, on the round part, and of cables on the bodies of
             their elements; they need states, not a mode.
 
@@ -60,9 +61,8 @@ def plot_mechanism(
         raise ValueError(f"poses = {poses}: at least one is needed")
     ax, seen = get_axes(ax), frame_trajectory(system, states)
     drawing = LineDrawing(system, seen, look, frames, arrows_along(system, states) if loads else None)
-    instants = np.arange(len(seen.ts))
-    if poses is not None:
-        instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
+    poses = min(len(seen.ts), _MOST_POSES) if poses is None else poses
+    instants = np.unique(np.linspace(0, len(seen.ts) - 1, poses).round().astype(int))
     strengths = np.linspace(1.0, 0.25, len(instants)) if len(instants) > 1 else [1.0]
     for k, strength in reversed(list(zip(instants.tolist(), strengths, strict=True))):
         draw_strokes(ax, drawing.at(k), strength)

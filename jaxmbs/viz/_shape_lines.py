@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from ..drawings import Ball, Box, Cylinder, Gear, HeightSurface, Marks, Outline, Path, Plane, Tube, Wheel
+from ..drawings import Ball, Box, Cylinder, Gear, HeightSurface, Marks, Outline, Path, Plane, Rail, Tube, Wheel
 from ._gear_outline import gear_outline
 from ._things import ShapePoses, Thing, along_trajectory, place_of_shape, thread_courses
 
@@ -154,4 +154,5 @@ _LINES: dict[type, Callable[[Any, ShapePoses], list]] = {
     Outline: _outline,
     Path: lambda shape, at: [np.asarray(shape.points)],
     Plane: _plane,
+    Rail: lambda shape, at: [np.outer(at.reach, at.axis)],
 }

@@ -57,6 +57,9 @@ def things(system) -> list[Thing]:
     return [thing for thing in found if thing.shapes]
 
 
+_SHORT = 0.06  # of the extent of the trajectory: half of a rail that is short
+
+
 class ShapePoses(NamedTuple):
     """Poses of a shape along a trajectory.
 
@@ -65,6 +68,7 @@ class ShapePoses(NamedTuple):
         others: (T, n, 3) the other frames of its thing in the axes of this one, its own origin if there is none.
         low, high: corners (3,) of the box in which these pass, with a margin.
         axis: (3,) of the shape, in the axes of its frame, z if it has none.
+        reach: ends [m] of a rail along its axis.
     """
 
     R: np.ndarray
@@ -73,6 +77,7 @@ class ShapePoses(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     axis: np.ndarray
+    reach: tuple[float, float]
 
     def in_world(self, points) -> np.ndarray:
         """World points (T, k, 3) of points (k, 3) or (T, k, 3) in the axes of the frame."""
@@ -91,8 +96,10 @@ def place_of_shape(thing: Thing, shape: Any, film) -> ShapePoses:
     axis = getattr(shape, "axis", (0.0, 0.0, 1.0))
     if axis is None and thing.joint is not None:
         axis = film.axes[thing.joint.name]  # the same in both frames of a revolute joint
-    axis = np.asarray(axis, float)
-    return ShapePoses(film.R[:, own], film.x[:, own], inside, low, high, axis / np.linalg.norm(axis))
+    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    along, short = inside @ axis, _SHORT * film.extent
+    reach = (-short, short) if getattr(shape, "is_short", False) else (along.min() - margin, along.max() + margin)
+    return ShapePoses(film.R[:, own], film.x[:, own], inside, low, high, axis, reach)
 
 
 #: Radius of a ball around a shape.

@@ -302,8 +302,8 @@ def test_outputs_say_their_units():
         "z": Coordinates("box z"),
         "turn": Coordinates("box rz", "velocity"),
         "gap": Coordinates("box x", "displacement"),
-        "own": Recovery(np.eye(6)[:1]),
-        "strain": Recovery(np.eye(6)[:1], unit="-"),
+        "own": Recovery(jnp.eye(6)[:1]),
+        "strain": Recovery(jnp.eye(6)[:1], unit="-"),
     }
     found = random_response(box, {"base": BaseAcceleration(table, "z")}, out, ratios=0.05)
     assert found.units == ("m/s^2", "rad/s", "m", "", "-")

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from matplotlib import pyplot
@@ -17,7 +18,10 @@ from jaxmbs.palette import COLORS
 from jaxmbs.viz._canvas import draw_curves, format_axes
 from jaxmbs.viz._drawable import body_frames
 from jaxmbs.viz._mechanism import frame_positions
+from jaxmbs.viz._shape_lines import thing_lines
+from jaxmbs.viz._things import things
 from jaxmbs.viz.scenes import _trajectory as film_module
+from jaxmbs.viz.scenes._trajectory import frame_trajectory
 from tests.viz.test_viz_labels import study
 
 from .machines import everything, plate
@@ -359,3 +363,30 @@ def test_the_front_of_a_stored_study_is_drawn(ax):
         viz.plot_pareto_front(study, ax=ax)
     with pytest.raises(ValueError, match="a front of 1 objectives"):
         viz.plot_pareto_front(mbs.studies.pareto_front(study, ["peak"]), ax=ax)
+
+
+def test_a_wire_and_a_blade_are_drawn():
+    """A wire is as long as its bead moves along it, a blade lies along itself."""
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
+    b.body("bead", mass=1.0, inertia=1.0)
+    b.joint("float", mbs.Free(), "ground", "bead")
+    b.constraint("wire", mbs.joints.PointOnLine(), between=("ground", "bead"))
+    b.body("sled", mass=1.0, inertia=1.0)
+    b.joint("plane", mbs.Planar(), "ground", "sled")
+    b.constraint("blade", mbs.joints.KnifeEdge("y"), between=("ground", "sled"))
+    system = b.build()
+    high = [mbs.State.at(system, float=(0, 0, z, 1, 0, 0, 0), plane=(2.0, 0.0, np.pi / 2)) for z in (0.5, 1.5)]
+    film = frame_trajectory(system, jax.tree.map(lambda *x: jnp.stack(x), *high))
+    drawn = {one.name: one.lines for one in thing_lines(things(system), film)}
+    (wire,), (_, blade) = drawn["wire"], drawn["blade"]
+    np.testing.assert_allclose(wire[0][:, :2], 0.0, atol=1e-12)
+    assert wire[0][0, 2] < 0.5 and 1.5 < wire[0][1, 2] < 2.5
+    np.testing.assert_allclose(blade[0].mean(axis=0), [2.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose((blade[0][1] - blade[0][0])[1:], 0.0, atol=1e-12)  # its y axis points along -x
+
+
+def test_of_a_long_motion_a_few_poses_are_drawn(pendulum, ax):
+    system, motion, _ = pendulum
+    many = jax.tree.map(lambda x: jnp.concatenate([x] * 20), motion.states)
+    whole = len(viz.plot_mechanism(system, motion, "xz", ax=Figure().add_subplot()).lines)
+    assert len(viz.plot_mechanism(system, many, "xz", ax=ax).lines) == 8 * whole // len(motion)

@@ -18,8 +18,10 @@ from .._element_arrows import arrows_along
 from .._mesh import DisplayMesh, display_mesh, moving_meshes
 from .._projection import load_axes
 from .._things import things
-from ._geometry import BAR_RADIUS, RAIL, MechanismGeometry, SolidLibrary, encode_array, pose_tracks
+from ._geometry import BAR_RADIUS, MechanismGeometry, pose_tracks
+from ._joint_solids import RAIL
 from ._shape_solids import shape_solids, solid_corners
+from ._solid_library import SolidLibrary, encode_array
 from ._trajectory import frame_trajectory
 
 _THICKNESS = 0.02  # of planes and cams, relative to the extent of the trajectory

@@ -16,8 +16,9 @@ from ...errors import ModelError, UnknownNameError
 from ...linear._system import LinearSystem
 from ...model._system import System
 from ...typing import ScalarLike
-from ._geometry import BAR_RADIUS, SolidLibrary, encode_array
+from ._geometry import BAR_RADIUS
 from ._objects import SceneObject, scene_object
+from ._solid_library import SolidLibrary, encode_array
 from ._view import camera_distance, fit_view
 
 # Sizes relative to the extent of the scene, chosen by eye.

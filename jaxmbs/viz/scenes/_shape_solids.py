@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from scipy.spatial import Delaunay
 
-from ...drawings import Ball, Box, Cylinder, Gear, HeightSurface, Outline, Path, Plane, Tube, Wheel
+from ...drawings import Ball, Box, Cylinder, Gear, HeightSurface, Outline, Path, Plane, Rail, Tube, Wheel
 from .._gear_outline import gear_outline
 from .._things import ShapePoses, Thing, place_of_shape
 from ._solids import Solid, join_solids, rotation_to_axis, sweep_tube
@@ -90,6 +90,7 @@ _SOLIDS: dict[type, Callable[[Any, ShapePoses, float], Solid]] = {
     Outline: lambda shape, at, thick: plate_of_outline(np.asarray(shape.points, float), 1.5 * thick),
     Path: lambda shape, at, thick: sweep_tube(np.asarray(shape.points, float), 0.2 * thick),
     Plane: _plane,
+    Rail: lambda shape, at, thick: sweep_tube(np.outer(at.reach, at.axis), 0.3 * thick),
     Tube: _tube,
     Wheel: lambda shape, at, thick: _cylinder(shape, at, shape.width if shape.width > 0 else 2.0 * thick),
 }
