@@ -122,8 +122,9 @@ FACES = {
         hertz_stiffness
     """,
     "jaxmbs.vehicles": """
-        AbstractRoad AbstractTyreModel BrushTyre CONVENTIONS Compression ContactForces Convention FialaTyre FlatRoad
-        LinearTyre MagicFormula Slip SlipSlopes TirFile Tyre read_tir
+        AbstractRoad AbstractTyreModel BrushTyre CONVENTIONS CleatRoad Compression ContactForces Convention
+        FialaTyre FlatRoad LinearTyre MagicFormula RandomRoad Ride SineRoad Slip SlipSlopes SurfaceRoad
+        TandemCams TirFile Tyre WEIGHTINGS WeightingFilter read_tir ride weighting wheel_inputs
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -220,6 +220,7 @@ MADE = {
     "ShockSpectrum": lambda: mbs.qualification.ShockSpectrum(
         jnp.asarray(F), numbers(2, 3), numbers(2, 3), "absolute acceleration"
     ),
+    "Ride": lambda: mbs.vehicles.Ride(numbers(2, 2) @ numbers(2, 2).T, ("seat", "seat Wk")),
     "SineResponse": lambda: mbs.qualification.SineResponse(
         F, numbers(3), numbers(3), complexes(3, 2), jnp.array([-1, 0, -1]), jnp.asarray(2.0), ("cap",), ("a", "b")
     ),

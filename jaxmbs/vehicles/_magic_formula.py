@@ -122,7 +122,7 @@ class MagicFormula(AbstractTyreModel):
         return Coefficients(self.coefficients).VXLOW
 
     def validity(self, slip: Slip) -> dict[str, Margin]:
-        """What is left to the ranges of the file: of load, slip, slip angle, inclination and pressure."""
+        """Margins to the ranges of the file: of load, slip, slip angle, inclination and pressure."""
         p = Coefficients(self.coefficients)
         pressure = p.NOMPRES if slip.pressure is None else slip.pressure
         ranges = {
@@ -141,7 +141,7 @@ class MagicFormula(AbstractTyreModel):
         return found
 
     def faults(self) -> list[str]:
-        """What a tyre cannot do without, and what must be positive."""
+        """Missing coefficients, and those that must be positive."""
         found = super().faults()
         missing = [name for name in NEEDED if name not in self.coefficients]
         if missing:

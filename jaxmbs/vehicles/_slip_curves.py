@@ -13,7 +13,7 @@ from ._tyre_model import Slip
 
 
 class Inputs(NamedTuple):
-    """What the formulas take: slip numbers of a convention, and changes of load and pressure.
+    """Inputs of the formulas: slip numbers of a convention, and changes of load and pressure.
 
     Attributes: load [N]; kappa; alpha, gamma: numbers of slip and camber; cosine: of the slip angle; dfz, dpi:
     relative changes of load and pressure; direction: of rolling; rolling: 1, fading where the wheel stands; grip:
@@ -53,7 +53,7 @@ class LateralForce(NamedTuple):
 
 
 def inputs_of(p: Coefficients, convention: Convention, slip: Slip) -> Inputs:
-    """What the formulas take at a slip."""
+    """Inputs of the formulas at a slip."""
     rated = p.LFZO * p.FNOMIN
     tangent, camber = slip.tangent, slip.camber
     alpha = jnp.arctan(tangent) if convention.slip == "angle" else tangent

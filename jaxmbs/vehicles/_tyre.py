@@ -136,7 +136,7 @@ class Tyre(AbstractPoseLaw):
         speed: ScalarLike | None = None,
         pressure: ScalarLike | None = None,
     ) -> Slip:
-        """What the model takes; arguments as of `forces`, in ISO axes."""
+        """Input of the model; arguments as of `forces`, in ISO axes."""
         pressure = self.pressure if pressure is None else number(pressure)
         forward = number(0.0 if speed is None else speed)
         tangent, camber = jnp.tan(number(alpha)), jnp.sin(number(gamma))
@@ -295,14 +295,14 @@ class Tyre(AbstractPoseLaw):
         lengths = self.model.relaxation_lengths(slip)
         return faults_if(
             (
-                any(not_positive(length) or not np.all(np.isfinite(length)) for length in map(_known, lengths)),
+                any(not_positive(length) or not np.all(np.isfinite(length)) for length in map(_host_value, lengths)),
                 "the model has no relaxation lengths, of PTX1 and PTY1 (MF 5.2), LONGITUDINAL_STIFFNESS and "
                 "LATERAL_STIFFNESS (MF 6.1, 6.2): give them, or has_relaxation=False",
             )
         )
 
 
-def _known(value):
+def _host_value(value):
     return np.asarray(value) if is_concrete(value) else np.ones(())
 
 

@@ -62,7 +62,7 @@ class SlipSlopes(NamedTuple):
 
 
 class Compression(NamedTuple):
-    """What the load of a tyre depends on.
+    """Deflection of a tyre, and the other numbers that its load depends on.
 
     Attributes:
         deflection: free radius less loaded radius, in the plane of the wheel [m]; rate [m/s].

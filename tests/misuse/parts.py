@@ -233,6 +233,10 @@ def _tyre(model, road=None):
     return _law(between=("ground", "hand"))(mbs.vehicles.Tyre(model, road))
 
 
+def _road(arguments, *fine, positive=""):
+    return case(arguments, *fine, positive=positive, through=_through(lambda road: _tyre(PLAIN_TYRE, road)))
+
+
 def _plain_tyre(positive="", **own):
     return case(
         lambda z: call(9e4, 6e4, relaxation=np.array([0.25, 0.5]), **PLAIN_NUMBERS, **own),
@@ -351,6 +355,13 @@ CASES = {
         through=_through(_law(between=("ground", "hand"))),
     ),
     "vehicles.FlatRoad": case(lambda z: call(), through=_through(lambda road: _tyre(PLAIN_TYRE, road))),
+    "vehicles.SineRoad": _road(lambda z: call(0.5, 2.0, 0.25, 0.125), positive="wavelength"),
+    "vehicles.CleatRoad": _road(lambda z: call(1.0, 0.5, 0.25, 0.125), positive="length ramp"),
+    "vehicles.SurfaceRoad": _road(lambda z: call(HeightField(POINTS, np.zeros(3)))),
+    "vehicles.TandemCams": _road(
+        lambda z: call(mbs.vehicles.FlatRoad(), 0.25, 0.5, 0.5, 1.5, 81),
+        positive="base half_length half_height exponent",
+    ),
     "vehicles.Tyre": case(
         lambda z: call(PLAIN_TYRE, mbs.vehicles.FlatRoad(), 2e5, True, 0.25),
         "pressure none: the nominal one",

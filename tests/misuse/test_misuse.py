@@ -12,11 +12,11 @@ import pytest
 import jaxmbs as mbs
 from tests.test_public_faces import FACES
 
-from . import components, load_questions, matrices, mechanisms, parts, structures
+from . import components, load_questions, matrices, mechanisms, parts, structures, vehicles
 from .attempts import Example, attempts, verdict
 from .zoo import Zoo
 
-TABLES = (mechanisms, parts, matrices, components, structures, load_questions)
+TABLES = (mechanisms, parts, matrices, components, structures, load_questions, vehicles)
 CASES = {name: case for table in TABLES for name, case in table.CASES.items()}
 EXEMPT = {
     "answers, made by the library": """
@@ -40,6 +40,7 @@ EXEMPT = {
         dynamics.ElementReports dynamics.Validity analysis.ImpendingMotion dynamics.CableResult fem.Buckling
         flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
+        vehicles.Ride
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -56,6 +57,7 @@ EXEMPT = {
         forces.InternalState forces.Margin forces.Reading forces.Arrows forces.PointLoads model.InternalStates
         contact.AbstractPair contact.Touch vehicles.AbstractRoad vehicles.AbstractTyreModel vehicles.SlipSlopes
         vehicles.Compression vehicles.ContactForces vehicles.Slip vehicles.CONVENTIONS vehicles.Convention
+        vehicles.WEIGHTINGS vehicles.WeightingFilter
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractRows joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction
         motion.Formulation
@@ -134,6 +136,7 @@ LONG = """
     vibration.modal_transfer_matrix vibration.modes vibration.natural_modes vibration.oscillations
     vibration.receptance vibration.resonance_gains vibration.simulate vibration.track_modes
     vibration.transfer_matrix vibration.transmissibility vibration.viscous_receptance
+    vehicles.CleatRoad vehicles.SineRoad vehicles.SurfaceRoad vehicles.TandemCams vehicles.ride
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself
