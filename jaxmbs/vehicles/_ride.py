@@ -166,11 +166,8 @@ def _check_wheels(wheels, wanted):
 
 def _place_faults(what, value):
     """A sentence unless the value is one finite number."""
-    if (
-        isinstance(value, str | bytes | None)
-        or shape_of(value) != ()
-        or any_concrete(lambda x: ~np.isfinite(x), value)
-    ):
+    is_number = not isinstance(value, str | bytes | None) and shape_of(value) == () and not np.iscomplexobj(value)
+    if not is_number or any_concrete(lambda x: ~np.isfinite(x), value):
         return [f"{what} must be one finite number, not {value!r}"]
     return []
 

@@ -161,7 +161,7 @@ class TandemCams(AbstractRoad):
         return self.road.height(at[0], at[1]) + self.half_height * (self._outline(offset) - 1.0)
 
     def _touch(self, place, ahead):
-        """Place of the cam that touches, from -1 to 1: the best of many places, then a golden section search around it."""
+        """Place of the cam that touches, from -1 to 1: the best of many, then a golden section search around it."""
 
         def lift(s):
             at = place + s * self.half_length * ahead
