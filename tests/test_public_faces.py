@@ -122,9 +122,10 @@ FACES = {
         hertz_stiffness
     """,
     "jaxmbs.vehicles": """
-        AbstractRoad AbstractTyreModel BrushTyre CONVENTIONS CleatRoad Compression ContactForces Convention
-        FialaTyre FlatRoad LinearTyre MagicFormula RandomRoad Ride SineRoad Slip SlipSlopes SurfaceRoad
-        TandemCams TirFile Tyre WEIGHTINGS WeightingFilter read_tir ride weighting wheel_inputs
+        AbstractRoad AbstractTyreModel AxleTyres BrushTyre CONVENTIONS CleatRoad Compression ContactForces
+        Convention FialaTyre FlatRoad ForwardSpeed LinearTyre MagicFormula RandomRoad Ride SineRoad
+        SingleTrack Slip SlipSlopes SurfaceRoad TandemCams TirFile Tyre WEIGHTINGS WeightingFilter read_tir
+        ride weighting wheel_inputs
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -19,6 +19,7 @@ from jaxmbs.assembly import State
 from jaxmbs.forces import Margin, Reading
 from jaxmbs.quantities import Axis, Quantity, along_freedoms, entries, matrix, numbered
 from jaxmbs.reports import Report, Reported, failures
+from tests.misuse.parts import PLAIN_TYRE
 from tests.misuse.test_misuse import CASES, EXEMPT, PUBLIC
 from tests.misuse.zoo import Zoo
 from tests.test_public_faces import FACES
@@ -221,6 +222,7 @@ MADE = {
         jnp.asarray(F), numbers(2, 3), numbers(2, 3), "absolute acceleration"
     ),
     "Ride": lambda: mbs.vehicles.Ride(numbers(2, 2) @ numbers(2, 2).T, ("seat", "seat Wk")),
+    "SingleTrack": lambda: mbs.vehicles.SingleTrack(1e3, 1.5e3, 1.2, 1.4, PLAIN_TYRE, PLAIN_TYRE),
     "SineResponse": lambda: mbs.qualification.SineResponse(
         F, numbers(3), numbers(3), complexes(3, 2), jnp.array([-1, 0, -1]), jnp.asarray(2.0), ("cap",), ("a", "b")
     ),

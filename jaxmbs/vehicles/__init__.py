@@ -6,6 +6,7 @@ from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
+    from ._axle_tyres import AxleTyres
     from ._convention import CONVENTIONS, Convention
     from ._magic_formula import MagicFormula
     from ._plain_tyres import BrushTyre, FialaTyre, LinearTyre
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from ._ride import Ride, ride, wheel_inputs
     from ._road import AbstractRoad, FlatRoad
     from ._road_shapes import CleatRoad, SineRoad, SurfaceRoad, TandemCams
+    from ._single_track import ForwardSpeed, SingleTrack
     from ._tir import TirFile, read_tir
     from ._tyre import Tyre
     from ._tyre_model import AbstractTyreModel, Compression, ContactForces, Slip, SlipSlopes
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AbstractRoad",
     "AbstractTyreModel",
+    "AxleTyres",
     "BrushTyre",
     "CONVENTIONS",
     "CleatRoad",
@@ -29,11 +32,13 @@ __all__ = [
     "Convention",
     "FialaTyre",
     "FlatRoad",
+    "ForwardSpeed",
     "LinearTyre",
     "MagicFormula",
     "RandomRoad",
     "Ride",
     "SineRoad",
+    "SingleTrack",
     "Slip",
     "SlipSlopes",
     "SurfaceRoad",

@@ -27,7 +27,7 @@ def passing_slips(
         damping: time [s], see `Tyre.tread_damping`.
     """
     if states is None:
-        speed = _rolling_speed(slip.speed, model.standstill_speed)
+        speed = rolling_speed(slip.speed, model.standstill_speed)
         return slip._replace(kappa=-sliding[0] / speed, tangent=sliding[1] / speed)
     lengths, still = _lengths(model, slip), damping * _standing(slip)
     kappa = (states[0] - still * sliding[0]) / lengths[0]
@@ -36,7 +36,7 @@ def passing_slips(
 
 def steady_deflections(model: AbstractTyreModel, slip: Slip, sliding: tuple[Any, Any]) -> tuple[Any, Any]:
     """Deflections (along, across) [m] of steady rolling; none of a wheel off the road."""
-    lengths, speed = _lengths(model, slip), _rolling_speed(slip.speed, model.standstill_speed)
+    lengths, speed = _lengths(model, slip), rolling_speed(slip.speed, model.standstill_speed)
     pressed = slip.load > 0.0
     along, across = -sliding[0] / speed * lengths[0], sliding[1] / speed * lengths[1]
     return jnp.where(pressed, along, 0.0), jnp.where(pressed, across, 0.0)
@@ -73,7 +73,7 @@ def _standing(slip):
     return 1.0 - slip.direction * slip.direction
 
 
-def _rolling_speed(speed, slow):
-    """Size of the speed, at least half of a slow one."""
+def rolling_speed(speed: Any, slow: Any) -> Any:
+    """Size of the speed, at least half of a slow one: exact above it."""
     size = jnp.abs(speed)
     return jnp.where(size > slow, size, 0.5 * (speed * speed / slow + slow))

@@ -143,7 +143,7 @@ def _check(linearisation, road, speed, coherence):
         (np.shape(speed) != (), "speed must be one number"),
         (not_positive(speed), "speed must be positive"),
         (any_concrete(lambda w: np.abs(w - 2.0) > 1e-12, road.waviness), "the road must have waviness 2"),
-        (shape_of(coherence) != (), "coherence must be one number"),
+        (shape_of(coherence) != () or np.iscomplexobj(coherence), "coherence must be one real number"),
         (any_concrete(lambda c: ~((c >= 0.0) & (c <= 1.0)), coherence), "coherence must be from 0 to 1"),
         (not linearisation.output_names, "it has no outputs: linearise(..., outputs=[...])"),
         (not linearisation.input_names, "it has no inputs: linearise(..., inputs=[...])"),

@@ -57,7 +57,7 @@ EXEMPT = {
         forces.InternalState forces.Margin forces.Reading forces.Arrows forces.PointLoads model.InternalStates
         contact.AbstractPair contact.Touch vehicles.AbstractRoad vehicles.AbstractTyreModel vehicles.SlipSlopes
         vehicles.Compression vehicles.ContactForces vehicles.Slip vehicles.CONVENTIONS vehicles.Convention
-        vehicles.WEIGHTINGS vehicles.WeightingFilter
+        vehicles.WEIGHTINGS vehicles.WeightingFilter vehicles.ForwardSpeed
         forces.AbstractScalarLaw forces.AbstractSignal forces.AbstractSystemLaw joints.AbstractClosure
         joints.AbstractRows joints.AbstractJoint joints.Node joints.parallel_rows reductions.AbstractReduction
         motion.Formulation

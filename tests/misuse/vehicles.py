@@ -7,6 +7,7 @@ from jaxmbs.vehicles import RandomRoad
 
 from .attempts import call
 from .cases import case
+from .parts import PLAIN_TYRE, _law, _through
 
 TRACKS = "words for tracks are free"
 
@@ -27,6 +28,16 @@ def quarter():
 
 
 CASES = {
+    "vehicles.AxleTyres": case(
+        lambda z: call(PLAIN_TYRE, 4e3, 0.25, True),
+        positive="load",
+        through=_through(_law(between=("ground", "hand"))),
+    ),
+    "vehicles.SingleTrack": case(
+        lambda z: call(1e3, 1.5e3, 1.25, 1.5, PLAIN_TYRE, PLAIN_TYRE, 0.5, 9.75),
+        positive="mass yaw_inertia a b gravity",
+        through=_through(lambda car: car.understeer_gradient(0.5)),
+    ),
     "vehicles.RandomRoad": case(lambda z: call(0.5, 2.5), positive="level"),
     "vehicles.ride": case(
         lambda z: call(quarter(), RandomRoad(0.5), 2.0, {"road": (0.5, "left")}, 0.25, {"strut": "Wk"}),
