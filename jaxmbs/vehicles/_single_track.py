@@ -118,7 +118,7 @@ class SingleTrack(Reported, eqx.Module):
         return StateSpace(A, B, picks, jnp.concatenate([jnp.zeros((2, 1)), B[:1]]))
 
     def gains(self, speed: ScalarLike, acceleration: ScalarLike = 0.0) -> Float[Array, "3"]:
-        """Steady yaw rate [1/s], slip angle of the centre of mass and lateral acceleration [m/s^2], over the steer."""
+        """Steady yaw rate [1/s], slip of the centre of mass, lateral acceleration [m/s^2], over the steer angle."""
         A, B, C, D = self.linear(speed, acceleration=acceleration)
         return (D - C @ square.solve(A, B))[:, 0]
 
