@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         constraints,
         contact,
         coupling,
+        cycles,
         design,
         documents,
         dynamics,
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from .assembly import State
     from .batching import batch
     from .builder import SystemBuilder
+    from .cycles import periodic
     from .design import Limit, minimise
     from .documents import report
     from .dynamics import forward_dynamics, mass_matrix
@@ -145,6 +147,7 @@ __all__ = [
     "constraints",
     "contact",
     "coupling",
+    "cycles",
     "design",
     "documents",
     "dynamics",
@@ -177,6 +180,7 @@ __all__ = [
     "modes",
     "motion",
     "ode",
+    "periodic",
     "position",
     "probability",
     "qualification",

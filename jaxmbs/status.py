@@ -55,6 +55,7 @@ class Status(enum.IntEnum):
         "an equilibrium whose stiffness is negative along some direction: the least push leads away from it",
     )
     NO_EQUILIBRIUM = 14, "no equilibrium was found near the state"
+    NO_CYCLE = 15, "no periodic motion was found near the start"
 
     text: str
 

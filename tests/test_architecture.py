@@ -53,6 +53,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
     [
         "analysis",
         "motion",
+        "cycles",
         "bondgraph",
         "batching",
         "design",

@@ -22,7 +22,7 @@ QUICK = ("start/first-mechanism",)
 LONG = """
     coming-from cookbook extend/element extend/formulation extend/friction extend/joint extend/law
     extend/reduction extend/tyre gallery guide/blocks guide/cables guide/components guide/contact guide/control
-    guide/design guide/diffrax guide/elastic guide/fatigue guide/fmi guide/friction guide/hydraulics
+    guide/cycles guide/design guide/diffrax guide/elastic guide/fatigue guide/fmi guide/friction guide/hydraulics
     guide/identification guide/loops guide/performance guide/pictures guide/qualification guide/scatter
     guide/solvers guide/states guide/structures guide/studies guide/test-data guide/vehicles inside start/closed-loop
     start/first-design start/first-structure start/from-files start/sharp-bits tasks/box tasks/decks

@@ -85,11 +85,11 @@ FACES = {
         Free Harmonic         Limit LinearSystem ModelError ModelFileError Motion PD Planar Pose Prismatic Ramp
         Revolute Screw         SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder
         Table Torque Universal         UnknownNameError Weld adapters analysis as_block assembly batch batching
-        blocks blocksparse bondgraph cache check         constraints contact coupling design documents dynamics
+        blocks blocksparse bondgraph cache check         constraints contact coupling cycles design documents dynamics
         elements
         equilibrium experiment export_fmu fatigue fem flexible forces         forward_dynamics frequency_response
         friction hydraulics identification identify inertia inverse_dynamics io         jit joints kinematics linear
-        linearise load_model mass_matrix minimise model modes motion ode position probability qualification
+        linearise load_model mass_matrix minimise model modes motion ode periodic position probability qualification
         random_response reaction reactions reductions report rotation rotations runtime save_model
         shock_spectrum
         signal_flow signals simulate statics stiffness studies sweep vector_field vehicles velocity vibration viz
@@ -105,6 +105,9 @@ FACES = {
         frequency_response
         impending_motion linearise modes
         stiffness
+    """,
+    "jaxmbs.cycles": """
+        Cycle periodic
     """,
     "jaxmbs.blocksparse": """
         BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor is_finite

@@ -84,6 +84,21 @@ def peak():
     return mbs.motion.Peak(jnp.asarray(3.5), jnp.asarray(0.25), state())
 
 
+def cycle():
+    made, fields = motion(), ("ts", "states", "result", "diagnostics", "end")
+    none = jnp.asarray(0.0)
+    return mbs.cycles.Cycle(
+        **{name: getattr(made, name) for name in fields},
+        period=jnp.asarray(2.0),
+        multipliers=complexes(2),
+        residual=none,
+        rate_residual=none,
+        is_singular=jnp.asarray(False),
+        num_trivial=0,
+        segments=1,
+    )
+
+
 def bond_reactions():
     network = mbs.statics.BodyNetwork.from_names(("one",), {"a": ("ground", "one"), "b": ("ground", "one")})
     zero = jnp.zeros(3)
@@ -199,6 +214,7 @@ MADE = {
     "Cycles": lambda: mbs.fatigue.Cycles(numbers(3), numbers(3), numbers(3)),
     "Buckling": lambda: mbs.fem.Buckling(numbers(2), numbers(4, 2), numbers(4)),
     "StressEnvelope": lambda: mbs.flexible.StressEnvelope(*({"skin": numbers(4, 2) * k} for k in (1, 2, 3, 4))),
+    "Cycle": cycle,
     "Direction": lambda: mbs.identification.Direction("a + 0.3 b", {"a": 1.0, "b": 0.3}, 2.0, "a"),
     "Curves": lambda: mbs.io.Curves(T, numbers(3, 2), "time", ["a", "b"], ["m", "N"]),
     "Kic": kic,

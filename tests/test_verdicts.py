@@ -12,6 +12,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.status import Status
+from tests.cycles.oscillators import duffing
 from tests.dynamics.test_joint_friction import JAM, drawer
 
 WORDS = {"ok", "stable", "unique", "jammed", "converged", "self_locking", "status"}
@@ -136,8 +137,19 @@ def no_direction_to_failure():
     return found, [found.probability, found.index], "no slope"
 
 
+def no_cycle_of_another_period():
+    """A shaken mass does not repeat after another period than that of its shaker."""
+    with pytest.raises(mbs.SimulationError, match="another period; give theirs"):
+        mbs.periodic(duffing(), 7.0)
+    found = mbs.periodic(duffing(), 7.0, throw=False)
+    assert not found.ok
+    numbers = [found.states.coordinates, found.multipliers, found.period, found.diagnostics.kinetic, found.frequency]
+    return found, numbers, "no periodic motion was found"
+
+
 CASES = {
     "Reliability": no_direction_to_failure,
+    "Cycle": no_cycle_of_another_period,
     "Equilibrium": free_fall,
     "FrictionLoads": jam,
     "ImpendingMotion": jam_that_impends,

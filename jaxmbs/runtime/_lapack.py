@@ -56,6 +56,8 @@ eigvalsh = sequential_vmap(lambda A: jnp.linalg.eigvalsh(A))
 eig = sequential_vmap(lambda A: tuple(jnp.linalg.eig(A)))
 #: `U (m, k), s (k,), V^H (k, n)`, k = min(m, n).  No derivative in reverse mode.
 svd = sequential_vmap(lambda A: tuple(jnp.linalg.svd(A, full_matrices=False)))
+#: `Q (m, k), R (k, n)`, k = min(m, n).  No derivative in reverse mode.
+qr = sequential_vmap(lambda A: tuple(jnp.linalg.qr(A)))
 #: `L U` in one matrix (n, n) and the permutation (n,) of its rows.  No derivative in reverse mode.
 lu = sequential_vmap(lambda A: lax.linalg.lu(A)[::2])
 

@@ -158,6 +158,12 @@ CASES = {
         "system nan inside: judged where it is integrated",
         "state none: the start by default",
     ),
+    "cycles.periodic": case(
+        lambda z: call(z.hanging, 1.0, z.near_rest, steps=8),
+        "start none: State.at(system)",
+        "start nan inside: the search ends without a cycle",
+        positive="period",
+    ),
     "motion.load_peaks": case(lambda z: call(z.bars, z.motion)),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(

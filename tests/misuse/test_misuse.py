@@ -28,6 +28,7 @@ EXEMPT = {
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
         studies.SobolShares design.Reliability
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
+        cycles.Cycle
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced
@@ -102,7 +103,8 @@ LONG = """
     contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad coupling.Components coupling.base_motion
     coupling.combine_modal_maxima coupling.couple_transfer coupling.coupled_response coupling.coupling_forces
     coupling.cqc_correlation coupling.limit_loads coupling.modal_pairs coupling.peak_response coupling.reactions
-    coupling.regularised_inverse coupling.truncation_shortfall design.Limit design.pareto dynamics.acceleration
+    coupling.regularised_inverse coupling.truncation_shortfall cycles.periodic
+    design.Limit design.pareto dynamics.acceleration
     dynamics.angular_acceleration dynamics.cable_states dynamics.contact_load dynamics.element_reports
     dynamics.generalised_momentum dynamics.gyristor_field dynamics.gyristor_field_direct dynamics.hamiltonian
     dynamics.hamiltonian_slopes dynamics.joint_friction dynamics.spring_displacement dynamics.spring_kic_second

@@ -1,0 +1,14 @@
+"""Cycles: periodic motions of mechanisms with their loads, stability and derivatives."""
+
+from typing import TYPE_CHECKING
+
+from ..arguments import explain_arguments
+from ..lazy import import_when_asked
+
+if TYPE_CHECKING:
+    from ._cycle import Cycle
+    from ._periodic import periodic
+
+__all__ = ["Cycle", "periodic"]
+
+import_when_asked(__name__, explain_arguments)

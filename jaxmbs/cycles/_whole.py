@@ -1,0 +1,116 @@
+"""The motion over a whole cycle from the states at the begins of its segments, and its multipliers."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from ..assembly._state import State
+from ..math import _square as square
+from ..math._product_eigen import product_eigenvalues
+from ..model._system import System
+from ..motion._diagnostics import Diagnostics
+from ..motion._motion import Motion
+from ._chart import Chart, accelerations_and_rates
+from ._shooting import Shooting, begin_slope, end_slope
+
+#: Size of a motion, of the length of the system, below which what its end misses is not measured by it: a machine at
+#: rest under steady forces is a cycle of any period.
+_LEAST_SIZE = 1e-4
+#: Parts of a cycle of which each has its own slope: small multipliers keep their digits.
+_LEAST_PARTS = 8
+
+
+def parts_of(segments: int, in_one: bool) -> int:
+    """Number of parts whose slopes make the multipliers; in_one: a cycle with events, or samples, is not cut."""
+    return segments if in_one else segments * -(-_LEAST_PARTS // segments)
+
+
+def motion_of_segments(
+    shooting: Shooting, system: System, begins: State, period: Array, steps: int, gradient: str
+) -> Motion:
+    """The motion over the cycle, of one begun anew at every segment.  Args: steps: saved intervals of a segment."""
+    times = shooting.times(period)
+
+    def one(state, t0, t1):
+        share = jnp.asarray(np.arange(steps + 1) / steps, t0.dtype)
+        return shooting.flow.motion(system, state, t0 + (t1 - t0) * share, gradient)
+
+    if shooting.segments == 1:
+        return one(jax.tree.map(lambda x: x[0], begins), times[0], times[1])
+    return _joined(lax.map(lambda x: one(*x), (begins, times[:-1], times[1:])))
+
+
+def _joined(motions: Motion) -> Motion:
+    """One motion of several (m,) that follow each other."""
+
+    def rows(x):
+        """(m, K + 1, ...) as (m K + 1, ...)."""
+        return jnp.concatenate([x[:, :-1].reshape(x.shape[0] * (x.shape[1] - 1), *x.shape[2:]), x[-1, -1:]])
+
+    def summed(x):
+        """The same of what begins at zero in each."""
+        before = jnp.concatenate([jnp.zeros_like(x[:1, -1]), jnp.cumsum(x[:-1, -1], axis=0)])
+        return rows(x + before[:, None])
+
+    d = motions.diagnostics
+    accounts = Diagnostics(
+        kinetic=rows(d.kinetic),
+        potential=rows(d.potential),
+        work=jax.tree.map(summed, d.work),
+        energy_residual=summed(d.energy_residual),
+        constraint_drift=rows(d.constraint_drift),
+        velocity_drift=rows(d.velocity_drift),
+        num_steps=jnp.sum(d.num_steps),
+        num_rejected=jnp.sum(d.num_rejected),
+        stiffening=jax.tree.map(rows, d.stiffening),
+    )
+    end = jax.tree.map(lambda x: x[-1], motions.end)
+    states = jax.tree.map(rows, motions.states)
+    return Motion(rows(motions.ts), states, jnp.max(motions.result), accounts, end, solver=motions.solver)
+
+
+def multipliers_of(shooting: Shooting, system: System, motion: Motion, period: Array, parts: int) -> Array:
+    """Floquet multipliers (n,) from the slopes of so many parts of a cycle, whose begins are among its states."""
+    every = (len(motion) - 1) // parts
+    begins = jax.tree.map(lambda x: x[: every * parts : every], motion.states)
+    times = motion.ts[::every]
+    charts = jax.vmap(lambda state: Chart.at(system, state, 2.0 * jnp.pi / period))(begins)
+    charts = dataclasses.replace(charts, state=begins)  # of which the slopes depend: here they have derivatives
+    after = jax.tree.map(lambda x: jnp.roll(x, -1, axis=0), charts)
+    none, still = jnp.zeros_like(shooting.gain), jnp.zeros_like(shooting.winds)
+    n = charts.num_numbers
+
+    def factor(one):
+        chart, following, t0, t1 = one
+        slope = end_slope(shooting.flow, system, (chart, following), (t0, t1), none, still, shooting.is_free)[1]
+        own = begin_slope(system, following, following.state.t, shooting.is_free)[1]
+        return square.solve(own[:, :n], slope[:, :n])
+
+    return product_eigenvalues(lax.map(factor, (charts, after, times[:-1], times[1:])))
+
+
+def residuals(shooting: Shooting, system: System, motion: Motion, period: Array) -> tuple[Array, Array]:
+    """What the end of a cycle misses its begin by, over the size of the motion: states (), and rates ()."""
+    first, last = (jax.tree.map(lambda x, k=k: x[k], motion.states) for k in (0, -1))
+    chart = Chart.at(system, first, 2.0 * jnp.pi / period)
+    moved, faster = chart.differences(system, last, shooting.gain, shooting.winds)
+    gaps = [moved, faster]
+    if first.internal is not None and last.internal is not None:
+        gaps.append((last.internal.values - first.internal.values) / chart.scale)
+    size = size_of_motion(motion, period) + _LEAST_SIZE * system.length
+    gap = jnp.max(jnp.stack([_largest(x) for x in gaps]))
+    begin, end = (accelerations_and_rates(system, state) for state in (first, last))
+    rates = _largest(end - begin) / (_largest(begin) + size * chart.rate**2)
+    return gap / size, rates
+
+
+def size_of_motion(motion: Motion, period: Array) -> Array:
+    """Amplitude () of a sine over the period whose velocity is the largest of the motion [m, rad]."""
+    return _largest(motion.states.velocities) * period / (2.0 * np.pi)
+
+
+def _largest(x):
+    return jnp.max(jnp.abs(x), initial=0.0)

@@ -1,0 +1,1 @@
+"""Periodic motions, their multipliers and their derivatives are those of closed forms and published values."""
