@@ -17,7 +17,7 @@ from ..checks import is_concrete
 from ..friction._joint_friction import bristle_groups, without_friction
 from ..kinematics._configuration import at_state
 from ..model._changes import with_changes
-from ..ode._options import Options
+from ..ode._options import RTOL, Options
 from ..ode._rosenbrock import Rodas5P
 from ..runtime import jit, not_tracing
 from ..tables import format_number
@@ -58,7 +58,8 @@ class Choice(NamedTuple):
 def choose_solver(system: Any, state: Any, span: Any, landings: int, rtol: Any, formulation: Any) -> Choice:
     """The solver of a motion whose steps adapt: Rodas5P where its work is less, else Dopri8.
 
-    Args: span: first and last time [s]; landings: number of times on which steps must end; rtol: of each step.
+    Args: span: first and last time [s]; landings: number of times on which steps must end; rtol: of each step,
+    None for the default.
 
     Within a trace, where numbers are not known, it is Dopri8.
     """
@@ -74,7 +75,8 @@ def choose_solver(system: Any, state: Any, span: Any, landings: int, rtol: Any, 
     if unknowns > _MANY:
         return Choice(explicit, f"{unknowns} unknowns are many for an implicit solver")
     roots = _eigenvalues(system, state, formulation)
-    return _cheaper(roots, length, landings, float(np.max(np.asarray(rtol))), unknowns)
+    relative = RTOL[state.coordinates.dtype.itemsize] if rtol is None else np.max(np.asarray(rtol))
+    return _cheaper(roots, length, landings, float(relative), unknowns)
 
 
 def _cheaper(roots: np.ndarray, length: float, landings: int, rtol: float, unknowns: int) -> Choice:

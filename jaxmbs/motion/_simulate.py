@@ -26,7 +26,7 @@ from ..model._internal_states import replace_field
 from ..model._system import System
 from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
 from ..ode._loop import stop_gradients
-from ..ode._options import LOOPS, RTOL, check_memory, check_options, make_options, solver_or_default
+from ..ode._options import LOOPS, check_memory, check_options, make_options, solver_or_default
 from ..ode._save_times import save_times, valid_times
 from ..reports import Note
 from ..runtime import as_host_array, jit, note, progress_bar
@@ -125,37 +125,36 @@ def simulate(
     events = as_events(event, system, state, max_events)
     check_options(named, controller, dt, rtol, atol, gradient, loop)
     _check_formulation(system, state, chosen, named, events, loop)
-    t0, dtype, periods = state.t, state.coordinates.dtype, sample_periods(system)
-    ts = save_times(t0, t1, ts)
+    ts = save_times(state.t, t1, ts)
     t1 = ts[-1] if t1 is None else as_host_array(t1)
-    choice = Choice(named)
+    choice, landings = Choice(named), 0 if interpolate else ts.size
     if solver is None and dt is None and controller is None and loop == LOOPS[0]:
-        relative, landings = RTOL[dtype.itemsize] if rtol is None else rtol, 0 if interpolate else ts.size
-        choice = choose_solver(system, state, (t0, t1), landings, relative, chosen)
-    solver = choice.solver
-    options = make_options(
-        solver,
-        controller,
-        span=(t0, t1),
-        dt=dt,
-        rtol=rtol,
-        atol=ATOL[dtype.itemsize] if atol is None else atol,
-        gradient=gradient,
-        max_steps=max_steps,
-        lands_on_times=not interpolate and not chosen.follows_rows,
+        choice = choose_solver(system, state, (state.t, t1), landings, rtol, chosen)
+    given = {"dt": dt, "rtol": rtol, "gradient": gradient, "max_steps": max_steps, "loop": loop}
+    options = _options(system, state, t1, chosen, events, landings, atol, progress)(
+        choice.solver, controller, **given
+    )
+    advice = functools.partial(advise, system, state, choice.solver)
+    with progress_bar("simulate", state.t, t1, progress, advice):
+        motion = _integrate(system, state, ts, t1, chosen, events, options)
+    if sample_periods(system) is not None:
+        motion = replace_field(motion, "sampling", Sampling.of(state.t, options, chosen, _integrate))
+    motion = dataclasses.replace(with_jam(system, motion), solver=Note(choice.in_words(options, chosen)))
+    return _with_verdict(system, motion, state.t, throw, choice.solver)
+
+
+def _options(system, state, t1, formulation, events, landings, atol, progress):
+    """`make_options` with what the mechanism, its start and its events say."""
+    return functools.partial(
+        make_options,
+        span=(state.t, t1),
+        atol=ATOL[state.coordinates.dtype.itemsize] if atol is None else atol,
+        lands_on_times=landings > 0 and not formulation.follows_rows,
         progress=progress is not None and as_flag("progress", progress),
         has_event=events is not None,
         max_actions=0 if events is None else events[0].max_actions,
-        loop=loop,
-        periods=periods,
+        periods=sample_periods(system),
     )
-    advice = functools.partial(advise, system, state, solver)
-    with progress_bar("simulate", t0, t1, progress, advice):
-        motion = _integrate(system, state, ts, t1, chosen, events, options)
-    if periods is not None:
-        motion = replace_field(motion, "sampling", Sampling.of(t0, options, chosen, _integrate))
-    motion = dataclasses.replace(with_jam(system, motion), solver=Note(choice.in_words(options, chosen)))
-    return _with_verdict(system, motion, t0, throw, solver)
 
 
 def _with_formulation(system, state, formulation, solver, dt):

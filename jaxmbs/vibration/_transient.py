@@ -112,30 +112,15 @@ def simulate(
     t0, x0 = _start(system, start, ts)
     ts = save_times(t0, t1, ts, system.dtype)
     t1 = ts[-1] if t1 is None else as_dtype(t1, ts.dtype)
-    if forces is not None and not callable(forces):
-        _check_samples(t0, ts, t1)
-    condensation = _condensation(system, modal)
-    if condensation.light:
-        _check_light(system, condensation, laws, forces, ts)
+    condensation = _condensation(system, modal, laws, forces, (t0, ts, t1))
     if modal is not None:
         _check_modal(start, laws, forces, (dt, controller, event))
         return _in_modes(system, condensation, ts, forces, modal)
     check_event(event, LinearState(t0, *x0), "s.displacement[0]")
-    rtol, atol = _tolerances(solver, rtol, atol, system.dtype)
-    options = make_options(
-        solver,
-        controller,
-        span=(t0, t1),
-        dt=dt,
-        rtol=rtol,
-        atol=atol,
-        gradient=gradient,
-        max_steps=max_steps,
-        lands_on_times=not interpolate,
-        progress=progress is not None and as_flag("progress", progress),
-        has_event=event is not None,
-        dtype=ts.dtype,
-    )
+    own = _tolerances(solver, rtol, atol, system.dtype) | {"span": (t0, t1), "has_event": event is not None}
+    own |= {"dt": dt, "gradient": gradient, "max_steps": max_steps, "lands_on_times": not interpolate}
+    bar = progress is not None and as_flag("progress", progress)
+    options = make_options(solver, controller, **own, progress=bar, dtype=ts.dtype)
     with progress_bar("simulate", t0, t1, progress):
         motion = _integrate(system, condensation, LinearState(t0, *x0), ts, t1, forces, laws, event, options)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
@@ -143,18 +128,28 @@ def simulate(
     return motion
 
 
-def _condensation(system, modal):
-    """The system without its rows without mass; of modes with given ratios its damping is of no use."""
+def _condensation(system, modal, laws, forces, times):
+    """The system without its rows without mass; of modes with given ratios its damping is of no use.
+
+    Raises: ValueError for samples of forces that do not fit the times, and what acts on rows without mass.
+    """
+    if forces is not None and not callable(forces):
+        _check_samples(*times)
     if isinstance(system.stiffness, BlockMatrix):
-        return BlockCondensation.of(system)
-    return condense_massless(system, damped=modal is None or modal.ratios is None)
+        found = BlockCondensation.of(system)
+    else:
+        found = condense_massless(system, damped=modal is None or modal.ratios is None)
+    if found.light:
+        _check_light(system, found, laws, forces, times[1])
+    return found
 
 
 def _tolerances(solver, rtol, atol, dtype):
-    """(rtol, atol): those given, or else the usual ones of the solver; None for rtol leaves it to `make_options`."""
+    """rtol and atol: those given, or else the usual ones of the solver; None for rtol leaves it to `make_options`."""
     implicit = isinstance(solver, diffrax.AbstractImplicitSolver)
     usual = IMPLICIT_TOLERANCES[dtype.itemsize] if implicit else (None, ATOL[dtype.itemsize])
-    return tuple(usual[k] if given is None else given for k, given in enumerate((rtol, atol)))
+    given = {"rtol": rtol, "atol": atol}
+    return {name: usual[k] if x is None else x for k, (name, x) in enumerate(given.items())}
 
 
 def _keeps_blocks(system, modal, solver):

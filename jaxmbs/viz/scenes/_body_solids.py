@@ -32,7 +32,8 @@ def add_bodies(scene: Any) -> None:
         points = distinct_points([scene.trajectory.position_in_body(scene.top, f) for f in frames], 0.6 * scene.r)
         com = np.asarray(scene.system.com[body], float)
         if len(points) > 1:
-            for solid in default_shapes(*_points(scene, body, frames), scene.r, few):
+            joints, named, axes = _points(scene, body, frames)
+            for solid in default_shapes(joints, named, axes, scene.r, few):
                 scene.add_solid(name, body + 1, solid, color)
         elif len(points) and np.linalg.norm(com - points[0]) > scene.r and body + 1 not in blocks:
             scene.add_solid(name, body + 1, rounded_hull([points[0], com], 0.6 * scene.r, few), color)
