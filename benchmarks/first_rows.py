@@ -83,14 +83,15 @@ def cranks(lap):
             b.joint(f"head {k}", PIN, f"crank {k}", "bar", **place)
             for joint in (f"foot {k}", f"head {k}"):
                 rub(b, joint, mu)
-        return b.build(like=like)
+        return b.build(
+            like=like, guess={**{f"foot {k}": 0.7 for k in range(3)}, **{f"head {k}": -0.7 for k in range(3)}}
+        )
 
     first = build(0.1)
 
     def angle(mu):
-        system, angle = build(mu, first), 0.7
-        guess = {"foot 1": angle, "foot 2": angle, **{f"head {k}": -angle for k in range(3)}}
-        start = mbs.State.at(system, guess=guess, velocities={"foot 0": 2.0}, **{"foot 0": angle})
+        system = build(mu, first)
+        start = mbs.State.at(system, {"foot 0": 0.7}, velocities={"foot 0": 2.0})
         return mbs.simulate(system, start, t1=0.1, dt=0.01).end.coordinates[0]
 
     lap("(model)")

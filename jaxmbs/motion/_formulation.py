@@ -45,10 +45,10 @@ _ROUNDING = {8: 1e-11, 4: 1e-5}
 #: square, so a tenth is what a step from a tenth of the radius of convergence leaves.
 _CONVERGING = 0.1
 #: Size up to which the error of momenta along the rows counts, as a multiple of what is left without it.  Away from
-#: singular poses it is below, and steps are what they are.  Beside them it is the least that keeps the accuracy at
-#: loose tolerances: velocities of a row of ten four-bars err after 10 s at 1e-8 by 1e-7 rad/s in 550 steps where all
-#: of it counts, in 150 with a multiple of 64; with 16 by 3e-7 in 120.
-_ALONG_ROWS = 64.0
+#: singular poses it is below, and steps are what they are.  Beside them it is a choice: velocities of a row of 160
+#: four-bars err after 10 s at 1e-10 by 1.3e-8 rad/s in 400 steps with a multiple of 64, by 8e-9 in 440 with 256; one
+#: of ten at 1e-8 by 1e-7 in 550 steps where all of it counts, in 150 with 64, by 3e-7 in 120 with 16.
+_ALONG_ROWS = 256.0
 #: Inertia lent to every column where positions are projected, of the whole mass: too little to matter beside another.
 _LENT = 1e-12
 #: Least scale of a component of the second half, of the largest: components of smaller inertia are not told apart.
@@ -231,7 +231,9 @@ class Formulation(eqx.Module):
         second, internal = self.split(error[1])
         size = lambda part: jnp.linalg.norm(part / self.scale[: len(part)])
         left, whole = size(self._without_rows(t, y[0], second)), size(second)
-        counted = jnp.minimum(1.0, _ALONG_ROWS * left / jnp.where(whole > 0.0, whole, 1.0))
+        # what is projected away takes energy with it, as its square: of velocities v the part d^2 / 2 v
+        energy = 0.5 * whole**2 / jnp.maximum(size(self.split(y[1])[0]), jnp.finfo(second.dtype).tiny)
+        counted = jnp.minimum(1.0, (_ALONG_ROWS * left + energy) / jnp.where(whole > 0.0, whole, 1.0))
         return error[0], self.join(counted * second, internal), *error[2:]
 
     def _without_rows(self, t, psi, second):

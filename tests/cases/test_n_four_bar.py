@@ -90,12 +90,16 @@ def test_start_has_the_acceleration_of_the_exact_equation(n):
 @pytest.mark.long
 @pytest.mark.parametrize("n", [40, 160])
 def test_long_rows_follow_the_exact_equation(n):
-    """Ten seconds and twelve singular poses."""
+    """Ten seconds and twelve singular poses: errors at several tolerances scatter, and none stands out."""
     system = models.n_four_bar(n)
-    start = models.n_four_bar_state(system, 0.0)
-    motion = mbs.simulate(system, start, ts=np.array([0.0, 10.0]), rtol=1e-10, atol=1e-10)
-    assert bool(motion.ok) and system.topology.linear_solver == "frontal"
-    check(float(motion.states.coordinates[-1, 0]), models.n_four_bar_angle(n, 0.0, 10.0), 5e-8)
+    start, angle = models.n_four_bar_state(system, 0.0), models.n_four_bar_angle(n, 0.0, 10.0)
+    rate = -np.sqrt(1.0 + 2.0 * models.n_four_bar_acceleration(n, np.pi / 2) * (1.0 - np.cos(angle)))  # energy
+    assert system.topology.linear_solver == "frontal"
+    for tolerance, largest in ((1e-9, 1e-7), (3e-10, 6e-8), (1e-10, 3e-8)):
+        motion = mbs.simulate(system, start, ts=np.array([0.0, 10.0]), rtol=tolerance, atol=tolerance)
+        assert bool(motion.ok) and int(motion.diagnostics.num_steps) <= 600
+        check(float(motion.states.coordinates[-1, 0]), angle, largest)
+        check(float(motion.states.velocities[-1, 0]), rate, largest)
 
 
 @pytest.mark.long
