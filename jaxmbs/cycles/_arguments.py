@@ -10,7 +10,7 @@ from jax import Array
 
 from ..analysis._linearise import independent_positions
 from ..assembly._state import State
-from ..assembly._state_report import state_labels
+from ..assembly._state_report import coordinate_names, velocity_names
 from ..checks import any_concrete, count_faults, distinct_names, faults_if, is_concrete, no_such
 from ..constraints import _constraints as constraints
 from ..constraints._kic import independent_columns
@@ -160,11 +160,6 @@ def _places(system, state, names):
 def state_names(system: System, state: State) -> list[str]:
     """Names of coordinates "pin", velocities "rate of pin" and internal states, as in one vector."""
     top = system.topology
-    coordinates = state_labels(top.structure, top.num_coordinates)[0]
-    velocities = [f"rate of {name}" for name in _velocity_names(top)]
+    coordinates = coordinate_names(top.structure, top.num_coordinates)
+    velocities = [f"rate of {name}" for name in velocity_names(top.structure, top.num_velocities)]
     return [*coordinates, *velocities, *(entry for record in top.internal for entry in record.entries)]
-
-
-def _velocity_names(top):
-    for name, _, _, size in top.structure:
-        yield from ([name] if size == 1 else [f"{name} {k}" for k in range(size)])
