@@ -83,7 +83,9 @@ def modes(options: argparse.Namespace) -> int:
     if not options.here:
         found = verbs.equilibrium(system, state)
         state = found.state
-        print_note(f"equilibrium found, {'stable' if bool(found.stable) else 'not stable'}")
+        print_note(found.reason)
+        if not bool(found.stable) and not any(group.law.stores for group in system.forces):
+            print_note("no spring or motor holds its joints: these are motions under weight alone")
     modes = verbs.modes(system, state)
     if options.out:
         write_table(modes, options.out)

@@ -21,8 +21,9 @@ class Limit:
 
     Attributes:
         name: for tables and messages.
-        value: function of the design to a number or an array of any shape (joints, times, load cases), a `Worst` of
-            one counts as that; or the name of an entry of the dict that the objective returns beside its value, where
+        value: function of the design to a number or an array of any shape (joints, times, load cases), which the
+            limit sees alone: of a motion the saved times, and `motion.peak` between them; a `Worst` of one counts
+            as that; or the name of an entry of the dict that the objective returns beside its value, where
             one simulation serves all.
         lower, upper: bounds of every entry: numbers, or arrays that broadcast to the value's shape.
         sharpness: None: every entry is a constraint by itself.  A number: one smooth constraint for all of them (the

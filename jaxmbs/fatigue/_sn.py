@@ -7,20 +7,23 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..checks import faults_if, flag, not_positive
-from ..errors import ModelError
+from ..checks import faults_if, flag, is_concrete, not_positive
+from ..errors import ModelError, warn
 from ..forces._fields import number, optional_number
 from ..runtime import as_dtype
-from ..tables import fields_repr
+from ..tables import fields_repr, format_number
 from ..typing import ArrayLike, Convertible, Scalar
 from ._arrays import float_array
+
+#: Decimal logarithms of usual intercepts: curves of stresses over a strength have 1 or a million.
+_LOGARITHMS = (5.0, 60.0)
 
 
 class SN(eqx.Module):
     """S-N curve `N = intercept S^-slope`, S the stress **amplitude**, half the range, unless `ranges` is true.
 
     Attributes:
-        intercept: cycles at unit stress, > 0.
+        intercept: cycles at unit stress, > 0; not their logarithm.
         slope: > 0, the exponent; below the knee `second_slope`.
         knee: stress at which the second slope begins, > 0; the curve is continuous there.
         second_slope: > 0, of stresses below the knee.
@@ -47,6 +50,9 @@ class SN(eqx.Module):
         faults = faults_if(*signs, (both, "knee and second_slope belong together: give both or none"))
         if faults:
             raise ModelError(faults, "the S-N curve")
+        if is_concrete(self.intercept) and _LOGARITHMS[0] < float(self.intercept) < _LOGARITHMS[1]:
+            cycles = format_number(self.intercept)
+            warn(f"SN: {cycles} cycles at unit stress: is it the logarithm (intercept=10**{cycles})?")
 
     def in_amplitudes(self) -> "SN":
         """The same curve over amplitudes."""

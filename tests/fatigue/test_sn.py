@@ -1,5 +1,7 @@
 """S-N curves: kinks, limits, ranges."""
 
+import warnings
+
 import jax
 import numpy as np
 import pytest
@@ -62,3 +64,13 @@ def _pieces(start, knee, end):
     inside = [x for x in (knee, 4 * knee) if start < x < end]
     edges = [start, *inside, max(end, start)]
     return list(zip(edges[:-1], edges[1:], strict=True))
+
+
+@pytest.mark.parametrize(("intercept", "is_doubted"), [(16.0, True), (1.0, False), (1e3, False), (2e6, False)])
+def test_a_logarithm_in_place_of_cycles(intercept, is_doubted):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        SN(intercept, 5.0)
+    assert [str(one.message) for one in said] == [
+        "SN: 16 cycles at unit stress: is it the logarithm (intercept=10**16)?"
+    ] * is_doubted
