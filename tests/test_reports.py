@@ -206,6 +206,17 @@ MADE = {
     "Reliability": lambda: mbs.design.Reliability(
         0.01, 2.3, {"a": 1.0}, {"a": 1.0}, {"a": {"mean": 0.1}}, "form", np.ones((1, 1)), np.ones(1)
     ),
+    "InteriorPoint": lambda: mbs.design.InteriorPoint(
+        {"x": numbers(3)},
+        numbers(3),
+        numbers(3, 0),
+        numbers(3, 1),
+        numbers(3, 1),
+        numbers(3, 1),
+        *[numbers(3)] * 4,
+        jnp.zeros(3, int),
+        None,
+    ),  # fmt: skip
     "Tolerance": lambda: mbs.design.Tolerance("mass", 0.1, 2.0, 1.0),
     "Uncertainty": lambda: mbs.design.Uncertainty(1.0, 0.1, 1.2, 0, np.asarray(numbers(3))),
     "MeasuredModes": lambda: mbs.experiment.MeasuredModes(F, np.asarray(numbers(2, 3)), ("a", "b"), np.full(3, 0.01)),

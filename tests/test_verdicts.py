@@ -147,7 +147,15 @@ def no_cycle_of_another_period():
     return found, numbers, "no periodic motion was found"
 
 
+def limits_that_none_keeps():
+    """The point that misses the limits least; its multipliers are no prices."""
+    found = mbs.design.interior_point(lambda x: x**2, 0.5, inequalities=lambda x: jnp.stack([x - 1.0, 2.0 - x]))
+    assert not found.ok
+    return found, [], "no design near"
+
+
 CASES = {
+    "InteriorPoint": limits_that_none_keeps,
     "Reliability": no_direction_to_failure,
     "Cycle": no_cycle_of_another_period,
     "Equilibrium": free_fall,

@@ -7,11 +7,13 @@ from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
     from ..errors import SearchError
+    from ._interior_point import InteriorPoint, interior_point
     from ._limit import Limit
     from ._limit_result import LimitResult
     from ._minimise import minimise
     from ._optimum import History, Optimum
     from ._pareto import ParetoFront, pareto
+    from ._percentile import percentile
     from ._reliability import reliability
     from ._reliability_result import Reliability
     from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "History",
+    "InteriorPoint",
     "Limit",
     "LimitResult",
     "Optimum",
@@ -28,8 +31,10 @@ __all__ = [
     "Tolerance",
     "Uncertainty",
     "Worst",
+    "interior_point",
     "minimise",
     "pareto",
+    "percentile",
     "propagate_uncertainty",
     "reliability",
     "sensitivities",

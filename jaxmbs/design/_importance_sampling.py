@@ -55,11 +55,11 @@ def failures(values: np.ndarray, system: str) -> np.ndarray:
     return np.any(failed, axis=1) if system == "series" else np.all(failed, axis=1)
 
 
-def interval(probability: float, error: float) -> tuple[float, float]:
-    """The 95 % interval of a probability with a standard error, of its logarithm, which is more nearly normal."""
+def interval(probability: float, error: float, width: float = _NORMAL_95) -> tuple[float, float]:
+    """The interval (of 95 %) of a probability with a standard error, of its logarithm, which is more nearly normal."""
     if not probability > 0.0:
         return 0.0, float("nan")
-    factor = float(np.exp(_NORMAL_95 * error / probability))
+    factor = float(np.exp(width * error / probability))
     return probability / factor, min(probability * factor, 1.0)
 
 

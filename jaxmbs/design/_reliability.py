@@ -17,7 +17,7 @@ from ..probability import AbstractDistribution, RandomVariables
 from ..runtime import jit, kept_tiers
 from ._design_point import DesignPoint, NearestFailure, find_design_point
 from ._distinct_points import distinct_points, unproven_points
-from ._importance_sampling import importance_sampling
+from ._importance_sampling import importance_sampling, interval
 from ._limit_state import LimitState, read_variables, scalar_limit, trace_limit_state
 from ._parameter_slopes import importances, index_slopes, named_slopes, parameter_slopes
 from ._reliability_result import Reliability
@@ -147,8 +147,8 @@ def _first_order(variables: RandomVariables, points: DesignPoint) -> dict:
 
 
 def _unconfirmed(probability, sampled) -> tuple[str, ...]:
-    """A sentence where samples do not confirm a probability."""
-    low, high = sampled["confidence"]
+    """A sentence where samples do not confirm a probability, in an interval that one in a thousand questions leaves."""
+    low, high = interval(sampled["probability"], sampled["error"], _NORMAL_999)
     if low <= probability <= high:
         return ()
     return (f"samples about the design point give {low:.3g} to {high:.3g}, not {probability:.3g}",)
@@ -194,5 +194,6 @@ def _check(method, system, starts, samples, tolerance, steps) -> None:
         raise ModelError(faults, "the question")
 
 
+_NORMAL_999 = 3.290526731491896  # standard normal number of the two-sided 99.9 % interval
 _DISTANCE = 3.0  # of first points from the medians, in deviations
 _FEWEST = 100  # samples from which a probability can be said

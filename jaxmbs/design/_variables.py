@@ -65,7 +65,7 @@ def read_variables(design0: PyTree, bounds: PyTree | None) -> Variables:
     paths, structure = jax.tree_util.tree_flatten_with_path(design0)
     labels = [_label(path) for path, _ in paths]
     leaves = [_as_floats(label, leaf) for label, (_, leaf) in zip(labels, paths, strict=True)]
-    by_leaf = _bounds_by_leaf(design0, structure, bounds)
+    by_leaf = bounds_by_leaf(design0, structure, bounds)
     pairs = [_broadcast_bounds(*row) for row in zip(labels, leaves, by_leaf, strict=True)]
     if not sum(leaf.size for leaf in leaves):
         raise ValueError("design0 has no variables")
@@ -115,7 +115,7 @@ def _label(path) -> str:
     return jax.tree_util.keystr(path, simple=True, separator=".") or "design"
 
 
-def _bounds_by_leaf(design0: PyTree, structure, bounds: PyTree | None) -> list:
+def bounds_by_leaf(design0: PyTree, structure, bounds: PyTree | None) -> list:
     """The bounds given for each leaf, in their order."""
     if bounds is None:
         return [None] * structure.num_leaves

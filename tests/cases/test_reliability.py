@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmbs.design import reliability
+from jaxmbs.design import percentile, reliability
 from jaxmbs.probability import LogNormal, Normal
 
 # Case UQ1, "reliability in closed form": probabilities and derivatives of lognormal products, the paraboloid by
@@ -41,6 +41,9 @@ def test_frequency():
     }
     np.testing.assert_allclose(by["stiffness"], -1.3738178296662645e-06, rtol=1e-8)
     np.testing.assert_allclose(by["mass"], 0.054952713186650584, rtol=1e-8)
+
+    frequency = lambda x: above_28_hertz(x) + 28.0
+    np.testing.assert_allclose(percentile(frequency, OSCILLATOR, 1.0), 27.904976154521325, rtol=1e-9)
 
 
 def test_bearing_load():

@@ -266,6 +266,19 @@ CASES = {
         "distributions name: names are free",
         through=lambda kind: lambda distributions, correlation: kind(distributions, correlation).normal_correlation(),
     ),
+    "design.interior_point": case(
+        lambda z: call(_square, {"x": 2.5}, {"x": (1.5, 4.5)}, None, _above, "exact", 1e-6, 30, "reverse"),
+        "design0 shape: designs of any shape",
+        "tolerance *: a search with a rough one ends early",
+        "steps *: a search that ends early says so",
+        "bounds inf: no bound",
+    ),
+    "design.percentile": case(
+        lambda z: call(_margin, {"x": mbs.probability.Normal(2.0, 0.5)}, 90.0, 1e-6, 30),
+        "tolerance *: a search with a rough one ends early",
+        "variables *: refused where distributions are made",
+        "steps *: nan where a search ends early",
+    ),
     "design.tolerances": case(lambda z: call(_square, {"x": 2.0}, {"x": 0.5})),
     "design.sensitivities": case(
         lambda z: call(_square, {"x": (0.0, 1.0)}, 16, 1), "samples huge: as many", "seed huge: any"
@@ -303,6 +316,10 @@ CASES = {
         through=lambda batch: lambda function, designs: batch(function, designs, progress=False).values,
     ),
 }
+
+
+def _above(design):
+    return 1.2 - design["x"]
 
 
 def _margin(numbers):

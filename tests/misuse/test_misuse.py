@@ -26,7 +26,7 @@ EXEMPT = {
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
-        studies.SobolShares design.Reliability
+        studies.SobolShares design.Reliability design.InteriorPoint
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         cycles.Cycle
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes

@@ -1,0 +1,80 @@
+"""A problem under equations, inequalities and bounds as a pytree of functions, and its derivatives at a point."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+
+class BarrierProblem(eqx.Module):
+    """Minimise `f(x)` subject to `e(x) = 0`, `c(x) <= 0` and `lower <= x <= upper`; infinite bounds are none.
+
+    Attributes:
+        functions: of x (n,) to (f, e (p,), c (m,)), a pytree.
+        exact: second derivatives are exact, else of a BFGS matrix.
+        reverse: mode of first derivatives.
+    """
+
+    functions: Callable
+    lower: Array
+    upper: Array
+    exact: bool = eqx.field(static=True)
+    reverse: bool = eqx.field(static=True)
+
+    def slopes(self, x: Array) -> tuple[tuple, tuple]:
+        """Values (f, e, c) at x, and their derivatives."""
+        if self.reverse:
+            found, pull = jax.vjp(self.functions, x)
+            size = sum(part.size for part in found)
+            seeds = jnp.eye(size)
+            p = found[1].size
+            rows = jax.vmap(lambda seed: pull((seed[0], seed[1 : p + 1], seed[p + 1 :]))[0])(seeds)
+            return found, (rows[0], rows[1 : p + 1], rows[p + 1 :])
+        slopes, found = jax.jacfwd(lambda x: (self.functions(x),) * 2, has_aux=True)(x)
+        return found, slopes
+
+    def lagrangian(self, x: Array, weights: tuple) -> Array:
+        """`f + y e + z c`, of weights (of f, y, z)."""
+        f, e, c = self.functions(x)
+        return weights[0] * f + weights[1] @ e + weights[2] @ c
+
+    def hessian(self, x: Array, weights: tuple) -> Array:
+        """Second derivative (n, n) of the Lagrangian."""
+        derive = jax.grad if self.reverse else jax.jacfwd
+        return jax.jacfwd(derive(lambda x: self.lagrangian(x, weights)))(x)
+
+
+class Iterate(NamedTuple):
+    """Unknowns of the barrier problem: variables, slacks s of inequalities, and multipliers.
+
+    Attributes: x (n,); s (m,) > 0; y (p,) of equations; z (m,) > 0 of inequalities; low, high (n,) >= 0 of bounds.
+    """
+
+    x: Any
+    s: Any
+    y: Any
+    z: Any
+    low: Any
+    high: Any
+
+
+class BoundDistances(NamedTuple):
+    """Distances (n,) of x to its bounds, one where there is none, and marks of those that there are."""
+
+    below: Any
+    above: Any
+    has_lower: Any
+    has_upper: Any
+    free: Any
+
+
+def bound_distances(problem: BarrierProblem, x: Array) -> BoundDistances:
+    """Distances to the bounds; variables whose bounds are equal are not free and count as without bounds."""
+    free = problem.lower < problem.upper
+    has_lower, has_upper = jnp.isfinite(problem.lower) & free, jnp.isfinite(problem.upper) & free
+    below = jnp.where(has_lower, x - jnp.where(has_lower, problem.lower, 0.0), 1.0)
+    above = jnp.where(has_upper, jnp.where(has_upper, problem.upper, 0.0) - x, 1.0)
+    return BoundDistances(below, above, has_lower, has_upper, free)

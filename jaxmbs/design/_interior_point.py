@@ -1,0 +1,207 @@
+"""`interior_point`: minima under equations, inequalities and bounds, as a pure function."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jax.flatten_util import ravel_pytree
+from jaxtyping import PyTree
+
+from ..checks import count_faults, is_concrete, number_faults, require_reals
+from ..errors import ModelError
+from ..quantities import Axis, Quantity, entries
+from ..reports import Report, Reported, failures
+from ..runtime import jit, not_tracing
+from ._barrier_problem import BarrierProblem, Iterate
+from ._barrier_search import CONVERGED, REASONS, Solution, barrier_search, first_iterate
+from ._variables import bounds_by_leaf
+
+_STEEPEST = 100.0  # gradients above this at the start are scaled to it, as IPOPT does
+_FIRST_MU, _WARM_MU = 0.1, 1e-5
+
+
+class InteriorPoint(Reported, eqx.Module):
+    """A minimum, or many with a leading axis of designs.
+
+    Attributes:
+        design: the best design, like the first one; value: its objective.
+        equalities: (p,) multipliers of the equations: change of the objective if the right side of `e(x) = 0` falls
+            by one unit.
+        inequalities: (m,) multipliers, not negative, of `c(x) <= 0`; lower, upper: (n,) of the bounds.
+        violation: largest violation of equations and inequalities; residual: of the KKT conditions.  Both are scaled
+            as for `tolerance`.
+        steps, evaluations: steps taken, and evaluations of the functions.
+        reason: number of the entry of `InteriorPoint.reasons` that says why it ended.
+
+    Of these `design`, `value` and the multipliers have derivatives by all numbers of the problem.
+    """
+
+    design: PyTree
+    value: Array
+    equalities: Array
+    inequalities: Array
+    lower: Array
+    upper: Array
+    violation: Array
+    residual: Array
+    steps: Array
+    evaluations: Array
+    reason: Array
+    _at: Iterate
+
+    reasons = REASONS
+
+    @property
+    def ok(self) -> Array:
+        """True where the search converged."""
+        return self.reason == CONVERGED
+
+    @property
+    def active(self) -> Array:
+        """True (..., m) for inequalities that hold the optimum: their multiplier is larger than their slack."""
+        return self._at.z > self._at.s
+
+    def report(self) -> Report:
+        shape = jnp.shape(self.value)
+        axes = tuple(Axis("design", range(n)) for n in shape)
+        found = [Quantity("objective", self.value, "", axes)]
+        for path, leaf in jax.tree_util.tree_leaves_with_path(self.design):
+            name = jax.tree_util.keystr(path, simple=True, separator=" ") or "design"
+            found.append(entries(name, leaf, "", axes))
+        for name in ("inequalities", "equalities"):
+            if jnp.shape(getattr(self, name))[-1]:
+                found.append(entries(f"multiplier of {name}", getattr(self, name), "", axes))
+        found += [Quantity("steps", self.steps, "", axes), Quantity("residual", self.residual, "", axes)]
+        ended = REASONS[int(self.reason)] if not shape else "searches did not converge"
+        return Report(found, "", failures(self.ok, ended))
+
+
+def interior_point(
+    objective: Callable[[PyTree], Any],
+    design0: PyTree,
+    bounds: PyTree | None = None,
+    equalities: Callable[[PyTree], Any] | None = None,
+    inequalities: Callable[[PyTree], Any] | None = None,
+    hessian: str = "exact",
+    tolerance: float = 1e-8,
+    steps: int = 200,
+    gradient: str = "reverse",
+    warm: InteriorPoint | None = None,
+    compile: str = "auto",
+) -> InteriorPoint:
+    """Minimise by a primal-dual interior-point method, all of it in JAX.
+
+    It is a pure function of all numbers in it: `jax.vmap` or `mbs.batch` of it optimise thousands of designs side by
+    side, each with its own verdict, and `jax.grad` or `jax.jacfwd` differentiate optima by what the functions close
+    over, by the implicit function theorem.  The derivatives are those of the limits that are active.
+
+    Args:
+        objective: of a design to a number.
+        design0: first design, a pytree of numbers and arrays.
+        bounds: as of `minimise`.
+        equalities: of a design to numbers, or a pytree of them, that are to be zero.
+        inequalities: of a design to numbers that are to be zero or less; `load / allowed - 1` has a good scale.
+        hessian: "exact", by second derivatives of the functions, or "bfgs", for motions and whatever has first ones.
+        tolerance: of the KKT conditions, where gradients at the start are at most a hundred.
+        steps: at most.
+        gradient: "reverse" or "forward" mode.
+        warm: result of a problem nearby, of which the multipliers serve as well; `design0` is the start still.
+        compile: as of `minimise`; in a program of yours it is a part of that.
+
+    Raises: TypeError, ValueError, ModelError for what is none of these.
+
+    Source: Waechter and Biegler 2006, On the implementation of an interior-point filter line-search algorithm for
+    large-scale nonlinear programming; here steps are judged by a merit function.
+    """
+    _check(hessian, gradient, tolerance, steps)
+    x0, lower, upper, unravel = _variables(design0, bounds)
+
+    def functions(x):
+        design = unravel(x)
+        value = jnp.asarray(objective(design), float)
+        if value.ndim:
+            raise ValueError(f"the objective must be one number, it has shape {value.shape}")
+        return value, _flat(equalities, design), _flat(inequalities, design)
+
+    solve = functools.partial(_solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps)
+    at = None if warm is None else warm._at
+    if not_tracing() and is_concrete(x0, lower, upper, at):
+        solve = jit(solve, compile=compile)
+    found, value, scale = solve(x0, lower, upper, at)
+    of_value, of_equations, of_inequalities = scale
+    at = found.at
+    return InteriorPoint(
+        unravel(at.x), value, at.y * of_equations / of_value, at.z * of_inequalities / of_value, at.low / of_value,
+        at.high / of_value, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
+    )  # fmt: skip
+
+
+def _solve(functions, exact, reverse, tolerance, steps, x0, lower, upper, warm) -> tuple[Solution, Array, tuple]:
+    """The solution of the scaled problem, the objective, and the factors of scaling."""
+    plain = BarrierProblem(eqx.filter_closure_convert(functions, x0), lower, upper, exact, reverse)
+    start = jnp.clip(x0, lower, upper)
+    _, slopes = plain.slopes(start)
+    factor = lambda rows: jax.lax.stop_gradient(jnp.minimum(1.0, _STEEPEST / jnp.maximum(_largest(rows), 1e-300)))
+    scale = tuple(factor(rows) for rows in slopes)
+
+    def scaled(x):
+        return tuple(part * factor for part, factor in zip(functions(x), scale, strict=True))
+
+    problem = BarrierProblem(eqx.filter_closure_convert(scaled, x0), lower, upper, exact, reverse)
+    first = jax.lax.stop_gradient(first_iterate(problem, start, warm))
+    mu = jnp.asarray(_FIRST_MU if warm is None else _WARM_MU, x0.dtype)
+    found = barrier_search(problem, first, mu, tolerance, steps)
+    return found, functions(found.at.x)[0], scale
+
+
+def _largest(rows):
+    """Largest entry of each gradient (..., n)."""
+    size = jnp.max(jnp.abs(rows), axis=-1, initial=0.0)
+    return jnp.where(jnp.isfinite(size), size, 1.0)
+
+
+def _flat(function, design):
+    """Numbers of a function of a design as one vector; none without a function."""
+    if function is None:
+        return jnp.zeros(0)
+    return jnp.asarray(ravel_pytree(function(design))[0], float)
+
+
+def _variables(design0, bounds):
+    """First design, lower and upper bounds (n,), and the function back to a pytree."""
+    require_reals((design0, bounds))
+    leaves, structure = jax.tree.flatten(design0)
+    if not leaves:
+        raise ValueError("design0 has no variables")
+    x0, unravel = ravel_pytree(jax.tree.map(lambda leaf: jnp.asarray(leaf, float), design0))
+    if is_concrete(x0) and not bool(jnp.all(jnp.isfinite(x0))):
+        raise ValueError(f"design0 must be finite numbers, not {design0}")
+    ends = []
+    for pair in bounds_by_leaf(design0, structure, bounds):
+        pair = (None, None) if pair is None else pair
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise ValueError(f"bounds must be (lower, upper) or None, not {pair!r}")
+        default = (-jnp.inf, jnp.inf)
+        ends.append([jnp.asarray(d if x is None else x, float) for x, d in zip(pair, default, strict=True)])
+    rows = list(zip(leaves, ends, strict=True))
+    over = lambda side: [jnp.broadcast_to(pair[side], jnp.shape(leaf)).ravel() for leaf, pair in rows]
+    lower, upper = (jnp.concatenate(over(side)) for side in (0, 1))
+    if is_concrete(lower, upper) and not bool(jnp.all(lower <= upper)):
+        raise ValueError("the bounds cross: a lower one is above its upper one")
+    return x0, lower, upper, unravel
+
+
+def _check(hessian, gradient, tolerance, steps):
+    faults = count_faults("steps", steps, 1) + number_faults("tolerance", tolerance, positive=True)
+    for what, value, known in (
+        ("hessian", hessian, ("exact", "bfgs")),
+        ("gradient", gradient, ("reverse", "forward")),
+    ):
+        if value not in known:
+            faults.append(f"{what} must be {' or '.join(map(repr, known))}, not {value!r}")
+    if faults:
+        raise ModelError(faults, "the question")
