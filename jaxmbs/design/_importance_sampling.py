@@ -56,7 +56,7 @@ def failures(values: np.ndarray, system: str) -> np.ndarray:
 
 
 def interval(probability: float, error: float, width: float = _NORMAL_95) -> tuple[float, float]:
-    """The interval (of 95 %) of a probability with a standard error, of its logarithm, which is more nearly normal."""
+    """The interval (of 95 %) of a probability with a standard error: of its logarithm, which is nearly normal."""
     if not probability > 0.0:
         return 0.0, float("nan")
     factor = float(np.exp(width * error / probability))

@@ -147,7 +147,7 @@ def _first_order(variables: RandomVariables, points: DesignPoint) -> dict:
 
 
 def _unconfirmed(probability, sampled) -> tuple[str, ...]:
-    """A sentence where samples do not confirm a probability, in an interval that one in a thousand questions leaves."""
+    """A sentence where samples do not confirm a probability: it is outside of their 99.9 % interval."""
     low, high = interval(sampled["probability"], sampled["error"], _NORMAL_999)
     if low <= probability <= high:
         return ()
