@@ -16,7 +16,7 @@ from ..math._spd import spd_inverse
 from ._barrier_problem import BarrierProblem, BoundDistances, Iterate, bound_distances
 from ._barrier_step import ReducedSystem, longest_steps, newton_step, reduced_system
 
-#: Why a search ended, by the number in `Solution.reason`.
+#: Why a search ended, by the number in `BarrierSolution.reason`.
 REASONS = (
     "converged",
     "step limit",
@@ -33,7 +33,7 @@ _TRIES = 12  # halvings of a step, before the violation alone is lowered
 _GIVEN_UP = 8  # steps in turn that do not lead on
 
 
-class Solution(NamedTuple):
+class BarrierSolution(NamedTuple):
     """End of a search: unknowns, and the residual of the KKT conditions, scaled as for the tolerance."""
 
     at: Iterate
@@ -81,7 +81,9 @@ def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None) -
 
 
 @eqx.filter_custom_jvp
-def barrier_search(problem: BarrierProblem, first: Iterate, mu: Array, tolerance: float, steps: int) -> Solution:
+def barrier_search(
+    problem: BarrierProblem, first: Iterate, mu: Array, tolerance: float, steps: int
+) -> BarrierSolution:
     """Search from a first iterate; its derivatives by the problem are by the implicit function theorem."""
 
     def unfinished(carry):
@@ -96,7 +98,7 @@ def barrier_search(problem: BarrierProblem, first: Iterate, mu: Array, tolerance
     done = lax.while_loop(unfinished, attempt, _begin(problem, first, mu, tolerance))
     _, e, c = done.found
     violation = jnp.maximum(jnp.max(jnp.abs(e), initial=0.0), jnp.max(c, initial=0.0))
-    return Solution(done.at, done.residual, violation, done.steps, done.evaluations, done.reason)
+    return BarrierSolution(done.at, done.residual, violation, done.steps, done.evaluations, done.reason)
 
 
 def _begin(problem, first, mu, tolerance):
@@ -335,7 +337,7 @@ def _barrier_search_jvp(primals, tangents):
     )
     lower, upper = jnp.where(where.has_lower, lower, 0.0), jnp.where(where.has_upper, upper, 0.0)
     step = _solve_refined(system, W, where.free, (jnp.where(where.free, -by_x, 0.0), -by_e, -by_c, lower, upper))
-    return found, Solution(step._replace(s=-step.z / system.stiffness), None, None, None, None, None)
+    return found, BarrierSolution(step._replace(s=-step.z / system.stiffness), None, None, None, None, None)
 
 
 def _solve_refined(system: ReducedSystem, W, free, rights) -> Iterate:

@@ -17,7 +17,7 @@ from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
 from ..runtime import jit, not_tracing
 from ._barrier_problem import BarrierProblem, Iterate
-from ._barrier_search import CONVERGED, REASONS, Solution, barrier_search, first_iterate
+from ._barrier_search import CONVERGED, REASONS, BarrierSolution, barrier_search, first_iterate
 from ._variables import bounds_by_leaf
 
 _STEEPEST = 100.0  # gradients above this at the start are scaled to it, as IPOPT does
@@ -140,7 +140,9 @@ def interior_point(
     )  # fmt: skip
 
 
-def _solve(functions, exact, reverse, tolerance, steps, x0, lower, upper, warm) -> tuple[Solution, Array, tuple]:
+def _solve(
+    functions, exact, reverse, tolerance, steps, x0, lower, upper, warm
+) -> tuple[BarrierSolution, Array, tuple]:
     """The solution of the scaled problem, the objective, and the factors of scaling."""
     plain = BarrierProblem(eqx.filter_closure_convert(functions, x0), lower, upper, exact, reverse)
     start = jnp.clip(x0, lower, upper)
