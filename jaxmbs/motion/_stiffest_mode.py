@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..analysis._linearise import linearise
+from .. import analysis  # by its room, so that only motions that are slow or fail import it
 from ..assembly._state import State
 from ..constraints._kic import velocity_map
 from ..constraints._mobility import with_mobility_at
@@ -40,7 +40,7 @@ def describe_stiffest_mode(system: System, state: State, step: float, solver: An
     system = with_mobility_at(system, state)
     if not system.topology.mobility or not np.isfinite(state.velocities).all():
         return ""
-    found = linearise(system, state)
+    found = analysis.linearise(system, state)
     roots, shapes = np.linalg.eig(np.asarray(found.state_space.A))
     rates = np.abs(roots)
     k = np.argmax(rates)
