@@ -65,7 +65,8 @@ def parser(description, *names):
 
 def wanted(options, name):
     """Whether `--only` lets the case run."""
-    return not options.only or any(name == pattern or name.startswith(pattern + " ") for pattern in options.only)
+    begins = lambda pattern: name == pattern or name.startswith((f"{pattern} ", f"{pattern},"))
+    return not options.only or any(map(begins, options.only))
 
 
 BEFORE = {"metavar": "COMMIT", "help": "a commit to compare with"}
