@@ -187,7 +187,11 @@ class Identification(Reported, eqx.Module):
     def summary(self) -> str:
         """The verdict in sentences."""
         told = [f"{self.reason}; {self.rank} of {len(self.names)} directions seen"]
-        told.append(f"chi squared {format_number(self.chi_squared)} over {self.freedom} degrees of freedom")
+        over = f"over {self.freedom} degrees of freedom"
+        if self.is_estimated:
+            told.append(f"noise of {format_number(self.noise)} estimated by the residuals {over}")
+        else:
+            told.append(f"chi squared {format_number(self.chi_squared)} {over}")
         if np.any(self.is_cut_off):
             places = zip(self.names, self.values, self.is_cut_off, strict=True)
             cut = ", ".join(f"{name} = {format_number(x)}" for name, x, mark in places if mark)

@@ -76,6 +76,8 @@ def test_a_line_in_closed_form():
         np.testing.assert_allclose(found.prediction_band(), half, rtol=1e-9)
         np.testing.assert_allclose(found.prediction, A @ exact, rtol=1e-11)
         np.testing.assert_allclose(found.correlations[0, 1], inverse[0, 1] / np.sqrt(np.prod(np.diag(inverse))))
+        said = f"noise of {np.sqrt(variance):.4g} estimated" if deviation is None else "chi squared"
+        assert said in found.summary()
         chi = rest[0] / (1.0 if deviation is None else 0.02**2)
         np.testing.assert_allclose(found.chi_squared, chi, rtol=1e-9)
         end = found.intervals(95.0)[0, 1]
