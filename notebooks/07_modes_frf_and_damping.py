@@ -24,6 +24,7 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
+import jaxmbs as mbs
 from jaxmbs import elements, fem, linear, vibration
 from jaxmbs.vibration import complex_modes, effective_masses, mac, natural_modes, rayleigh_from_ratios
 from jaxmbs.vibration import rayleigh_damping as rayleigh
@@ -126,7 +127,7 @@ def level(radii):
     return jnp.sqrt(jnp.mean((jnp.abs(found) * omega**2) ** 2))
 
 
-value, slope = jax.jit(jax.value_and_grad(level))(radii)
+value, slope = mbs.jit(jax.value_and_grad(level))(radii)
 print(f"level {value:.4f} 1/kg; change in per cent for one millimetre of radius:")
 for name, row in zip(("legs", "rings", "braces"), slope, strict=True):
     print(f"{name:7s}", "  ".join(f"storey {k}: {float(100 * v / value / 1e3):+6.2f} %" for k, v in enumerate(row)))

@@ -17,7 +17,7 @@ from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
 from ._tiers import FIXED
 from ._tracer_errors import tracer_errors_in_words
-from ._tracing import evaluated_plainly, not_tracing
+from ._tracing import closes_over_traced, evaluated_plainly, not_tracing
 from ._tricks import OFF, is_on
 from .tape import OvertimeError, time_limit
 
@@ -86,7 +86,8 @@ def jit(function: Callable | None = None, *, compile: str = "auto", known: Any =
     def compiled(*args, **kwargs):
         start_listening()
         if not not_tracing():
-            if is_differentiating() and compile != "full" and FIXED != "full" and tapes_work():
+            on_tapes = compile != "full" and FIXED != "full" and tapes_work()
+            if on_tapes and is_differentiating() and not closes_over_traced(function):
                 return differentiable()(args, kwargs)
             return inner(*args, **kwargs)
         with evaluated_plainly():

@@ -39,6 +39,25 @@ def not_tracing() -> bool:
     return get_opaque_trace_state() in _OUTSIDE
 
 
+def closes_over_traced(function: Any) -> bool:
+    """True for a function that closes over numbers that are traced, itself or by functions that it closes over."""
+    seen, open_ones = set(), [function]
+    while open_ones:
+        one = open_ones.pop()
+        if id(one) in seen:
+            continue
+        seen.add(id(one))
+        parts = [getattr(one, name, None) for name in ("__wrapped__", "__self__", "func", "args", "keywords")]
+        for cell in getattr(one, "__closure__", None) or ():
+            with contextlib.suppress(ValueError):  # of a name that has no value yet
+                parts.append(cell.cell_contents)
+        found = jax.tree.leaves(parts)
+        if not is_concrete(found):
+            return True
+        open_ones += [part for part in found if callable(part)]
+    return False
+
+
 def as_array(x: ArrayLike, dtype: DTypeLike | None = float) -> Array:
     """x as an array of a type, or of its own (None); traced where it is, or where a trace is under way.
 

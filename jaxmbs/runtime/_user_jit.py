@@ -6,9 +6,15 @@ from typing import Any
 
 import jax
 
+from ._code_content import UnknownContentError
+from ._compiler_options import check_kind
+from ._content import content_of
 from ._jit import jit as library_jit
 from ._question import name_of, question
-from ._tracing import as_array
+from ._tracing import as_array, not_tracing
+
+_PROGRAMS: dict = {}  # of functions by their content
+_MOST = 64  # of them that are kept
 
 
 def jit(function: Callable | None = None, *, compile: str = "auto") -> Any:
@@ -27,15 +33,33 @@ def jit(function: Callable | None = None, *, compile: str = "auto") -> Any:
     """
     if function is None:
         return functools.partial(jit, compile=compile)
-    program, name = library_jit(function, compile=compile), name_of(function)
+    check_kind(compile)
+    name, own = name_of(function), []
 
     @functools.wraps(function)
     def compiled(*args: Any, **kwargs: Any) -> Any:
+        if not own:  # what the function reads counts as it is at the first call
+            own.append(_program_of(function, compile))
         args, kwargs = jax.tree.map(_as_traced, (args, kwargs))
         with question(name):
-            return program(*args, **kwargs)
+            return own[0](*args, **kwargs)
 
     return compiled
+
+
+def _program_of(function, compile):
+    """The program of a function, that of an earlier one of the same content: a cell of a notebook that runs again
+    defines its functions again, and compiles nothing."""
+    try:
+        key = (content_of(function), compile) if not_tracing() else None
+    except UnknownContentError:
+        key = None
+    if key is None:
+        return library_jit(function, compile=compile)
+    _PROGRAMS[key] = _PROGRAMS.pop(key, None) or library_jit(function, compile=compile)  # the last one used is last
+    if len(_PROGRAMS) > _MOST:
+        _PROGRAMS.pop(next(iter(_PROGRAMS)))
+    return _PROGRAMS[key]
 
 
 def _as_traced(x):

@@ -1,5 +1,7 @@
 """Programs under a user's own derivative run at once, as three programs; every mode and order is JAX's."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -117,3 +119,19 @@ def test_forward_derivatives_of_motions_are_refused_in_words():
     end = lambda mass: mbs.simulate(pendulum(mass=mass), mbs.State.at(system, pin=0.3), t1=0.1).energy[-1]
     with pytest.raises(TypeError, match='gradient="forward"'):
         jax.jvp(end, (1.3,), (1.0,))
+
+
+def test_a_function_that_closes_over_the_number_differentiated_by():
+    """It is no argument of the program, so the program is part of the derivative's trace."""
+
+    def product(a):
+        return mbs.jit(lambda x: jnp.sin(a) * x)(2.0)
+
+    def nested(a):
+        def inner(x):
+            return a * x
+
+        return mbs.jit(functools.partial(lambda f, x: f(x) ** 2, inner))(2.0)
+
+    assert np.isclose(jax.grad(product)(0.3), 2.0 * np.cos(0.3))
+    assert np.isclose(jax.grad(nested)(3.0), 24.0)
