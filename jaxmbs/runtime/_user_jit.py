@@ -11,10 +11,10 @@ from ._compiler_options import check_kind
 from ._content import content_of
 from ._jit import jit as library_jit
 from ._question import name_of, question
+from ._tape_program import keep
 from ._tracing import as_array, not_tracing
 
 _PROGRAMS: dict = {}  # of functions by their content
-_MOST = 64  # of them that are kept
 
 
 def jit(function: Callable | None = None, *, compile: str = "auto") -> Any:
@@ -56,9 +56,7 @@ def _program_of(function, compile):
         key = None
     if key is None:
         return library_jit(function, compile=compile)
-    _PROGRAMS[key] = _PROGRAMS.pop(key, None) or library_jit(function, compile=compile)  # the last one used is last
-    if len(_PROGRAMS) > _MOST:
-        _PROGRAMS.pop(next(iter(_PROGRAMS)))
+    keep(_PROGRAMS, key, _PROGRAMS.pop(key, None) or library_jit(function, compile=compile))  # the last used is last
     return _PROGRAMS[key]
 
 
