@@ -248,6 +248,12 @@ MADE = {
     "ShockSpectrum": lambda: mbs.qualification.ShockSpectrum(
         jnp.asarray(F), numbers(2, 3), numbers(2, 3), "absolute acceleration"
     ),
+    "LoadTable": lambda: mbs.vehicles.LoadTable(
+        {"tie_rod": numbers(3)}, {"LF": numbers(3, 3)}, {"force": numbers(3, 3)}, ("kerb", "bump", "turn")
+    ),
+    "RigCurves": lambda: mbs.vehicles.RigCurves(
+        *(numbers(3) for _ in range(8)), numbers(3, 3), numbers(3, 3), *(numbers(3) for _ in range(7))
+    ),
     "Ride": lambda: mbs.vehicles.Ride(numbers(2, 2) @ numbers(2, 2).T, ("seat", "seat Wk")),
     "SingleTrack": lambda: mbs.vehicles.SingleTrack(1e3, 1.5e3, 1.2, 1.4, PLAIN_TYRE, PLAIN_TYRE),
     "SineResponse": lambda: mbs.qualification.SineResponse(
@@ -281,6 +287,7 @@ WITHOUT = {
         SymmetrySubspace VirtualMotions VectorField Factor Plan Group CoordinateTable Instant
     """,
     "values inside of a trace": "PhaseState Rates",
+    "a model, and loads of one pose as they are": "Rig PartLoads",
     "their print is a sentence for each finding of the file": "Imported JointLimits Mesh",
     "made by a search or an integral, in the long test": """
         Identification Excitation ModelUpdate RandomResponse CriticalPlane StressSpectrum Stresses

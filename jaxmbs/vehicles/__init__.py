@@ -1,4 +1,4 @@
-"""Vehicles: tyres and roads."""
+"""Vehicles: tyres, roads, ride, suspensions and cars."""
 
 from typing import TYPE_CHECKING
 
@@ -8,13 +8,18 @@ from ..lazy import import_when_asked
 if TYPE_CHECKING:
     from ._axle_tyres import AxleTyres
     from ._convention import CONVENTIONS, Convention
+    from ._load_cases import LoadTable, load_cases
     from ._magic_formula import MagicFormula
     from ._plain_tyres import BrushTyre, FialaTyre, LinearTyre
     from ._random_road import RandomRoad
     from ._ride import Ride, ride, wheel_inputs
+    from ._rig import PartLoads, Rig, kc_rig
+    from ._rig_curves import RigCurves
     from ._road import AbstractRoad, FlatRoad
     from ._road_shapes import CleatRoad, SineRoad, SurfaceRoad, TandemCams
     from ._single_track import ForwardSpeed, SingleTrack
+    from ._suspension import Arm, Strut, Suspension, SuspensionRod
+    from ._suspensions import double_wishbone, five_link, mcpherson, trailing_arm
     from ._tir import TirFile, read_tir
     from ._tyre import Tyre
     from ._tyre_model import AbstractTyreModel, Compression, ContactForces, Slip, SlipSlopes
@@ -23,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AbstractRoad",
     "AbstractTyreModel",
+    "Arm",
     "AxleTyres",
     "BrushTyre",
     "CONVENTIONS",
@@ -34,21 +40,34 @@ __all__ = [
     "FlatRoad",
     "ForwardSpeed",
     "LinearTyre",
+    "LoadTable",
     "MagicFormula",
+    "PartLoads",
     "RandomRoad",
     "Ride",
+    "Rig",
+    "RigCurves",
+    "SuspensionRod",
     "SineRoad",
     "SingleTrack",
     "Slip",
     "SlipSlopes",
+    "Strut",
     "SurfaceRoad",
+    "Suspension",
     "TandemCams",
     "TirFile",
     "Tyre",
     "WEIGHTINGS",
     "WeightingFilter",
+    "double_wishbone",
+    "five_link",
+    "kc_rig",
+    "load_cases",
+    "mcpherson",
     "read_tir",
     "ride",
+    "trailing_arm",
     "weighting",
     "wheel_inputs",
 ]

@@ -41,7 +41,7 @@ EXEMPT = {
         dynamics.ElementReports dynamics.Validity analysis.ImpendingMotion dynamics.CableResult fem.Buckling
         flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
-        vehicles.Ride
+        vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -65,7 +65,7 @@ EXEMPT = {
     """,
     "what is asked, judged with the question": """
         qualification.BaseForces qualification.BondForces qualification.Coordinates qualification.Recovery
-        qualification.WhiteNoise
+        qualification.WhiteNoise vehicles.Arm vehicles.SuspensionRod vehicles.Strut
     """,
     "no argument, a name, or a solver or event that simulate judges": """
         elements.DIRECTIONS motion.Event ode.ProjectedSolver ode.Gauss4 ode.ImplicitMidpoint ode.Rodas5P
@@ -139,6 +139,7 @@ LONG = """
     vibration.receptance vibration.resonance_gains vibration.simulate vibration.track_modes
     vibration.transfer_matrix vibration.transmissibility vibration.viscous_receptance
     vehicles.CleatRoad vehicles.SineRoad vehicles.SurfaceRoad vehicles.TandemCams vehicles.ride
+    vehicles.load_cases vehicles.kc_rig
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself

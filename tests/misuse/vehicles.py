@@ -4,6 +4,7 @@ import functools
 
 import jaxmbs as mbs
 from jaxmbs.vehicles import RandomRoad
+from tests.vehicles.test_suspensions import KINDS
 
 from .attempts import call
 from .cases import case
@@ -27,7 +28,28 @@ def quarter():
     return mbs.linearise(system, mbs.State.at(system), inputs=["road"], outputs=["tyre", "strut"])
 
 
+@functools.cache
+def rig():
+    return mbs.vehicles.kc_rig(mbs.vehicles.trailing_arm(ARM, 0.25))
+
+
+def _kind(name):
+    return case(lambda z: call(KINDS[name], 0.25), positive="radius")
+
+
+ARM = KINDS["trailing_arm"]
 CASES = {
+    **{f"vehicles.{name}": _kind(name) for name in ("double_wishbone", "mcpherson", "five_link", "trailing_arm")},
+    "vehicles.Suspension": case(
+        lambda z: call(ARM, 0.25, mbs.vehicles.Strut("S", "D"), hinge=("P", "Q"), kingpin=None), positive="radius"
+    ),
+    "vehicles.kc_rig": case(lambda z: call(mbs.vehicles.trailing_arm(ARM, 0.25))),
+    "vehicles.load_cases": case(
+        lambda z: call(rig(), {"pothole": (3.0, 0.0, 1.0)}, "g", 4e3, 0.25, 0.125, "centre", {"P": ARM["P"]}),
+        "cases name: names of cases are free",
+        "hardpoints none: those of the suspension",
+        positive="wheel_load",
+    ),
     "vehicles.AxleTyres": case(
         lambda z: call(PLAIN_TYRE, 4e3, 0.25, True),
         positive="load",
