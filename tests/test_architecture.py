@@ -54,6 +54,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "analysis",
         "motion",
         "cycles",
+        "rotors",
         "bondgraph",
         "batching",
         "design",

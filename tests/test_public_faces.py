@@ -90,7 +90,7 @@ FACES = {
         equilibrium experiment export_fmu fatigue fem flexible forces         forward_dynamics frequency_response
         friction hydraulics identification identify inertia inverse_dynamics io         jit joints kinematics linear
         linearise load_model mass_matrix minimise model modes motion ode periodic position probability qualification
-        random_response reaction reactions reductions report rotation rotations runtime save_model
+        random_response reaction reactions reductions report rotation rotations rotors runtime save_model
         shock_spectrum
         signal_flow signals simulate statics stiffness studies sweep vector_field vehicles velocity vibration viz
     """,
@@ -108,6 +108,10 @@ FACES = {
     """,
     "jaxmbs.cycles": """
         Cycle periodic
+    """,
+    "jaxmbs.rotors": """
+        Bearing BearingTable CriticalSpeeds Disk Orbit PlainBearing Resonance Rotor Shaft UnbalanceResponse
+        WhirlSpeeds critical_speed_map critical_speeds resonance separation_margin unbalance_response whirl_speeds
     """,
     "jaxmbs.blocksparse": """
         BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor is_finite

@@ -22,7 +22,7 @@ from ..motion._motion import Motion
 from ..ode._options import GRADIENTS
 from ..signal_flow._sampling import sample_periods
 from ._flow import Flow
-from ._shooting import Held, Shooting, numbers_of_state
+from ._shooting import Shooting, StartRows, numbers_of_state
 
 _WHOLE = 1e-9  # part of a sample's period by which a segment may miss a whole number of them
 
@@ -112,7 +112,7 @@ def make_shooting(
     if faults:
         raise ModelError(faults, "the cycle")
     values = numbers_of_state(begin)[np.asarray(places, int)]
-    fixed = Held(places, values, fixes_phase=is_free and not names)
+    fixed = StartRows(places, values, fixes_phase=is_free and not names)
     return Shooting(flow, begin.t, jnp.asarray(gain, dtype), jnp.asarray(winds), fixed, is_free, segments)
 
 

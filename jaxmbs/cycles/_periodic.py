@@ -166,15 +166,15 @@ def _solve(system, shooting, start, period, parts, steps, settle, gradient):
     if shooting.is_free:
         moves = size_of_motion(motion, found.period) > _REST * system.length
         closed = closed & moves & (found.period > _LEAST_PERIOD * period)
-    kept = _Kept(~closed, is_singular | ~closed)
+    loss = _Loss(~closed, is_singular | ~closed)
     failed = (succeeded(motion.result) & ~closed) | (~found.found & (motion.result != Status.NOT_ASSEMBLED))
     fields = {field.name: getattr(motion, field.name) for field in dataclasses.fields(Motion)}
-    fields |= {name: kept.numbers(fields[name]) for name in ("states", "diagnostics", "end")}
-    fields |= {"ts": kept.slopes(motion.ts), "result": jnp.where(failed, Status.NO_CYCLE, motion.result)}
+    fields |= {name: loss.numbers(fields[name]) for name in ("states", "diagnostics", "end")}
+    fields |= {"ts": loss.slopes(motion.ts), "result": jnp.where(failed, Status.NO_CYCLE, motion.result)}
     return Cycle(
         **fields,
-        period=kept.numbers(found.period),
-        multipliers=kept.numbers(multipliers),
+        period=loss.numbers(found.period),
+        multipliers=loss.numbers(multipliers),
         residual=gaps,
         rate_residual=rates,
         is_singular=is_singular,
@@ -196,8 +196,8 @@ def _refuse(*_):
 _forward_only.defvjp(lambda multipliers, *moving: (multipliers, None), _refuse)
 
 
-class _Kept(NamedTuple):
-    """What is lost () of a cycle: its numbers, and their derivatives; NaN stands for them."""
+class _Loss(NamedTuple):
+    """Marks () of a cycle whose numbers, or derivatives, are lost: NaN stands for them."""
 
     no_numbers: Array
     no_slopes: Array

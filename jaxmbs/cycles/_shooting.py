@@ -29,7 +29,7 @@ _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at 
 _LAST_STEP = {8: 1e-5, 4: 1e-2}
 
 
-class Held(eqx.Module):
+class StartRows(eqx.Module):
     """Rows beside those of the segments: values that the start keeps.
 
     Attributes:
@@ -43,7 +43,7 @@ class Held(eqx.Module):
     fixes_phase: bool = eqx.field(static=True)
 
     def rows(self, chart: Chart, state: State) -> Array:
-        """What is missing (h,) at a start."""
+        """Differences (h,) of a start from the values, over their units."""
         places = np.asarray(self.places, int)
         return (numbers_of_state(state)[places] - self.values) / _units(chart)[places]
 
@@ -76,7 +76,7 @@ class Shooting(eqx.Module):
     t0: Array
     gain: Array
     winds: Array
-    held: Held
+    held: StartRows
     is_free: bool = eqx.field(static=True)
     segments: int = eqx.field(static=True)
 
@@ -95,7 +95,7 @@ class Shooting(eqx.Module):
         return jax.vmap(lambda c, x, t: c.state_at(system, x, t))(charts, xi, self.times(period)[:-1])
 
     def rows(self, system: System, charts: Chart, xi: Array, period: Array, gradient: str) -> Array:
-        """What the ends of segments miss the next begins by, and the other rows, (m n + h,)."""
+        """Gaps between the ends of segments and the begins that follow, and the other rows, (m n + h,)."""
         states, times = self.states(system, charts, xi, period), self.times(period)
 
         def gap(one):

@@ -93,7 +93,7 @@ def multipliers_of(shooting: Shooting, system: System, motion: Motion, period: A
 
 
 def residuals(shooting: Shooting, system: System, motion: Motion, period: Array) -> tuple[Array, Array]:
-    """What the end of a cycle misses its begin by, over the size of the motion: states (), and rates ()."""
+    """Gap between the end of a cycle and its begin, over the size of the motion: of states (), and of rates ()."""
     first, last = (jax.tree.map(lambda x, k=k: x[k], motion.states) for k in (0, -1))
     chart = Chart.at(system, first, 2.0 * jnp.pi / period)
     moved, faster = chart.differences(system, last, shooting.gain, shooting.winds)

@@ -245,7 +245,45 @@ def _plain_tyre(positive="", **own):
     )
 
 
+def _rotor():
+    shaft = mbs.rotors.Shaft([0.0, 0.5, 1.0], 0.02)
+    return mbs.rotors.Rotor(shaft, [mbs.rotors.Disk(1, 5.0, 0.1, 0.2)], [mbs.rotors.Bearing(k, 1e6) for k in (0, 2)])
+
+
 CASES = {
+    "rotors.Shaft": case(
+        lambda z: call([0.0, 0.5, 1.0], 0.02, 0.01, 2e11, 7800.0, 0.25, 2),
+        "stations shape: any number of stations",
+        "outer shape: one radius for each section",
+        "inner shape: one radius for each section",
+        positive="outer inner young density",
+    ),
+    "rotors.Disk": case(lambda z: call(1, 5.0, 0.25, 0.5), positive="mass diametral polar"),
+    "rotors.Bearing": case(
+        lambda z: call(1, 1e6, 0.5), "damping shape: by directions", "stiffness shape: by directions"
+    ),
+    "rotors.BearingTable": case(lambda z: call(1, [1.0, 2.0], np.ones((2, 2, 2)), np.ones((2, 2, 2)))),
+    "rotors.PlainBearing": case(
+        lambda z: call(1, 0.125, 0.0625, 1e-4, 0.125, 512.0), positive="diameter length clearance viscosity load"
+    ),
+    "rotors.Rotor": case(
+        lambda z: call(_rotor().shaft, _rotor().disks, _rotor().bearings),
+        "disks empty: a shaft alone",
+        "bearings empty: a free shaft",
+        "shaft nan inside: judged by its answers",
+        "disks nan inside: judged by its answers",
+        "bearings nan inside: judged by its answers",
+    ),
+    "rotors.critical_speeds": case(lambda z: call(_rotor(), 2)),
+    "rotors.critical_speed_map": case(
+        lambda z: call(_rotor(), [1e5, 1e6], 2), "stiffness shape: any number of them", positive="stiffness"
+    ),
+    "rotors.whirl_speeds": case(lambda z: call(_rotor(), [1.0, 2.0], 2), "speeds shape: any number of speeds"),
+    "rotors.unbalance_response": case(
+        lambda z: call(_rotor(), [1.0, 2.0], {1: 0.5}), "speeds shape: any number of speeds"
+    ),
+    "rotors.resonance": case(lambda z: call(_rotor(), (1.0, 200.0), {1: 0.5}, 1)),
+    "rotors.separation_margin": case(lambda z: call(4.0, "above"), "factor shape: any number of them"),
     **{f"joints.{name}": joint(lambda z: call(AXIS)) for name in ("Revolute", "Prismatic", "Cylindrical", "Planar")},
     "joints.Screw": joint(lambda z: call(AXIS, pitch=0.5)),
     "joints.Universal": joint(lambda z: call(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))),

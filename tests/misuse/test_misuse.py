@@ -29,6 +29,7 @@ EXEMPT = {
         studies.SobolShares design.Reliability design.InteriorPoint
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         cycles.Cycle
+        rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.UnbalanceResponse rotors.WhirlSpeeds
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced
@@ -103,7 +104,8 @@ LONG = """
     contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad coupling.Components coupling.base_motion
     coupling.combine_modal_maxima coupling.couple_transfer coupling.coupled_response coupling.coupling_forces
     coupling.cqc_correlation coupling.limit_loads coupling.modal_pairs coupling.peak_response coupling.reactions
-    coupling.regularised_inverse coupling.truncation_shortfall cycles.periodic
+    coupling.regularised_inverse coupling.truncation_shortfall cycles.periodic rotors.critical_speeds
+    rotors.critical_speed_map rotors.whirl_speeds rotors.unbalance_response rotors.resonance
     design.Limit design.pareto dynamics.acceleration
     dynamics.angular_acceleration dynamics.cable_states dynamics.contact_load dynamics.element_reports
     dynamics.generalised_momentum dynamics.gyristor_field dynamics.gyristor_field_direct dynamics.hamiltonian

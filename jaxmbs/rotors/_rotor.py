@@ -1,0 +1,85 @@
+"""`Rotor`: a shaft with disks on bearings, and its matrices at a speed."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.scipy.linalg import block_diag
+
+from ..errors import ModelError
+from ._parts import Bearing, BearingTable, Disk
+from ._plain_bearing import PlainBearing
+from ._shaft import Shaft
+
+
+class Rotor(eqx.Module):
+    """A shaft with disks on bearings, turning about z; positive speed turns x to y.
+
+    Coordinates (n,) are deflection and slope of every node in the plane of x, then those in the plane of y.
+
+    Attributes:
+        shaft: a `Shaft`; disks: each a `Disk`.
+        bearings: `Bearing`, `BearingTable`, `PlainBearing`, or another with a `station` and `coefficients(speed)`, the
+            stiffness and damping (2, 2) of x and y.
+
+    Raises: ModelError for stations that the shaft has not, parts of another kind.
+    """
+
+    shaft: Shaft
+    disks: tuple[Disk, ...]
+    bearings: tuple[Bearing | BearingTable | PlainBearing, ...]
+
+    def __init__(self, shaft: Shaft, disks: Sequence = (), bearings: Sequence = ()) -> None:
+        self.shaft, self.disks, self.bearings = shaft, tuple(disks), tuple(bearings)
+        faults = [] if isinstance(shaft, Shaft) else [f"shaft must be a rotors.Shaft, not {type(shaft).__name__}"]
+        faults += [f"disks: {type(d).__name__} is no rotors.Disk" for d in self.disks if not isinstance(d, Disk)]
+        faults += [
+            f"bearings: {type(b).__name__} has no coefficients by speed"
+            for b in self.bearings
+            if not callable(getattr(b, "coefficients", None)) or not hasattr(b, "station")
+        ]
+        if not faults:
+            last = shaft.stations.size - 1
+            parts = (*self.disks, *self.bearings)
+            faults = [
+                f"{type(p).__name__}: station {p.station}, the last is {last}" for p in parts if p.station > last
+            ]
+        if faults:
+            raise ModelError(faults, "the rotor")
+
+    @property
+    def num_coordinates(self) -> int:
+        return 4 * self.shaft.num_nodes
+
+    def column(self, station: int, axis: str = "x") -> int:
+        """Number of the deflection of a station along x or y.  Raises: ModelError."""
+        last = self.shaft.stations.size - 1
+        if isinstance(station, bool) or not isinstance(station, int | np.integer) or not 0 <= station <= last:
+            raise ModelError([f"no station {station!r}: they are 0 to {last}"], "the rotor")
+        if axis not in ("x", "y"):
+            raise ModelError([f'axis {axis!r} must be "x" or "y"'], "the rotor")
+        return 2 * self.shaft.node(station) + (2 * self.shaft.num_nodes if axis == "y" else 0)
+
+    def inertias(self) -> tuple[Array, Array, Array]:
+        """Mass M, gyroscopic matrix G and stiffness K of the shaft (n, n) with the disks, without bearings: at the
+        speed W `M q'' + W G q' + K q = f`."""
+        M, spins, K = self.shaft.plane()
+        for disk in self.disks:
+            k = self.column(disk.station)
+            M = M.at[k, k].add(disk.mass).at[k + 1, k + 1].add(disk.diametral)
+            spins = spins.at[k + 1, k + 1].add(disk.polar)
+        none = jnp.zeros_like(spins)
+        G = jnp.concatenate([jnp.concatenate([none, spins], 1), jnp.concatenate([-spins, none], 1)])
+        return block_diag(M, M), G, block_diag(K, K)
+
+    def supports(self, speed: Array) -> tuple[Array, Array]:
+        """Stiffness and damping (n, n) of the bearings at a speed () [rad/s]."""
+        n = self.num_coordinates
+        K, C = jnp.zeros((2, n, n), self.shaft.young.dtype)
+        for bearing in self.bearings:
+            k, c = bearing.coefficients(speed)
+            places = jnp.array([self.column(bearing.station, axis) for axis in "xy"])
+            K, C = (x.at[places[:, None], places[None, :]].add(y) for x, y in ((K, k), (C, c)))
+        return K, C

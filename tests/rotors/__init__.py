@@ -1,0 +1,1 @@
+"""Rotors agree with closed forms, published numbers and another program."""
