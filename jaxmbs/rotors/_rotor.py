@@ -21,7 +21,7 @@ class Rotor(eqx.Module):
 
     Attributes:
         shaft: a `Shaft`; disks: each a `Disk`.
-        bearings: `Bearing`, `BearingTable`, `PlainBearing`, or another with a `station` and `coefficients(speed)`, the
+        bearings: `Bearing`, `BearingTable`, `PlainBearing`, or another with a `station` and `coefficients(speed)`:
             stiffness and damping (2, 2) of x and y.
 
     Raises: ModelError for stations that the shaft has not, parts of another kind.
