@@ -87,7 +87,7 @@ def _friction_rows(system):
     if friction is None:
         return rows
     for group in friction.models:
-        for k, model in _of_group(group.surfaces, group.model):
+        for k, (_, model) in zip(group.surfaces, _of_group(map(str, group.surfaces), group.model), strict=True):
             sizes = zip(
                 ("radius", "length", "preload"), (friction.radius, friction.length, friction.preload), strict=True
             )

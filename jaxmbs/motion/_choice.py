@@ -102,7 +102,7 @@ def _may_be_stiff(system: Any, length: float) -> bool:
     whose rates are not known before they are computed, always may."""
     if any(group.internal for group in (*system.forces, *bristle_groups(system.friction))):
         return True
-    return length * fastest_decay(system) / _RADIUS > _FEW_STEPS
+    return bool(length * fastest_decay(system) / _RADIUS > _FEW_STEPS)
 
 
 def _eigenvalues(system: Any, state: Any, formulation: Any) -> np.ndarray:

@@ -11,7 +11,7 @@ from ..model._system import System
 def fastest_decay(system: System) -> float:
     """A bound on the rate [1/s] at which dampers take the speed of the bodies that they act on, each alone, and the
     damping of elastic bodies that of their deformations; infinite where a damper moves no inertia."""
-    return max((*_of_laws(system), *_of_elastic_bodies(system)), default=0.0)
+    return float(max((*_of_laws(system), *_of_elastic_bodies(system)), default=0.0))
 
 
 def _of_laws(system) -> Iterator[float]:
