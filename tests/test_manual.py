@@ -23,7 +23,8 @@ LONG = """
     coming-from cookbook extend/element extend/formulation extend/friction extend/joint extend/law
     extend/reduction extend/tyre gallery guide/blocks guide/cables guide/components guide/contact guide/control
     guide/cycles guide/design guide/diffrax guide/elastic guide/fatigue guide/fmi guide/friction guide/hydraulics
-    guide/identification guide/loops guide/performance guide/pictures guide/qualification guide/rotors guide/scatter
+    guide/identification guide/loops guide/performance guide/pictures guide/qualification guide/reliability
+    guide/rotors guide/scatter
     guide/solvers guide/states guide/structures guide/studies guide/test-data guide/vehicles inside start/closed-loop
     start/first-design start/first-structure start/from-files start/sharp-bits tasks/box tasks/decks
     tasks/everyday tasks/excavator tasks/linkages tasks/plate-arm tasks/shaper tasks/wishbone theory/misprints

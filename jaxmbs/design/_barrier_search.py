@@ -176,10 +176,15 @@ def _stepped(problem, carry, where, system: ReducedSystem, tolerance):
         x, s = at.x + share * step.x, at.s + share * step.s
         return at._replace(x=jnp.where(where.free, x, at.x), s=s)
 
+    def kept(trial, c):
+        """With slacks that are those of the trial where it keeps an inequality: of hundreds of curved ones the gaps
+        to their tangents would refuse every step."""
+        return trial._replace(s=jnp.where(-c >= jnp.minimum(0.01, mu) * at.s, -c, trial.s))
+
     def judged(share, step):
         trial = moved(share, step)
         found = problem.functions(trial.x)
-        merit, _ = _merit(trial, bound_distances(problem, trial.x), found, mu, weight)
+        merit, _ = _merit(kept(trial, found[2]), bound_distances(problem, trial.x), found, mu, weight)
         return found, merit <= before + 1e-4 * share * jnp.minimum(falls, 0.0) + rounding
 
     def refused(state):
@@ -209,7 +214,7 @@ def _stepped(problem, carry, where, system: ReducedSystem, tolerance):
     found, good = judged(longest, step)
     state = (longest, found, good, jnp.zeros((), jnp.int32), step.x, step.s)
     share, found, good, tries, dx, ds = lax.while_loop(refused, shorter, state)
-    trial = moved(share, step._replace(x=dx, s=ds))
+    trial = kept(moved(share, step._replace(x=dx, s=ds)), found[2])
     carry = carry._replace(weight=weight)
     outcome = lax.cond(
         good, lambda: (trial, good, jnp.asarray(False)), lambda: _towards_limits(problem, carry, where)
@@ -256,8 +261,6 @@ def _accepted_step(problem, carry, system, step, trial, good, is_restored, outco
         high=jnp.where(beyond.has_upper, near(new.high, beyond.above), 0.0),
     )
     found, slopes = problem.slopes(new.x)
-    # a slack that its inequality has outgrown follows it
-    new = new._replace(s=jnp.where(good, jnp.maximum(new.s, -found[2]), new.s))
     W = problem.hessian(new.x, (1.0, new.y, new.z)) if problem.exact else _bfgs(carry, new, slopes, beyond, good)
     residual = _residual(new, beyond, found, slopes, jnp.zeros_like(mu))
     stalled = jnp.where(moves & (share > 1e-6), 0, carry.stalled + jnp.where(good, 0, 1))

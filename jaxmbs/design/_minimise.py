@@ -13,6 +13,7 @@ from tqdm import tqdm
 from ..checks import as_flag, check_count, repeated
 from ..errors import SearchError
 from ..runtime import jit, kept_tiers, step_bar
+from ._barrier_optimiser import interior_point_search
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
@@ -54,8 +55,8 @@ def minimise(
         design0: first design, any pytree of numbers and arrays, typically a dict.
         bounds: None, or a pytree like `design0` with (lower, upper) or None for each leaf; numbers, arrays or None.
         optimiser: "L-BFGS-B" (default; no limits), "SLSQP" (default with limits), "trust-constr", "MMA" or "CCSAQ"
-            (of nlopt), or an optax optimiser in the design's units (no limits), projected on the bounds after each
-            update.
+            (of nlopt), "interior point" (all steps in one program, one step of the history), or an optax optimiser in
+            the design's units (no limits), projected on the bounds after each update.
         steps: largest number of steps.
         tolerance: relative to the larger of the objective and the first gradient norm (`History`; with limits the KKT
             residual): where the norm is below, the search has converged; for L-BFGS-B also where a step lowers the
@@ -82,7 +83,7 @@ def minimise(
         _check(steps, tolerance, limits)
         callback = callback and _of_design(callback)
     optimiser = ("SLSQP" if limits else "L-BFGS-B") if optimiser is None else optimiser
-    run = _runner(optimiser, functools.partial(objective_value, objective), limits)
+    run = _runner(optimiser, functools.partial(objective_value, objective), limits, compile)
     points = [read_variables(design0, bounds)] if starts is None else starting_points(design0, bounds, starts)
     points = [with_bound(point) for point in points] if is_worst else points
     problem = trace_problem(objective, points[0], gradient, limits, compile, tape_first=starts is None)
@@ -179,13 +180,17 @@ def _check(steps: int, tolerance: float, limits: Sequence[Limit]) -> None:
         raise ValueError(f"several limits are named {', '.join(map(repr, twice))}; give each a name of its own")
 
 
-_CONSTRAINED = (*SCIPY_OPTIMISERS, *NLOPT_OPTIMISERS)
+_INTERIOR_POINT = "interior point"
+_CONSTRAINED = (*SCIPY_OPTIMISERS, *NLOPT_OPTIMISERS, _INTERIOR_POINT)
 
 
 def _runner(
-    optimiser: optax.GradientTransformation | str, objective: Callable, limits: Sequence[Limit]
+    optimiser: optax.GradientTransformation | str, objective: Callable, limits: Sequence[Limit], compile: str
 ) -> Callable[[Any, int], None]:
     """The function that runs a search for a number of steps."""
+    if isinstance(optimiser, str) and optimiser == _INTERIOR_POINT:
+        step = functools.partial(interior_point_search, compile=compile)
+        return lambda search, steps: run_constrained(search, steps, step)
     if isinstance(optimiser, str) and optimiser in _CONSTRAINED:
         step = SCIPY_OPTIMISERS[optimiser] if optimiser in SCIPY_OPTIMISERS else nlopt_optimiser(optimiser)
         return lambda search, steps: run_constrained(search, steps, step)

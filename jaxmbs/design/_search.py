@@ -168,6 +168,10 @@ class Search:
             self.reason = "stopped by callback"
         return bool(self.reason)
 
+    def count(self, evaluations: int) -> None:
+        """Count evaluations that a program of its own has made."""
+        self._evaluations += evaluations
+
     @property
     def steps(self) -> int:
         """Number of steps taken."""

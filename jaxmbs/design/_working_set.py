@@ -41,13 +41,14 @@ class ConstrainedSearch(Search):
     Of many constraints only a working set is differentiated: those that were active so far, and the largest.
 
     Attributes:
+        problem: its functions.
         working_set: (k,) indices of these constraints.
     """
 
     def __init__(
         self, problem: DesignProblem, evaluate: Callable, variables: Variables, *args: Any, **options: Any
     ) -> None:
-        self._problem, self._active = problem, np.zeros(0, np.int32)
+        self.problem, self._active = problem, np.zeros(0, np.int32)
         self._optimality_record: tuple[Point, np.ndarray, LimitMultipliers] | None = None
         self.working_set = first_working_set(problem, variables)
         super().__init__(lambda vector: evaluate(vector, self.working_set), variables, *args, **options)
@@ -60,15 +61,15 @@ class ConstrainedSearch(Search):
         self._active = np.union1d(self._active, active).astype(np.int32)
         violated = np.flatnonzero(self.current.constraints > FEASIBILITY)
         needed, size = len(np.union1d(self._active, violated)), len(self.working_set)
-        while size < min(needed, self._problem.num_constraints):  # doubled: each size is another program
-            size = min(2 * size, self._problem.num_constraints)
+        while size < min(needed, self.problem.num_constraints):  # doubled: each size is another program
+            size = min(2 * size, self.problem.num_constraints)
         self.working_set = select_working_set(size, self.current.constraints, self._active)
         self._last = self._last._replace(x=np.full_like(self._last.x, np.nan))  # its Jacobian has other rows
         self.current, self.reason = self.evaluate(self.current.x), ""
 
     @property
     def functions(self) -> tuple[tuple[str, ...], np.ndarray]:
-        names = [one.limit.name for one in self._problem.constraints for _ in range(one.size)]
+        names = [one.limit.name for one in self.problem.constraints for _ in range(one.size)]
         return ("objective", *(names[row] for row in self.working_set)), self.working_set
 
     def is_working_set_insufficient(self, violation: float = FEASIBILITY) -> bool:
@@ -96,10 +97,10 @@ class ConstrainedSearch(Search):
     def describe_violations(self) -> str:
         """The limits that the best point violates, the worst first, for a message."""
         found = limit_results(
-            self._problem.constraints,
+            self.problem.constraints,
             self._first.limit_values,
             self.best.limit_values,
-            np.zeros(self._problem.num_constraints),
+            np.zeros(self.problem.num_constraints),
         )
         violated = sorted((limit for limit in found if not limit.ok), key=lambda limit: limit.margin)
         return ", ".join(f"{limit.name!r} by {-limit.margin:.3g} of it" for limit in violated)
@@ -135,9 +136,9 @@ class ConstrainedSearch(Search):
     def optimum(self) -> Optimum:
         best = self.evaluate(self.best.x)
         rows, found = self._best_multipliers(best)
-        every = np.zeros(self._problem.num_constraints)
+        every = np.zeros(self.problem.num_constraints)
         every[rows] = found.limits
-        results = limit_results(self._problem.constraints, self._first.limit_values, best.limit_values, every)
+        results = limit_results(self.problem.constraints, self._first.limit_values, best.limit_values, every)
         return dataclasses.replace(super().optimum(), limits=results, kkt=found.residual, bound_prices=found.bounds)
 
     def _is_better(self, point: Point, best: Point) -> bool:

@@ -81,6 +81,19 @@ def test_many_side_by_side_each_with_its_verdict():
 
 
 @pytest.mark.slow
+def test_as_an_optimiser_of_minimise():
+    """With prices as those of SLSQP: the largest rectangle under a diagonal."""
+    limit = mbs.Limit("diagonal", lambda d: d["a"] ** 2 + d["b"] ** 2, upper=2.0)
+    found = [
+        mbs.minimise(lambda d: -d["a"] * d["b"], {"a": 0.3, "b": 0.6}, None, name, limits=limit, progress=False)
+        for name in ("interior point", "SLSQP")
+    ]
+    for one in found:
+        assert one.ok and one.value == pytest.approx(-1.0, abs=1e-7)
+        assert one.limit("diagonal").price == pytest.approx(-0.5, rel=1e-5)
+
+
+@pytest.mark.slow
 def test_a_warm_start_takes_fewer_steps():
     first = interior_point(product, START, **HS71)
     other = {**HS71, "equalities": lambda x: x @ x - 40.2}
