@@ -129,11 +129,11 @@ FACES = {
         hertz_stiffness
     """,
     "jaxmbs.vehicles": """
-        AbstractRoad AbstractTyreModel Arm AxleTyres BrushTyre CONVENTIONS CleatRoad Compression ContactForces
-        Convention FialaTyre FlatRoad ForwardSpeed LinearTyre LoadTable MagicFormula PartLoads RandomRoad Ride
-        Rig RigCurves SineRoad SingleTrack Slip SlipSlopes Strut SurfaceRoad Suspension SuspensionRod
-        TandemCams TirFile Tyre WEIGHTINGS WeightingFilter double_wishbone five_link kc_rig load_cases
-        mcpherson read_tir ride trailing_arm weighting wheel_inputs
+        AbstractRoad AbstractTyreModel Arm AxleTyres BrushTyre CONVENTIONS CleatRoad Compliance Compression
+        ContactForces Convention FialaTyre FlatRoad ForwardSpeed LinearTyre LoadTable MagicFormula PartLoads
+        RandomRoad Ride Rig RigCurves SineRoad SingleTrack Slip SlipSlopes Strut SurfaceRoad Suspension
+        SuspensionRod TandemCams TirFile Tyre WEIGHTINGS WeightingFilter double_wishbone five_link kc_rig
+        load_cases mcpherson read_tir ride trailing_arm weighting wheel_inputs
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -292,7 +292,7 @@ WITHOUT = {
         SymmetrySubspace VirtualMotions VectorField Factor Plan Group CoordinateTable Instant
     """,
     "values inside of a trace": "PhaseState Rates",
-    "a model, and loads of one pose as they are": "Rig PartLoads",
+    "a model, and loads of one pose as they are": "Rig PartLoads Compliance",
     "their print is a sentence for each finding of the file": "Imported JointLimits Mesh",
     "made by a search or an integral, in the long test": """
         Identification Excitation ModelUpdate RandomResponse CriticalPlane StressSpectrum Stresses

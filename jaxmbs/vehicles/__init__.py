@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ._plain_tyres import BrushTyre, FialaTyre, LinearTyre
     from ._random_road import RandomRoad
     from ._ride import Ride, ride, wheel_inputs
-    from ._rig import PartLoads, Rig, kc_rig
+    from ._rig import Compliance, PartLoads, Rig, kc_rig
     from ._rig_curves import RigCurves
     from ._road import AbstractRoad, FlatRoad
     from ._road_shapes import CleatRoad, SineRoad, SurfaceRoad, TandemCams
@@ -33,6 +33,7 @@ __all__ = [
     "BrushTyre",
     "CONVENTIONS",
     "CleatRoad",
+    "Compliance",
     "Compression",
     "ContactForces",
     "Convention",

@@ -23,7 +23,7 @@ from ..forces._fields import number
 from ..math._lyapunov import lyapunov
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
-from ..typing import ScalarLike
+from ..typing import ScalarLike, WordedError
 from ._random_road import RandomRoad
 from ._weighting import weighting
 
@@ -53,8 +53,8 @@ class Ride(Reported, eqx.Module):
 
 
 def ride(
-    linearisation: Linearisation,
-    road: RandomRoad,
+    linearisation: WordedError[Linearisation],
+    road: WordedError[RandomRoad],
     speed: ScalarLike,
     wheels: Mapping[str, tuple[ScalarLike, str]] | None = None,
     coherence: ScalarLike = 0.0,

@@ -10,6 +10,7 @@ import numpy as np
 from jax import Array
 
 from ..assembly import State
+from ..checks import no_such, not_positive
 from ..errors import ModelError
 from ..forces._fields import number
 from ..kinematics import position, rotation
@@ -77,8 +78,35 @@ class Rig(eqx.Module):
         """
         if at not in ("contact", "centre"):
             raise ValueError(f"at must be 'contact' or 'centre', got {at!r}")
-        given = (number(x) for x in (force, moment, travel, rack))
-        return self.with_points(hardpoints).part_loads(*given, jnp.asarray(at == "contact"))
+        load, pose = (number(force), number(moment)), (number(travel), number(rack))
+        return self.with_points(hardpoints).part_loads(*load, *pose, jnp.asarray(at == "contact"))
+
+    def compliance(
+        self,
+        stiffness: Mapping[str, ArrayLike],
+        force: ArrayLike,
+        moment: ArrayLike = (0.0, 0.0, 0.0),
+        travel: ArrayLike = 0.0,
+        rack: ArrayLike = 0.0,
+        at: str = "contact",
+    ) -> "Compliance":
+        """Small changes of toe, camber and place under a load, by rods with bushings at their ends.
+
+        Args:
+            stiffness: along the rod, of both bushings and the rod together, by its name [N/m]; others are rigid.
+            force, moment, travel, rack, at: as of `loads`.
+
+        To first order: the wheel stays at its travel, each rod stretches by its tension over its stiffness.
+        Raises: ModelError for names of no rod, and a stiffness that is not positive.
+        """
+        rods = [rod.name for rod in self.suspension.rods]
+        faults = [no_such("rod", name, rods) for name in stiffness if name not in rods]
+        faults += [f"stiffness of {name!r} must be positive" for name, k in stiffness.items() if not_positive(k)]
+        if faults:
+            raise ModelError(faults, "the question")
+        tensions = self.loads(force, moment, travel, rack, at).tensions
+        stretch = {name: tensions[name] / number(k) for name, k in stiffness.items()}
+        return _compliance(self, number(travel), number(rack), stretch)
 
     def part_loads(self, force: Array, moment: Array, travel: Array, rack: Array, is_contact: Array) -> "PartLoads":
         """`loads` of arrays; is_contact: True where the force acts at the contact."""
@@ -99,6 +127,20 @@ class PartLoads(NamedTuple):
     balls: dict[str, Array]
     chassis: dict[str, Array]
     hinge: dict[str, Array]
+
+
+class Compliance(NamedTuple):
+    """Changes of a wheel by elastic rods under a load, at the height of its centre.
+
+    Attributes: toe, camber: [rad]; centre, contact: (3,) of the wheel centre and of the point of the upright at the
+    contact [m]; strut: of its length [m].
+    """
+
+    toe: Array
+    camber: Array
+    centre: Array
+    contact: Array
+    strut: Array
 
 
 def kc_rig(suspension: WordedError[Suspension]) -> Rig:
@@ -135,10 +177,10 @@ def _pose_curves(rig, travel, rack):
     return RigCurves.of(rig.suspension, travel, rack, places, rates, locked)
 
 
-def _places(rig, travel, rack):
+def _places(rig, travel, rack, stretch=None):
     """Points and axes of the upright at a pose: rotation, origin, hardpoints on the upright, length of the strut."""
     own = rig.suspension
-    system = own.system(travel, rack, like=rig.first)
+    system = own.system(travel, rack, like=rig.first, stretch=stretch)
     state = State.at(system)
     R, origin = rotation(system, state, UPRIGHT), position(system, state, UPRIGHT)
     H = own.moved(rack)
@@ -157,6 +199,17 @@ def _places(rig, travel, rack):
         on_upright.append(H[upper] if upper == own.strut.top else at(upper))
         found["lower"], found["upper"] = on_upright
     return found
+
+
+@jit
+def _compliance(rig, travel, rack, stretch):
+    nothing = jax.tree.map(jnp.zeros_like, stretch)
+    places, rates = jax.jvp(lambda x: _places(rig, travel, rack, x), (nothing,), (stretch,))
+    axle, turn = places["axle"], rates["axle"]
+    flat = axle[0] ** 2 + axle[1] ** 2
+    camber = -(turn[2] * flat - axle[2] * (axle[0] * turn[0] + axle[1] * turn[1])) / jnp.sqrt(flat)
+    toe = (turn[0] * axle[1] - axle[0] * turn[1]) / flat
+    return Compliance(toe, camber, rates["centre"], _locked_velocity(rig, places, rates), rates["strut"])
 
 
 def _locked_velocity(rig, places, rates):

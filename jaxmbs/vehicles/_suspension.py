@@ -129,10 +129,10 @@ class Suspension(eqx.Module):
         names += [*(self.hinge or ()), self.strut.top, self.strut.foot, *(self.kingpin or ()), *self.axle]
         return tuple(dict.fromkeys(names))
 
-    def declare(self, b: SystemBuilder, rack: Any = 0.0) -> list[str]:
+    def declare(self, b: SystemBuilder, rack: Any = 0.0, stretch: Mapping[str, Any] | None = None) -> list[str]:
         """Add massless bodies and joints to a builder, on its ground; bodies have the axes of the design position.
 
-        Args: rack: displacement along y [m].
+        Args: rack: displacement along y [m]; stretch: of rods by name [m].
         Returns: names of the joints that close loops, for `build(cut=)`.
         """
         H = self.moved(rack)
@@ -146,6 +146,7 @@ class Suspension(eqx.Module):
             b.joint("hinge", Revolute("x"), "ground", UPRIGHT, parent_frame=frame, child_frame=frame)
         for rod in self.rods:
             length = jnp.linalg.norm(self.hardpoints[rod.inner] - self.hardpoints[rod.outer])
+            length = length + (stretch or {}).get(rod.name, 0.0)
             b.constraint(rod.name, Distance(length), between=(("ground", H[rod.inner]), (rod.body, H[rod.outer])))
         cut = [name for arm in self.arms for name in self._declare_arm(b, H, arm)]
         return [*cut, *self._declare_strut(b, H)]
@@ -163,6 +164,7 @@ class Suspension(eqx.Module):
         moment: Any = None,
         place: Any = None,
         like: Any = None,
+        stretch: Mapping[str, Any] | None = None,
     ) -> Any:
         """The mechanism with its wheel centre led to a height.
 
@@ -172,9 +174,10 @@ class Suspension(eqx.Module):
             force, moment: (3,) on the upright [N, N m].
             place: (3,) where the force acts, in the upright's axes at design [m]; default the wheel centre.
             like: system of the same suspension, see `SystemBuilder.build`.
+            stretch: of rods by name [m].
         """
         b = SystemBuilder(gravity=(0.0, 0.0, 0.0))
-        cut = self.declare(b, rack)
+        cut = self.declare(b, rack, stretch)
         centre = self.hardpoints[self.axle[1]]
         zero = jnp.zeros(3)
         at = centre if place is None else place

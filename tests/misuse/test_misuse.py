@@ -42,7 +42,7 @@ EXEMPT = {
         dynamics.ElementReports dynamics.Validity analysis.ImpendingMotion dynamics.CableResult fem.Buckling
         flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
-        vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable
+        vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable vehicles.Compliance
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse

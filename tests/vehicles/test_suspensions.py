@@ -136,6 +136,23 @@ def test_load_cases_in_g_envelope_and_margins():
 
 
 @pytest.mark.long
+def test_compliance_by_bushings():
+    """Work of the load on the wheel is that of the rods and the spring; one rod against a longer one."""
+    own, stiffness = rig("five_link"), {f"link_{k}": 4e6 * k for k in range(1, 6)}
+    loads = own.loads(FORCE, travel=TRAVEL)
+    found = own.compliance(stiffness, FORCE, travel=TRAVEL)
+    work = sum(loads.tensions[name] ** 2 / k for name, k in stiffness.items()) + loads.tensions["strut"] * found.strut
+    np.testing.assert_allclose(FORCE @ found.contact, work, rtol=1e-8)
+    np.testing.assert_allclose(found.centre[2], 0.0, atol=1e-15)
+    alone, h = own.compliance({"link_5": 1e6}, FORCE, travel=TRAVEL), 1e-6
+    axle = mbs.jit(lambda x: _places(own, jnp.asarray(TRAVEL), jnp.asarray(0.0), {"link_5": x})["axle"])
+    toes = [np.arctan(a[0] / a[1]) for a in (axle(h), axle(-h))]
+    np.testing.assert_allclose(alone.toe, loads.tensions["link_5"] / 1e6 * (toes[0] - toes[1]) / (2 * h), rtol=1e-6)
+    with pytest.raises(mbs.ModelError, match="link_9"):
+        own.compliance({"link_9": 1e6}, FORCE)
+
+
+@pytest.mark.long
 def test_steering_axis_roll_centre_and_supports_by_hand():
     """Kingpin through LO and UO; the roll centre where the line to the front view's instant centre meets y = 0."""
     curves = rig("double_wishbone").curves(np.array([-1e-5, 0.0, 1e-5]))
