@@ -23,7 +23,8 @@ def map_chunked(function, rows):
     number = len(jax.tree.leaves(rows)[0])
     # A tape runs rows one by one as fast, and a program of one row is traced in half the time.
     if ON_TAPE.value and number > 1 and is_on("chunked_maps"):
-        return lax.map(remat(function) if number > tuning.ROWS_TOGETHER else function, rows)
+        of_row = lambda row: function(row)  # which JAX can hash: converted closures cannot be
+        return lax.map(remat(of_row) if number > tuning.ROWS_TOGETHER else of_row, rows)
     if number <= tuning.ROWS_TOGETHER or not is_on("chunked_maps") or jax.default_backend() != "cpu":
         return jax.vmap(function)(rows)
     count = math.ceil(number / tuning.ROWS_TOGETHER)
