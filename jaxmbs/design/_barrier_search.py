@@ -216,10 +216,10 @@ def _stepped(problem, carry, where, system: ReducedSystem, tolerance):
     share, found, good, tries, dx, ds = lax.while_loop(refused, shorter, state)
     trial = kept(moved(share, step._replace(x=dx, s=ds)), found[2])
     carry = carry._replace(weight=weight)
-    outcome = lax.cond(
+    trial, good, is_restored = lax.cond(
         good, lambda: (trial, good, jnp.asarray(False)), lambda: _towards_limits(problem, carry, where)
     )
-    return _accepted_step(problem, carry, system, step, *outcome, (share, dual, tries), tolerance)
+    return _accepted_step(problem, carry, system, step, trial, good, is_restored, (share, dual, tries), tolerance)
 
 
 def _towards_limits(problem, carry, where):

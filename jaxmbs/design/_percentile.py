@@ -11,7 +11,7 @@ from jax.scipy.special import ndtri
 
 from ..checks import any_concrete, is_concrete, number_faults
 from ..errors import ModelError
-from ..probability import AbstractDistribution, RandomVariables
+from ..probability import RandomVariables
 from ..runtime import jit, not_tracing
 from ._design_point import CONVERGED, WorstAtDistance, find_design_point
 from ._limit_state import read_variables
@@ -19,7 +19,7 @@ from ._limit_state import read_variables
 
 def percentile(
     function: Callable[[dict], Any],
-    variables: Mapping[str, AbstractDistribution] | RandomVariables,
+    variables: Mapping[str, Any] | RandomVariables,
     percent: Any,
     tolerance: float = 1e-7,
     steps: int = 100,

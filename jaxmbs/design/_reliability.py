@@ -13,7 +13,7 @@ from jax.scipy.stats import norm
 
 from ..checks import count_faults, number_faults
 from ..errors import ModelError
-from ..probability import AbstractDistribution, RandomVariables
+from ..probability import RandomVariables
 from ..runtime import jit, kept_tiers
 from ._design_point import DesignPoint, NearestFailure, find_design_point
 from ._distinct_points import distinct_points, unproven_points
@@ -44,7 +44,7 @@ class ReliabilityOptions(NamedTuple):
 @kept_tiers()
 def reliability(
     limit_state: Callable[[dict], Any],
-    variables: Mapping[str, AbstractDistribution] | RandomVariables,
+    variables: Mapping[str, Any] | RandomVariables,
     method: str = "form",
     system: str = "series",
     starts: int = 1,

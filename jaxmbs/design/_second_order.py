@@ -52,7 +52,8 @@ def second_order(index: Array, curvature: Float[Array, "n n"]) -> SecondOrder:
     is_nearest = jnp.all(1.0 + jnp.abs(index) * curvatures > 0.0)
     corrected = [first / jnp.sqrt(_product(s, curvatures)) for s in (index, norm.pdf(index) / first)]
     tvedt = _paraboloid(index, curvatures)
-    return SecondOrder(*(jnp.where(is_nearest, x, jnp.nan) for x in (tvedt, *corrected)), curvatures)
+    tvedt, breitung, hohenbichler = (jnp.where(is_nearest, x, jnp.nan) for x in (tvedt, *corrected))
+    return SecondOrder(tvedt, breitung, hohenbichler, curvatures)
 
 
 def _product(slope, curvatures):

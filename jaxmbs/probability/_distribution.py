@@ -57,7 +57,11 @@ class AbstractDistribution(eqx.Module):
     def parameters(self) -> dict[str, Array]:
         """The parameters by name, those that are single numbers."""
         fields = [(f.name, getattr(self, f.name)) for f in dataclasses.fields(self)]
-        return {name: value for name, value in fields if isinstance(value, Array | np.ndarray) and value.ndim == 0}
+        return {
+            name: jnp.asarray(value)
+            for name, value in fields
+            if isinstance(value, Array | np.ndarray) and value.ndim == 0
+        }
 
 
 def log_cumulative(u: Array) -> Array:

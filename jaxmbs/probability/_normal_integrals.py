@@ -49,7 +49,7 @@ def any_above(limits: Float[Array, " m"], correlation: Float[Array, "m m"]) -> A
     parts = []
     for k in range(limits.shape[0]):
         order = np.array([k, *range(k)])
-        sign = np.where(np.arange(k + 1) == 0, -1.0, 1.0)
+        sign = jnp.asarray(np.where(np.arange(k + 1) == 0, -1.0, 1.0))
         parts.append(all_below(sign * limits[order], sign[:, None] * sign[None] * correlation[order[:, None], order]))
     return sum(parts[1:], parts[0])
 

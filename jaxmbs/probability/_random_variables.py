@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -41,7 +42,7 @@ class RandomVariables(eqx.Module):
     _distributions: tuple[AbstractDistribution, ...]  # a dict would come out of a program in another order
     _correlations: tuple[Array, ...]
 
-    def __init__(self, distributions: Mapping[str, AbstractDistribution], correlation: Mapping | None = None) -> None:
+    def __init__(self, distributions: Mapping[str, Any], correlation: Mapping | None = None) -> None:
         faults = _faults(distributions, correlation)
         if faults:
             raise ModelError(faults, "the set of random variables")
@@ -85,7 +86,9 @@ class RandomVariables(eqx.Module):
         Args: factor: `factor()`, if it is known.
         """
         if self.pairs:
-            u = (self.factor() if factor is None else factor) @ u
+            own = self.factor() if factor is None else factor
+            assert own is not None  # there are pairs
+            u = own @ u
         return {name: one.from_normal(u[k]) for k, (name, one) in enumerate(self.distributions.items())}
 
 

@@ -56,6 +56,20 @@ def test_derivatives_against_differences(method):
 
 
 @pytest.mark.long
+def test_four_families_with_correlation_beside_another_program():
+    """OpenTURNS 1.27 (AbdoRackwitz to 1e-10, FORM and SORM), the same marginals, a normal copula of 0.40407."""
+    first, second = (reliability(strut, of_strut(), method) for method in ("form", "sorm"))
+    np.testing.assert_allclose(
+        [first.index, first.probability], [2.413763073758805, 0.007894362682013663], rtol=1e-10
+    )
+    point = [202.536, 60.7398, 0.378247, 0.87086]
+    np.testing.assert_allclose([*first.design_point.values()], point, rtol=3e-6)
+    np.testing.assert_allclose(second.second_order["breitung"], 0.00977232560931437, rtol=1e-7)
+    np.testing.assert_allclose(second.second_order["hohenbichler"], 0.01016403950688283, rtol=1e-7)
+    np.testing.assert_allclose(second.curvatures, [0.0163353, -0.00371274, -0.151834], rtol=1e-5)
+
+
+@pytest.mark.long
 def test_samples_of_all_families_confirm_the_second_order():
     """And their derivatives by the score, which need no gradient, are those of the second order."""
     found = reliability(strut, of_strut(), "sorm", samples=20_000)
@@ -164,8 +178,8 @@ def test_what_is_no_question_is_refused():
             reliability(hold, TWO, **options)
     with pytest.raises(TypeError, match="a limit state returns one real number"):
         reliability(lambda x: "high", TWO)
-    with pytest.raises(ModelError, match="variables must be"):
-        reliability(hold, [1.0])
+    with pytest.raises(ModelError, match="'a' has no distribution"):
+        reliability(hold, {"a": 1.0})
 
 
 @pytest.mark.long
