@@ -448,7 +448,7 @@ def driven(question):
 FIRST_ANSWERS = {  # equations, loops, programs
     "peak": (lambda: peaks_of_a_four_bar(peak_of_a_load), (7600, 40, 1)),
     "load_peaks": (lambda: peaks_of_a_four_bar(lambda s, _, m: mbs.motion.load_peaks(s, m)), (7900, 40, 1)),
-    "seven drives, simulate": (lambda: driven(QUESTIONS["simulate"]), (4250, 32, 1)),
+    "seven drives, simulate": (lambda: driven(QUESTIONS["simulate"]), (4260, 32, 1)),
     "seven drives, reactions": (lambda: driven(QUESTIONS["reactions"]), (1650, 5, 1)),
     "implicit motion": (lambda: (implicit_motion, jnp.eye(3)), (1220, 9, 2)),
 }

@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from ..assembly._state import State
 from ..constraints import _constraints as constraints
@@ -34,16 +35,18 @@ def gap(system, at: Configuration):
     return jnp.max(jnp.abs(constraints.residual(system, at)), initial=0.0)
 
 
-def observe(system, at: VelocityKinematics, ends: list | None = None):
+def observe(system, at: VelocityKinematics, ends: list | None = None, others: Array | None = None):
     """(kinetic, potential energy, largest position residual, largest velocity residual, squared speeds of rotation of
-    elastic bodies)."""
+    elastic bodies), and the largest residual of other velocities (nv,) if there are some."""
     kinetic, potential = energies(system, at, ends)
     spins = squared_spins(system, at)
     if not system.has_constraints:
         return kinetic, potential, gap(system, at), jnp.zeros_like(at.t), spins
     f, A = constraints.residual_and_jacobian(system, at)
-    speed = A @ at.u + constraints.time_rate(system, at)
-    return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), jnp.max(jnp.abs(speed)), spins
+    rate = constraints.time_rate(system, at)
+    largest = lambda u: jnp.max(jnp.abs(A @ u + rate))
+    more = () if others is None else (largest(others),)
+    return kinetic, potential, jnp.max(jnp.abs(f), initial=0.0), largest(at.u), spins, *more
 
 
 def diagnose(system, observed, work, final, events: tuple[str, ...] = ()) -> Diagnostics:

@@ -1,23 +1,17 @@
 """Systems without freedom: whether a start belongs to them, counted where it is known."""
 
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from ..assembly._host_assembly import close_on_host, has_finite_rows
 from ..assembly._state import State
 from ..checks import is_concrete
-from ..constraints import _constraints as constraints
 from ..constraints._host_rows import evaluate_rows, runs_on_host, step_on_host
 from ..constraints._mobility import row_spaces
 from ..errors import ModelError
-from ..kinematics._configuration import Configuration
 from ..model._system import System
-from ._formulation import Formulation, is_rheonomic
+from ._formulation import is_rheonomic
 
 _STEP = 0.05  # [rad] to another pose of the same branch
-_MOVES = 1e-6  # part of the largest velocity that the rows do not give: rounding is less
-_KEEPS = 1e-8  # residual of the velocities' rows, of the largest velocity, that counts as none
 
 
 def is_prescribed(system: System, state: State) -> bool:
@@ -47,15 +41,6 @@ def check_prescribed(system: System, state: State) -> None:
             ],
             what="the motion",
         )
-
-
-def has_free_velocities(equations: Formulation, at: Configuration, u: Array) -> Array:
-    """True () if velocities u (nv,) keep the rows, and are not those that the rows give: the start is on a branch
-    with more freedom than that of the build."""
-    system, size = equations.system, jnp.max(jnp.abs(u), initial=0.0)
-    free = u - equations.velocities_of(at, u[:0])
-    slip = jnp.max(jnp.abs(constraints.jacobian(system, at) @ free), initial=0.0)
-    return (jnp.max(jnp.abs(free), initial=0.0) > _MOVES * size) & (slip <= _KEEPS * size)
 
 
 def _has_mobile_neighbour(system, psi, t):

@@ -23,6 +23,9 @@ from ._event_sides import num_actions, rows_of_sides, sides_of, with_rows_after_
 from ._hybrid import HybridEquations
 from ._motion import Motion
 
+_MOVES = 1e-6  # part of the largest velocity at the start that the rows do not give: rounding is less
+_KEEPS = 1e-8  # residual of the velocities' rows, of the largest velocity, that counts as none
+
 
 def motion_of(
     args: Arguments,
@@ -62,7 +65,9 @@ def motion_of(
         of_sides, used = rows_of_sides(equations, final, account, there)
         together = jax.tree.map(lambda x, more: jnp.concatenate([x, more]), together, of_sides)
     closes = events is not None or not lands_on_times
-    found, observed, outside = map_chunked(functools.partial(_evaluate, args, places, closes), together)
+    others = start.velocities if equations.follows_rows and equations.system.has_constraints else None
+    found, observed, outside = map_chunked(functools.partial(_evaluate, args, places, closes, others), together)
+    observed, is_free = _free_at_start(observed, others, found[1])
     observed = (*observed[:2], *lax.stop_gradient(observed[2:]))  # residuals have no derivative
     if is_hybrid:
         split = lambda a, b: jax.tree.map(lambda x: x[a:b], (found, observed))
@@ -78,7 +83,7 @@ def motion_of(
     diagnostics = diagnose(equations.system, observed, masked(ended, work, jnp.nan), final, acting)
     code = _code_of_end(final, events)
     code, lost = result_code(code, states, diagnostics, observed, ended, open_at_start, ts)
-    code, kept = _with_limits(code, equations.follows_rows, outside)
+    code, kept = _with_limits(jnp.where(is_free, Status.INCONSISTENT, code), equations.follows_rows, outside)
     states, diagnostics, end = mask_failed(ended, lost, kept, states, diagnostics, end)
     if events is None:
         return Motion(ts, states, code, diagnostics, end, None)
@@ -102,7 +107,20 @@ def _with_start_and_end(first, saved, end, gone):
     return tuple(jnp.concatenate([x0[None], x, x1[None]]) for x0, x, x1 in zip(first, filled, end, strict=True))
 
 
-def _evaluate(args, places, closes, row):
+def _free_at_start(observed, others, u):
+    """(what is observed of all states, True if velocities at the start (nv,) keep the rows there, and are not those
+    of u (states, nv) that they give: the start is on a branch with more freedom than that of the build).
+
+    Velocities that do not keep them, as of a state written by hand, are replaced by those that the rows give.
+    """
+    if others is None:
+        return observed, False
+    (*observed, slips), size = observed, jnp.max(jnp.abs(others))
+    differ = jnp.max(jnp.abs(others - u[0])) > _MOVES * size
+    return tuple(observed), lax.stop_gradient(differ & (slips[0] <= _KEEPS * size))
+
+
+def _evaluate(args, places, closes, others, row):
     """The numbers of a state at a row, those of the accounts, and True if a part is beyond the end of its model."""
     t, psi, p, *quadratures = row
     equations = args.equations.in_mode(*quadratures) if quadratures else args.equations
@@ -112,7 +130,7 @@ def _evaluate(args, places, closes, row):
     if any(group.law.has_ends for group in system.rows):  # whose loads need the rates of all rows
         at = with_directions(system, at, values=True)
     ends: list | None = [] if has_ends(system) else None
-    observed = observe(system, at, ends)
+    observed = observe(system, at, ends, others)
     outside = None if ends is None else is_outside(system, at, ends)
     return (psi, at.u, at.internal, Changes.of(system, places)), observed, outside
 

@@ -31,7 +31,7 @@ from ..ode._save_times import save_times, valid_times
 from ..reports import Note
 from ..runtime import as_host_array, jit, note, progress_bar
 from ..signal_flow._sampling import refuse_sampled, sample_periods
-from ..status import Status, succeeded
+from ..status import succeeded
 from ..typing import ArrayLike, WordedError
 from ._accounts import CLOSED, gap
 from ._choice import Choice, choose_solver
@@ -43,7 +43,7 @@ from ._hybrid import HybridEquations
 from ._jam import with_jam
 from ._motion import Motion
 from ._options import choose_formulation
-from ._prescribed import check_prescribed, has_free_velocities, is_prescribed
+from ._prescribed import check_prescribed, is_prescribed
 from ._result import motion_of
 from ._sampling import Sampling
 from ._saved_step import SavedStep, with_internal_values, with_saved_steps
@@ -205,8 +205,6 @@ def _integrate(system, state, ts, t1, formulation, events, options, samples_star
     ts, valid = valid_times(ts, state.t, t1)
     valid = valid & (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
     valid = valid & jnp.all(jnp.isfinite(state.velocities))
-    is_free = formulation.follows_rows and has_free_velocities(equations, at, state.velocities)
-    valid = valid & ~jnp.asarray(is_free)
     if state.internal is not None:
         valid = valid & state.internal.ok
     names = () if events is None else events[1].names
@@ -239,8 +237,7 @@ def _integrate(system, state, ts, t1, formulation, events, options, samples_star
         start = (state.coordinates, with_internal_values(state), no_work)
         y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
         final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
-    motion = motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names, places)
-    return replace_field(motion, "result", jnp.where(is_free, Status.INCONSISTENT, motion.result))
+    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names, places)
 
 
 def _changed_places(system, state, events):
