@@ -43,13 +43,13 @@ class DesignPoint(NamedTuple):
         reason: number of the entry of `REASONS`.
     """
 
-    answer: Array
-    u: Array
-    multiplier: Array
-    value: Array
-    gradient: Array
-    evaluations: Array
-    reason: Array
+    answer: Any
+    u: Any
+    multiplier: Any
+    value: Any
+    gradient: Any
+    evaluations: Any
+    reason: Any
 
 
 class NearestFailure(eqx.Module):

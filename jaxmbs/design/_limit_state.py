@@ -38,7 +38,8 @@ class LimitState(NamedTuple):
         """Values (k, m) at points (k, n) of independent standard normal numbers; nan where there is none.
 
         `total` points will be asked for, this time and later."""
-        found = evaluate_batch(_AtPoint(self, variables), points, None, False, compile=compile, total=total)
+        at_point: Any = _AtPoint(self, variables)  # a tuple that is called, which mypy takes for no function
+        found = evaluate_batch(at_point, points, None, False, compile=compile, total=total)
         return np.where(np.asarray(found.ok)[:, None], np.asarray(found.values, float), np.nan)
 
 
@@ -48,7 +49,7 @@ class _AtPoint(NamedTuple):
     limit_state: LimitState
     variables: RandomVariables
 
-    def __call__(self, u):
+    def __call__(self, u: Any) -> Array:
         return self.limit_state.at(u, self.variables, None)
 
 

@@ -97,7 +97,7 @@ def _by_design_points(traced: LimitState, variables: RandomVariables, question: 
     search = jit(functools.partial(_search, traced, question), compile=question.compile)
     found = jax.tree.map(np.asarray, search(variables, jnp.asarray(_first_points(n, question))))
     points, which, faults = distinct_points(found, question.system)
-    common = {"method": question.method, "gradients": int(np.sum(found.evaluations))}
+    common: dict[str, Any] = {"method": question.method, "gradients": int(np.sum(found.evaluations))}
     if not len(points.u):
         none: dict = {}
         unknown = Reliability(np.nan, np.nan, none, none, none, points=points.u, indices=points.answer, **common)
