@@ -133,8 +133,11 @@ def _failure(cycle):
     """Words for a search that found no cycle."""
     if cycle.status != Status.NO_CYCLE:
         return f"the motion over the period failed: {cycle.status}"
-    closed = float(cycle.residual) <= _CLOSED[cycle.residual.dtype.itemsize]
-    if closed and not float(cycle.rate_residual) <= _CLOSED_RATES[cycle.residual.dtype.itemsize]:
+    size = cycle.residual.dtype.itemsize
+    closed, same = float(cycle.residual) <= _CLOSED[size], float(cycle.rate_residual) <= _CLOSED_RATES[size]
+    if closed and same:
+        return "the search for a cycle with a period of its own ended at a state of rest; start from a livelier state"
+    if closed:
         return (
             "there is a motion that comes back after the period, but its accelerations do not: drives or forces have "
             "another period; give theirs, or a multiple of it"

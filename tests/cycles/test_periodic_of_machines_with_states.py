@@ -1,0 +1,98 @@
+"""Cycles with internal states, sampled blocks and impacts, by closed forms and long motions."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxmbs as mbs
+
+from .oscillators import duffing, slide
+
+
+@pytest.mark.long
+def test_spring_behind_a_damper_by_its_complex_stiffness():
+    omega, push = 3.0, mbs.Actuator(mbs.Harmonic(amplitude=5.0, omega=3.0))
+    soft = mbs.forces.Maxwell(stiffness=20.0, damping=3.0)
+    system = slide(2.0, None, spring=mbs.SpringDamper(stiffness=30.0), soft=soft, push=push)
+    found = mbs.periodic(system, 2.0 * np.pi / omega)
+    x = np.asarray(found.states.coordinates[:-1, 0])
+    stiffness = 30.0 + 1.0 / (1.0 / 20.0 + 1.0 / (3.0j * omega))
+    amplitude = abs(5.0 / (stiffness - 2.0 * omega**2))
+    np.testing.assert_allclose(2.0 * abs(np.fft.rfft(x)[1]) / len(x), amplitude, rtol=1e-10)
+    rates = np.roots(
+        [2.0 * 3.0 / 20.0, 2.0, 3.0 * (1.0 + 30.0 / 20.0), 30.0]
+    )  # of m x'' = -k x - F, F/c + F'/k2 = x'
+    wanted = np.exp(rates * 2.0 * np.pi / omega)
+    np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(wanted), rtol=1e-8)
+
+
+@pytest.mark.long
+def test_a_sampled_controller_has_the_cycle_of_a_long_motion():
+    b, omega = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 2.0
+    b.body("m", mass=1.0)
+    b.joint("x", mbs.Prismatic("x"), "ground", "m")
+    b.force("spring", mbs.SpringDamper(stiffness=9.0, damping=0.2), joint="x")
+    b.force("push", mbs.Actuator(mbs.Harmonic(amplitude=1.0, omega=omega)), joint="x")
+    b.force("motor", mbs.Actuator(0.0), joint="x")
+    b.measure("place", joint="x")
+    b.block("loop", mbs.blocks.PI(0.5, 0.4), reads="place", drives="motor", every=np.pi / 40.0)
+    system = b.build()
+    found = mbs.periodic(system, np.pi)
+    late = mbs.simulate(system, mbs.State.at(system), t1=60.0 * np.pi)
+    np.testing.assert_allclose(late.end.coordinates, found[0].coordinates, atol=1e-5)
+    assert found.stable and abs(found.multipliers[-1]) < 1e-12  # of the held output: nothing is left of it
+    with pytest.raises(mbs.ModelError, match="whole number"):
+        mbs.periodic(system, np.pi, segments=3)
+
+
+@pytest.mark.long
+def test_two_periods_square_the_multipliers():
+    system = duffing()
+    one, two = (mbs.periodic(system, 2.0 * np.pi / 1.5, periods=k) for k in (1, 2))
+    np.testing.assert_allclose(np.sort_complex(two.multipliers), np.sort_complex(one.multipliers**2), rtol=1e-8)
+    np.testing.assert_allclose(two.period, 2.0 * one.period)
+
+
+E_, OMEGA, G = 0.8, 20.0 * np.pi, 9.81
+PERIOD = 2.0 * np.pi / OMEGA
+#: Speed of the table at the impact, and its deceleration there at which the cycle of one bounce doubles.
+IMPACT = (1.0 - E_) / (1.0 + E_) * G * PERIOD / 2.0
+DOUBLING = 2.0 * G * (1.0 + E_**2) / (1.0 + E_) ** 2
+
+
+def bounces(deceleration):
+    """The ball on a table that slows down so at its impact: system, start of the cycle, its event."""
+    amplitude = np.hypot(IMPACT * OMEGA, deceleration) / OMEGA**2
+    phase = np.arctan2(deceleration, IMPACT * OMEGA)
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -G))
+    b.body("ball", mass=1.0)
+    b.joint("z", mbs.Prismatic("z"), "ground", "ball")
+    system = b.build()
+
+    def bounce(state):
+        table = amplitude * OMEGA * jnp.cos(OMEGA * state.t)
+        return dataclasses.replace(state, velocities=table - E_ * (state.velocities - table))
+
+    hit = mbs.motion.Event(
+        lambda s: s.coordinates[0] - amplitude * jnp.sin(OMEGA * s.t), action=bounce, direction=-1, name="hit"
+    )
+    late = PERIOD - phase / OMEGA  # since the impact before the start
+    z = amplitude * np.sin(phase) + G * PERIOD / 2.0 * late - G * late**2 / 2.0
+    return system, np.array([z, G * PERIOD / 2.0 - G * late]), hit
+
+
+@pytest.mark.long
+def test_ball_on_a_shaking_table():
+    """One bounce a period: the flight is a parabola; the slope of its map has the determinant e^2 and the trace
+    `1 + e^2 - (1 + e)^2 a / g`, a the deceleration of the table: it doubles where 1 + trace + determinant is zero."""
+    for deceleration, is_stable in ((0.6 * DOUBLING, True), (DOUBLING, None), (1.1 * DOUBLING, False)):
+        system, start, hit = bounces(deceleration)
+        near = mbs.State.at(system, z=1.001 * start[0], velocities={"z": 0.999 * start[1]})
+        found = mbs.periodic(system, PERIOD, near, event=hit)
+        np.testing.assert_allclose([found[0].coordinates[0], found[0].velocities[0]], start, rtol=1e-9)
+        trace = 1.0 + E_**2 - (1.0 + E_) ** 2 * deceleration / G
+        wanted = np.roots([1.0, -trace, E_**2])
+        np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(wanted), rtol=1e-8)
+        assert is_stable is None or bool(found.stable) == is_stable
