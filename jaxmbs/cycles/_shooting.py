@@ -13,7 +13,6 @@ import numpy as np
 from jax import Array, lax
 
 from ..assembly._state import State
-from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
 from ..model._system import System
 from ..ode._loop import stop_gradients
@@ -25,7 +24,6 @@ _MOST_STEPS = 60  # trials of the line search included
 _LARGEST_CHANGE = 0.3  # of the period in one step, of its logarithm
 _LEAST_LENGTH = 1e-4  # of a step that is tried
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
-_SMALL = 64  # unknowns of systems that are solved by singular values
 _SINGULAR = {8: 1e-10, 4: 1e-5}  # of the largest singular value: below is none
 #: Largest step that is the last: two more, with the slope there, leave its fourth power.
 _LAST_STEP = {8: 1e-5, 4: 1e-2}
@@ -229,12 +227,10 @@ class Linear(NamedTuple):
 def solve_slope(J: Array, right: Array) -> Array:
     """z of `J z = right`, of which there may be more rows than unknowns; J has no derivative.
 
-    Of small systems the shortest one where J is singular, as where the cycle is one of many.
+    The shortest one where J is singular, as where the cycle is one of many.
     """
     if J.shape[0] != J.shape[1]:
         return full_rank_lstsq(J, right[:, None])[:, 0]
-    if J.shape[0] > _SMALL:
-        return square.solve(J, right)
     U, s, Vh = lapack.svd(lax.stop_gradient(J))
     used = s > _SINGULAR[J.dtype.itemsize] * jnp.max(s, initial=0.0)
     return Vh.T @ (jnp.where(used, 1.0 / jnp.where(used, s, 1.0), 0.0) * (U.T @ right))
