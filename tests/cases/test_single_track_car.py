@@ -138,7 +138,7 @@ def test_published_rates_of_commonroad():
         np.testing.assert_allclose(value, row["value"], rtol=0, atol=row["tol"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_speeds_and_report():
     np.testing.assert_allclose(car().characteristic_speed(), 132.48993441956054, rtol=1e-9)
     assert np.isnan(car().critical_speed()) and "understeer gradient" in str(car())

@@ -73,7 +73,7 @@ def test_slopes_by_speed_and_wheelbase():
         np.testing.assert_allclose(slopes[k], (up - down) / (2 * h), rtol=1e-5, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_is_refused():
     model, road = linear(), vehicles.RandomRoad(LEVEL)
     with pytest.raises(mbs.ModelError, match="waviness 2"):
