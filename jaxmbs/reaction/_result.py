@@ -290,7 +290,7 @@ class Reactions(Reported, eqx.Module):
     def _found(self, kind, name, among, listed=None):
         """Entry of a name; otherwise an UnknownNameError that says which other method knows the name."""
         if name in among:
-            return dataclasses.replace(among[name], t=self.t)
+            return dataclasses.replace(among[name], t=None if self.t is None else jnp.asarray(self.t))
         doors = {"law": self.laws, "row": self.rows, "drive": self.drives}
         found = [f"it is a {door}: loads.{door}({name!r})" for door, names in doors.items() if name in names]
         found += [f"it is a joint or constraint: loads[{name!r}]"] * (name in self.joints)

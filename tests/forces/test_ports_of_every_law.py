@@ -28,6 +28,7 @@ def oil(x, v, t):
 LAWS = {
     "SpringDamper": F.SpringDamper(40.0, damping=0.7, free_length=0.3, preload=-2.0),
     "Table": F.Table([0.1, 0.9], [-4.0, 8.0], [-1.0, 1.0], [-3.0, 3.0]),
+    "PolynomialSpring": F.PolynomialSpring([40.0, -30.0], [0.5, 0.2], lower=0.2, upper=0.3),
     "BumpStop": F.BumpStop(900.0, lower=0.2, upper=0.4, exponent=2.0, damping=0.5),
     "FrictionForce": F.FrictionForce(BearingFriction(1.0, 1.4, 0.1, viscous=0.2), 5.0),
     "AirSpring": F.AirSpring(2e-3, 3e4, 0.4, exponent=1.3, ambient=1e4, length=0.3),
@@ -43,6 +44,9 @@ def stored(name, x):
         return -(40.0 * (x - 0.3) - 2.0)
     if name == "Table":
         return -15.0 * (x - 0.1) + 4.0
+    if name == "PolynomialSpring":
+        d = np.maximum(x - 0.3, 0.0) + np.minimum(x - 0.2, 0.0)
+        return -40.0 * d + 30.0 * d**2
     if name == "BumpStop":
         return 900.0 * (np.maximum(0.2 - x, 0.0) ** 2 - np.maximum(x - 0.4, 0.0) ** 2)
     if name == "AirSpring":
@@ -56,6 +60,9 @@ def energy(name, x):
         return 20.0 * (x - 0.3) ** 2 - 2.0 * (x - 0.3)
     if name == "Table":
         return 7.5 * (x - 0.1) ** 2 - 4.0 * (x - 0.1)
+    if name == "PolynomialSpring":
+        d = np.maximum(x - 0.3, 0.0) + np.minimum(x - 0.2, 0.0)
+        return 20.0 * d**2 - 10.0 * d**3
     if name == "BumpStop":
         return 300.0 * (np.maximum(0.2 - x, 0.0) ** 3 + np.maximum(x - 0.4, 0.0) ** 3)
     if name == "AirSpring":
@@ -71,6 +78,8 @@ def rest(name, x, v, t):
         return -0.7 * v
     if name == "Table":
         return -3.0 * v
+    if name == "PolynomialSpring":
+        return -0.5 * v - 0.2 * np.abs(v) * v
     if name == "BumpStop":
         return (
             -900.0
