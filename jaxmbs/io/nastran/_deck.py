@@ -4,14 +4,17 @@ from collections.abc import Iterable
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
+from ...checks import is_concrete, place_of
 from ...elements import DIRECTIONS
 from ...elements._base import as_real
+from ...errors import ModelError
 from ...fem import Group, Structure, assemble, assemble_dense
-from ...linear import LinearSystem
+from ...linear import LinearSystem, equilibrium
 from ...linear._rigid_motions import rigid_loads, rigid_rows
 from ...linear._storage import as_inexact
 from ...quantities import Quantity
@@ -19,6 +22,7 @@ from ...reports import Report, Reported
 from ...typing import AnyArray, Convertible
 from ._coordinates import DeckCoordinates
 from ._groups import AbstractElementGroup, DeckParameters
+from ._loads import EnforcedPlaces, LoadSet, stiffness_forces, thermal_forces
 from ._lumped import LumpedMassGroup
 
 
@@ -37,6 +41,9 @@ class Deck(Reported, eqx.Module):
         held: labels that SPC and GRID hold; weak: those that PARAM AUTOSPC holds, as no element stiffens them.
         ignored: what of the deck is not used, one sentence each.
         notes: what was decided about it: masses lumped or consistent, plates without transverse shear.
+        loads: sets of loads, "LOAD 3"; temperatures: (nodes,) of sets, "TEMPERATURE 3".
+        enforced: displacements of held places that the SPC cards give, None without.
+        cases: number, load and temperature of each subcase, 0 where the case control has none, "" for no set.
     """
 
     names: tuple[str, ...] = eqx.field(static=True)
@@ -52,6 +59,10 @@ class Deck(Reported, eqx.Module):
     weak: tuple[str, ...] = eqx.field(static=True)
     ignored: tuple[str, ...] = eqx.field(static=True)
     notes: tuple[str, ...] = eqx.field(static=True, default=())
+    loads: dict[str, LoadSet] = eqx.field(default_factory=dict)
+    temperatures: dict[str, Array] = eqx.field(default_factory=dict)
+    enforced: EnforcedPlaces | None = None
+    cases: tuple[tuple[int, str, str], ...] = eqx.field(static=True, default=((0, "", ""),))
 
     def report(self) -> Report:
         counts = {"nodes": len(self.names), "materials": len(self.materials), "properties": len(self.properties)}
@@ -134,6 +145,46 @@ class Deck(Reported, eqx.Module):
             return found
         others = jnp.tensordot(x, self.coordinates.motions(self.positions).astype(x.dtype), axes=(-1, -1))
         return found.at[..., np.array(self.coordinates.others), :].set(others)
+
+    def load(self, load: str | None = None, temperature: str | None = None) -> Float[Array, "nodes 6"]:
+        """Forces and moments on all nodes in basic axes, those of warming among them.
+
+        Args: load, temperature: names of sets, "LOAD 3", "TEMPERATURE 5", or ""; by default those of the first case.
+
+        Raises: UnknownNameError; ModelError for sets with cards that are not read, which it names.
+        """
+        load, temperature = self._sets(load, temperature)
+        total = jnp.zeros((len(self.names), 6))
+        if load:
+            total = total + self.loads[load].forces(self.structure, load)
+        return total + thermal_forces(self, self._temperature(temperature)) if temperature else total
+
+    def statics(self, load: str | None = None, temperature: str | None = None) -> Float[Array, "nodes 6"]:
+        """Displacements and rotations of all nodes in basic axes under a load, as of `load`, with enforced places."""
+        load, temperature = self._sets(load, temperature)
+        forces, count = self.load(load, temperature), len(self.names)
+        held = jnp.zeros((count, 6)) if self.enforced is None else self.enforced.displacements(count)
+        held = held + self.loads[load].enforced(count) if load else held
+        forces = forces - stiffness_forces(self.structure, held)
+        system = self.system
+        (rows,) = jax.vjp(self.displacements, jnp.zeros(system.num_rows))[1](forces)
+        return self.displacements(equilibrium(system, rows).displacement) + held
+
+    def _sets(self, load, temperature):
+        """Names of both, those of the first case where None."""
+        load = self.cases[0][1] if load is None else load
+        temperature = self.cases[0][2] if temperature is None else temperature
+        for what, name, among in (("load", load, self.loads), ("temperature", temperature, self.temperatures)):
+            if name:
+                place_of(what, name, among)
+        return load, temperature
+
+    def _temperature(self, name):
+        own = self.temperatures[name]
+        if is_concrete(own) and np.any(np.isnan(own)):
+            missing = self.names[int(np.argmax(np.isnan(own)))]
+            raise ModelError([f"{name}: {missing} has no temperature, and there is no TEMPD"])
+        return own
 
     def describe(self) -> str:
         """Summary of what was read, held and ignored, in lines."""

@@ -1,5 +1,6 @@
 """`read_nastran`: from the cards of a deck to its structure."""
 
+import dataclasses
 import re
 from collections.abc import Callable, Sequence
 from os import PathLike
@@ -20,6 +21,7 @@ from ._deck import Deck
 from ._faces import panels, plates, solids
 from ._groups import DeckParameters
 from ._ignored_cards import CHOSEN, HARMLESS
+from ._load_cards import read_enforced, read_loads, read_temperatures
 from ._lumped import HEAVY, LumpedMassGroup, lump_masses
 from ._materials import MATERIALS
 from ._nodal import autospc_directions, nodal_sums, rows_without_mass
@@ -119,7 +121,25 @@ def read_nastran(
     if faults:
         raise ModelError(faults)
     ignored += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
-    return _deck(deck, elements, tied, on_hold, settings, tuple(ignored))
+    made = _deck(deck, elements, tied, on_hold, settings, tuple(ignored))
+    return dataclasses.replace(
+        made,
+        loads=read_loads(found, deck, elements),
+        temperatures=read_temperatures(found, deck),
+        enforced=read_enforced(found, sets[0], deck),
+        cases=_cases(text),
+    )
+
+
+def _cases(text):
+    """(number, load, temperature) of each subcase, 0 where there is none; names of sets, "" for none."""
+    found = []
+    for number, own in (text.cases or {0: {}}).items():
+        chosen = text.common | own
+        warm = chosen.get("TEMPERATURE(LOAD)", chosen.get("TEMPERATURE", chosen.get("TEMP", "")))
+        sets = (("LOAD", chosen.get("LOAD", "")), ("TEMPERATURE", warm))
+        found.append((number, *(f"{what} {one}" if one.isdigit() else "" for what, one in sets)))
+    return tuple(found)
 
 
 def _deck(deck, elements, tied, on_hold, settings, ignored):

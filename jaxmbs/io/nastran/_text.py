@@ -13,6 +13,7 @@ MAX_BYTES = 256 * 2**20  # of a deck and all that it includes
 MAX_FILES, MAX_DEPTH = 500, 20
 _BEGIN = re.compile(r"^\s*BEGIN\b(.*)", re.IGNORECASE)
 _INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)", re.IGNORECASE)
+_SUBCASE = re.compile(r"^\s*SUBCASE\s+(\d{1,8})\b", re.IGNORECASE)
 _COMMAND = re.compile(r"^\s*([A-Z][A-Z0-9]*)\s*(?:\(\s*(LOAD)?[^)]*\)\s*)?=\s*(.*?)\s*$", re.IGNORECASE)
 
 
@@ -30,12 +31,15 @@ class BulkData:
         name: of the file.
         faults: what is wrong with the files.
         choices: what the case control chooses, in its order: `{"SPC": ["1", "2"], "METHOD": ["4"]}`.
+        common: what it chooses before all subcases, the first of each; cases: what each subcase chooses.
         skipped: number of lines before BEGIN BULK.
     """
 
     def __init__(self, path: Path, faults: list[str], folders: Iterable[Path] = ()) -> None:
         self.name, self.faults, self.skipped = path.name, faults, 0
         self.choices: dict[str, list[str]] = {}
+        self.common: dict[str, str] = {}
+        self.cases: dict[int, dict[str, str]] = {}
         self._path, self._roots = path, (path.resolve().parent, *(folder.resolve() for folder in folders))
         self._bytes = self._files = 0
 
@@ -43,9 +47,14 @@ class BulkData:
         """Lines of bulk data to the end of the file; blank ones and comments are left out."""
         found = self._read(self._path)
         begin = next((k for k, text in enumerate(found) if _BEGIN.match(text)), None)
+        case = self.common
         for text in found[: begin or 0]:
-            if (command := _COMMAND.match(text)) and not command[2]:  # TEMPERATURE(LOAD) chooses a load
-                self.choices.setdefault(command[1].upper(), []).append(command[3])
+            if command := _COMMAND.match(text):  # TEMPERATURE(LOAD) chooses a load, no materials
+                name = command[1].upper() if not command[2] else "TEMPERATURE(LOAD)"
+                self.choices.setdefault(name, []).append(command[3])
+                case.setdefault(name, command[3])
+            elif subcase := _SUBCASE.match(text):
+                case = self.cases.setdefault(int(subcase[1]), {})
         self.skipped = 0 if begin is None else begin + 1
         yield from self._lines(self._path.name, self._path, found, self.skipped, 0)
 

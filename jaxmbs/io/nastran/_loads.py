@@ -1,0 +1,196 @@
+"""Loads of a deck as records, each of which makes forces on nodes of the deck's numbers."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...elements._base import as_optional_real, as_real
+from ...elements._solid import face_rule
+from ...errors import ModelError
+from ...fem import Structure
+from ...fem._loads import _scatter_to_nodes
+from ...typing import Convertible
+from ._groups import DeckParameters
+from ._lumped import MasslessGroup
+from ._materials import Material
+
+
+class NodalForces(eqx.Module):
+    """FORCE and MOMENT: (m, 6) forces [N] and moments [N m] in basic axes at places of nodes."""
+
+    nodes: tuple[int, ...] = eqx.field(static=True)
+    values: Convertible[Float[Array, "m 6"]] = eqx.field(converter=as_real)
+
+    def forces(self, structure: Structure) -> Float[Array, "nodes 6"]:
+        """Forces on all nodes."""
+        return jnp.zeros((structure.num_nodes, 6)).at[np.array(self.nodes, int)].add(self.values)
+
+
+class FacePressures(eqx.Module):
+    """PLOAD, PLOAD2 and PLOAD4: pressures on faces of as many nodes, consistent with their shape functions.
+
+    Attributes:
+        nodes: (m, k) of each face, corners first, counter-clockwise about the normal along which the pressure acts.
+        pressures: (m, corners) [Pa].
+        direction: (m, 3) along which it acts in place of the normal, zeros for the normal.
+    """
+
+    nodes: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    pressures: Convertible[Float[Array, "m corners"]] = eqx.field(converter=as_real)
+    direction: Convertible[Float[Array, "m 3"]] = eqx.field(converter=as_real)
+
+    def forces(self, structure: Structure) -> Float[Array, "nodes 6"]:
+        """Forces on all nodes.  Source: S1 (18)."""
+        nodes = np.array(self.nodes, int)
+        N, slopes, weights = face_rule(nodes.shape[1])
+        corners = self.pressures.shape[1]
+        of_corners = N if nodes.shape[1] == corners else _corner_shapes(N, corners)
+
+        def one(places, pressures, direction):
+            tangents = slopes @ places
+            areas = jnp.cross(tangents[:, 0], tangents[:, 1]) * weights[:, None]
+            given = jnp.any(direction != 0)
+            along = jnp.linalg.norm(areas, axis=1, keepdims=True) * direction[None]
+            return N.T @ (jnp.where(given, along, areas) * (of_corners @ pressures)[:, None])
+
+        found = jax.vmap(one)(structure.positions[nodes], self.pressures, self.direction)
+        return jnp.zeros((structure.num_nodes, 6)).at[nodes, :3].add(found)
+
+
+def _corner_shapes(N, corners):
+    """Linear shape functions of the corners at the points, from those of a face with nodes on its edges."""
+    found = np.array(N[:, :corners])
+    for k in range(corners):
+        for corner in (k, (k + 1) % corners):
+            found[:, corner] += 0.5 * N[:, corners + k]
+    return found
+
+
+class Acceleration(eqx.Module):
+    """GRAV and RFORCE: the masses in a field `field - spin x (spin x (r - centre))` [m/s^2]."""
+
+    field: Convertible[Float[Array, "3"]] = eqx.field(converter=as_real)
+    spin: Convertible[Float[Array, "3"]] = eqx.field(converter=as_real, default=(0.0, 0.0, 0.0))
+    centre: Convertible[Float[Array, "3"]] = eqx.field(converter=as_real, default=(0.0, 0.0, 0.0))
+
+    def forces(self, structure: Structure) -> Float[Array, "nodes 6"]:
+        """Mass matrix of each element times the field at its nodes."""
+        arms = structure.positions - self.centre[None]
+        spin = jnp.broadcast_to(self.spin, arms.shape)
+        field = self.field[None] - jnp.cross(spin, jnp.cross(spin, arms))
+        whole = jnp.concatenate([field, jnp.zeros_like(field)], axis=1)
+        return _times_elements(structure, lambda element, nodes: element.mass(nodes), whole)
+
+
+class EnforcedPlaces(eqx.Module):
+    """SPCD and D of an SPC: displacements (m, 6) in basic axes of held directions of nodes."""
+
+    nodes: tuple[int, ...] = eqx.field(static=True)
+    values: Convertible[Float[Array, "m 6"]] = eqx.field(converter=as_real)
+
+    def displacements(self, count: int) -> Float[Array, "nodes 6"]:
+        """Of all nodes, zero at the others."""
+        return jnp.zeros((count, 6)).at[np.array(self.nodes, int)].add(self.values)
+
+
+class LoadSet(eqx.Module):
+    """Loads of a LOAD, or of one number.
+
+    Attributes:
+        parts: records; factors (parts,) by which each acts.
+        refused: why it cannot be used, one sentence each.
+    """
+
+    parts: tuple[Any, ...] = ()
+    factors: Convertible[Float[Array, " parts"] | None] = eqx.field(converter=as_optional_real, default=None)
+    refused: tuple[str, ...] = eqx.field(static=True, default=())
+
+    def forces(self, structure: Structure, what: str) -> Float[Array, "nodes 6"]:
+        """Sum of all but enforced places.  Raises: ModelError."""
+        if self.refused:
+            raise ModelError(list(self.refused), f"{what} is not supported")
+        total = jnp.zeros((structure.num_nodes, 6))
+        for k, part in enumerate(self.parts):
+            if not isinstance(part, EnforcedPlaces):
+                total = total + self._factor(k) * part.forces(structure)
+        return total
+
+    def enforced(self, count: int) -> Float[Array, "nodes 6"]:
+        """Enforced displacements."""
+        places = [(k, part) for k, part in enumerate(self.parts) if isinstance(part, EnforcedPlaces)]
+        return sum((self._factor(k) * part.displacements(count) for k, part in places), jnp.zeros((count, 6)))
+
+    def _factor(self, k):
+        return 1.0 if self.factors is None else self.factors[k]
+
+
+def stiffness_forces(structure: Structure, u: Float[Array, "nodes 6"]) -> Float[Array, "nodes 6"]:
+    """`K u` over all nodes, held ones too, element by element."""
+    return _times_elements(structure, lambda element, nodes: element.stiffness(nodes), u)
+
+
+def _times_elements(structure, matrix, u):
+    total = jnp.zeros((structure.num_nodes, 6))
+    for group in structure.groups.values():
+        c = group.element.coordinates
+        own = u[group.connections, :c].reshape(len(group.nodes), -1)
+        total = total + _scatter_to_nodes(
+            structure, group, group.map(lambda e, nodes, x: matrix(e, nodes) @ x, structure.positions, own)
+        )
+    return total
+
+
+def thermal_forces(deck: Any, temperatures: Float[Array, " nodes"]) -> Float[Array, "nodes 6"]:
+    """Forces that keep the strains of warming from the reference temperatures of the materials.
+
+    An element of one isotropic material is warmed by the mean of its nodes: its stiffness times the displacements of
+    free expansion, which is exact as elements represent constant strains.
+
+    Raises: ModelError for anisotropic materials and layers.
+    """
+    structure, numbers = deck.structure, deck.numbers
+    total, faults = jnp.zeros((structure.num_nodes, 6)), []
+    for name, own in deck.elements.items():
+        bare = own.of if isinstance(own, MasslessGroup) else own
+        if not hasattr(bare, "property"):
+            continue
+        stuff = _isotropic(bare, numbers)
+        if stuff is None:
+            faults.append(f"{name}: thermal strains are supported for MAT1 alone")
+            continue
+        if stuff is _NONE:
+            continue
+        group = structure.groups[name]
+        mean = jnp.mean(temperatures[group.connections], axis=1) - stuff.reference
+        forces = group.map(_free_expansion, structure.positions, stuff.expansion * mean)
+        total = total + _scatter_to_nodes(structure, group, forces)
+    if faults:
+        raise ModelError(faults)
+    return total
+
+
+_NONE = object()
+
+
+def _isotropic(own, numbers: DeckParameters):
+    """The MAT1 of a group; None where there is another material, `_NONE` where nothing expands."""
+    found = numbers.properties.get(own.property)
+    if found is None:
+        return _NONE
+    if hasattr(found, "ply_materials"):
+        return None
+    names = {getattr(found, key, "") for key in ("material", "bending", "coupling")} - {""}
+    if not names:
+        return _NONE
+    materials = [numbers.materials[name] for name in sorted(names)]
+    return materials[0] if len(materials) == 1 and isinstance(materials[0], Material) else None
+
+
+def _free_expansion(element, nodes, strain):
+    u = strain * (nodes - jnp.mean(nodes, axis=0, keepdims=True))
+    motion = jnp.zeros((len(nodes), element.coordinates), nodes.dtype).at[:, :3].set(u)
+    return element.stiffness(nodes) @ motion.reshape(-1)
