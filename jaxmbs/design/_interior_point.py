@@ -16,7 +16,7 @@ from ..errors import ModelError
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
 from ..runtime import jit, not_tracing
-from ._barrier_problem import BarrierProblem, Iterate
+from ._barrier_problem import BarrierProblem
 from ._barrier_search import CONVERGED, REASONS, BarrierSolution, barrier_search, first_iterate
 from ._variables import bounds_by_leaf
 
@@ -51,7 +51,7 @@ class InteriorPoint(Reported, eqx.Module):
     steps: Array
     evaluations: Array
     reason: Array
-    _at: Iterate
+    _at: Any
 
     reasons = REASONS
 

@@ -1,6 +1,7 @@
 """The beta distribution, with derivatives by its parameters too, which JAX's incomplete beta function has not."""
 
 import functools
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,7 +14,7 @@ from ..checks import any_concrete
 from ..errors import ModelError
 from ..math._newton import newton_root
 from ..runtime import as_array
-from ..typing import Convertible, Scalar
+from ..typing import ArrayLike, Convertible, Scalar
 from ._distribution import AbstractDistribution, check_order, check_parameters, log_cumulative, parameter
 
 
@@ -40,22 +41,22 @@ class Beta(AbstractDistribution):
         total = m * (1.0 - m) / s**2 - 1.0
         return m * total, (1.0 - m) * total
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         u = as_array(u)
         a, b = self.exponents()
         logit = jnp.vectorize(_logit, excluded=(1, 2))(u, a, b)
         return self.lower + (self.upper - self.lower) * sigmoid(logit)
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         share = (as_array(x) - self.lower) / (self.upper - self.lower)
         logit = jnp.log(share) - jnp.log1p(-share)
         low, high = jnp.vectorize(_log_tails, excluded=(1, 2), signature="()->(),()")(logit, *self.exponents())
         return jnp.where(low < high, ndtri(jnp.exp(low)), -ndtri(jnp.exp(high)))
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         return self.mean, self.deviation
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         return Beta(mean, deviation, self.lower, self.upper)
 
 

@@ -1,6 +1,7 @@
 """The distribution of measured numbers."""
 
 import dataclasses
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -15,7 +16,7 @@ from ..errors import ModelError
 from ..forces._fields import number
 from ..math._interpolation import hermite, pchip_slopes
 from ..runtime import as_array
-from ..typing import Convertible
+from ..typing import ArrayLike, Convertible
 from ._distribution import AbstractDistribution
 
 
@@ -47,11 +48,11 @@ class Empirical(AbstractDistribution):
         scores = ndtri(jnp.asarray((np.arange(len(x)) + 0.5) / len(x), x.dtype))
         return scores, x, pchip_slopes(scores, x)
 
-    def from_normal(self, u):
-        curve = self._curve()
-        return jnp.vectorize(lambda u: hermite(*curve, u))(as_array(u))
+    def from_normal(self, u: ArrayLike) -> Array:
+        scores, x, slopes = self._curve()
+        return jnp.vectorize(lambda u: hermite(scores, x, slopes, u))(as_array(u))
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         """The normal number, by bisection."""
         x = as_array(x)
         low, high = jnp.full_like(x, -40.0), jnp.full_like(x, 40.0)
@@ -63,9 +64,9 @@ class Empirical(AbstractDistribution):
 
         return 0.5 * sum(jax.lax.fori_loop(0, 60, halve, (low, high)))
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         return jnp.mean(self.samples), jnp.std(self.samples)
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         own, spread = self.moments()
         return dataclasses.replace(self, samples=mean + (self.samples - own) * deviation / spread)

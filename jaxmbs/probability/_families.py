@@ -1,6 +1,7 @@
 """Distributions in closed form: normal, lognormal, uniform, Gumbel, Weibull, triangular."""
 
 import math
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,7 +12,7 @@ from jax.scipy.special import gammaln, ndtr, ndtri
 from ..errors import ModelError
 from ..math._newton import newton_root
 from ..runtime import as_array
-from ..typing import Convertible, Scalar
+from ..typing import ArrayLike, Convertible, Scalar
 from ._distribution import AbstractDistribution, check_order, check_parameters, log_cumulative, parameter
 
 
@@ -24,16 +25,16 @@ class Normal(AbstractDistribution):
     def __check_init__(self):
         check_parameters(self, "deviation")
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         return self.mean + self.deviation * as_array(u)
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         return (as_array(x) - self.mean) / self.deviation
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         return self.mean, self.deviation
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         return Normal(mean, deviation)
 
 
@@ -50,18 +51,18 @@ class LogNormal(AbstractDistribution):
         square = jnp.log1p((self.deviation / self.mean) ** 2)
         return jnp.log(self.mean) - 0.5 * square, jnp.sqrt(square)
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         mean, deviation = self._of_logarithm()
         return jnp.exp(mean + deviation * as_array(u))
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         mean, deviation = self._of_logarithm()
         return (jnp.log(as_array(x)) - mean) / deviation
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         return self.mean, self.deviation
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         return LogNormal(mean, deviation)
 
 
@@ -75,20 +76,20 @@ class Uniform(AbstractDistribution):
         check_parameters(self)
         check_order(self, "lower", "upper")
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         u, width = as_array(u), self.upper - self.lower
         return jnp.where(u < 0.0, self.lower + width * ndtr(u), self.upper - width * ndtr(-u))
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         x, width = as_array(x), self.upper - self.lower
         return jnp.where(
             2.0 * x < self.lower + self.upper, ndtri((x - self.lower) / width), -ndtri((self.upper - x) / width)
         )
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         return 0.5 * (self.lower + self.upper), (self.upper - self.lower) / math.sqrt(12.0)
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         half = math.sqrt(3.0) * deviation
         return Uniform(mean - half, mean + half)
 
@@ -118,19 +119,19 @@ class Gumbel(AbstractDistribution):
     def _scale(self):
         return self.deviation * math.sqrt(6.0) / math.pi
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         reduced = -jnp.log(-log_cumulative(self._sign * as_array(u)))
         return self.mean + self._sign * self._scale() * (reduced - np.euler_gamma)
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         reduced = np.euler_gamma + self._sign * (as_array(x) - self.mean) / self._scale()
         low, high = ndtri(jnp.exp(-jnp.exp(-reduced))), -ndtri(-jnp.expm1(-jnp.exp(-reduced)))
         return self._sign * jnp.where(reduced < 0.3665, low, high)  # 0.3665: the median
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         return self.mean, self.deviation
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         return Gumbel(mean, deviation, of=self.of)
 
 
@@ -147,18 +148,18 @@ class Weibull(AbstractDistribution):
     def __check_init__(self):
         check_parameters(self, "scale", "shape")
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         return self.lower + self.scale * (-log_cumulative(-as_array(u))) ** (1.0 / self.shape)
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         power = ((as_array(x) - self.lower) / self.scale) ** self.shape
         return jnp.where(power < math.log(2.0), ndtri(-jnp.expm1(-power)), -ndtri(jnp.exp(-power)))
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         first, second = (jnp.exp(gammaln(1.0 + k / self.shape)) for k in (1.0, 2.0))
         return self.lower + self.scale * first, self.scale * jnp.sqrt(second - first**2)
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         above = mean - self.lower
         ratio = _ShapeRatio(2.0 * jnp.log(deviation / above))
         start = jnp.log(1.2 * above / deviation)  # of the logarithm of the shape: near enough for all of them
@@ -189,7 +190,7 @@ class Triangular(AbstractDistribution):
         check_parameters(self)
         check_order(self, "lower", "mode", "upper")
 
-    def from_normal(self, u):
+    def from_normal(self, u: ArrayLike) -> Array:
         u, width = as_array(u), self.upper - self.lower
         is_low = ndtr(u) * width < self.mode - self.lower
         # the roots of zero have no derivative: where a side is not taken its root is of one
@@ -197,17 +198,17 @@ class Triangular(AbstractDistribution):
         high = jnp.sqrt(jnp.where(is_low, 1.0, ndtr(-u) * width * (self.upper - self.mode)))
         return jnp.where(is_low, self.lower + low, self.upper - high)
 
-    def to_normal(self, x):
+    def to_normal(self, x: ArrayLike) -> Array:
         x, width = as_array(x), self.upper - self.lower
         is_low = x < self.mode
         sides = jnp.where(is_low, self.mode - self.lower, self.upper - self.mode)
         share = jnp.where(is_low, x - self.lower, self.upper - x) ** 2 / (width * sides)
         return jnp.where(is_low, 1.0, -1.0) * ndtri(share)
 
-    def moments(self):
+    def moments(self) -> tuple[Array, Array]:
         a, c, b = self.lower, self.mode, self.upper
         return (a + b + c) / 3.0, jnp.sqrt(((b - a) ** 2 + (c - a) * (c - b)) / 18.0)
 
-    def with_moments(self, mean, deviation):
+    def with_moments(self, mean: Any, deviation: Any) -> AbstractDistribution:
         own, spread = self.moments()
         return Triangular(*(mean + (x - own) * deviation / spread for x in (self.lower, self.mode, self.upper)))

@@ -159,5 +159,5 @@ class ForwardSpeed(eqx.Module):
 
     speed: Float[Array, ""]
 
-    def __call__(self, q, u, t):
+    def __call__(self, q: Array, u: Array, t: Any) -> Array:
         return jnp.cos(q[2]) * u[0] + jnp.sin(q[2]) * u[1] - self.speed

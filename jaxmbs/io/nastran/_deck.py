@@ -60,7 +60,7 @@ class Deck(Reported, eqx.Module):
     ignored: tuple[str, ...] = eqx.field(static=True)
     notes: tuple[str, ...] = eqx.field(static=True, default=())
     loads: dict[str, LoadSet] = eqx.field(default_factory=dict)
-    temperatures: dict[str, Array] = eqx.field(default_factory=dict)
+    temperatures: dict[str, Array | np.ndarray] = eqx.field(default_factory=dict)
     enforced: EnforcedPlaces | None = None
     cases: tuple[tuple[int, str, str], ...] = eqx.field(static=True, default=((0, "", ""),))
 
@@ -184,7 +184,7 @@ class Deck(Reported, eqx.Module):
         if is_concrete(own) and np.any(np.isnan(own)):
             missing = self.names[int(np.argmax(np.isnan(own)))]
             raise ModelError([f"{name}: {missing} has no temperature, and there is no TEMPD"])
-        return own
+        return jnp.asarray(own)
 
     def describe(self) -> str:
         """Summary of what was read, held and ignored, in lines."""

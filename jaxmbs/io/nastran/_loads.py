@@ -44,7 +44,7 @@ class FacePressures(eqx.Module):
     direction: Convertible[Float[Array, "m 3"]] = eqx.field(converter=as_real)
 
     def forces(self, structure: Structure) -> Float[Array, "nodes 6"]:
-        """Forces on all nodes.  Source: S1 (18)."""
+        """Forces on all nodes."""
         nodes = np.array(self.nodes, int)
         N, slopes, weights = face_rule(nodes.shape[1])
         corners = self.pressures.shape[1]

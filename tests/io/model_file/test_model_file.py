@@ -113,6 +113,7 @@ MORE = {
     "tendon": mbs.forces.PathForce(
         *(("point", "point"), np.zeros(0), np.zeros((0, 3)), np.zeros(0)), law=mbs.forces.Maxwell(40.0, 3.0)
     ),
+    "curved": mbs.forces.PolynomialSpring([40.0, 0.1 / 3], [0.5], 0.2, 0.3),
     "cones": mbs.forces.BevelGear((20, 60), 2e-3, 0.35, 1e8, 1e3, 1e-5),
     "worm": mbs.forces.WormGear(2, 30, 2e-3, 0.1 / 3, True, 0.35, 0.1, 1e-2, 1e8, 1e3, 1e-5),
     "gears": mbs.forces.GearPair((20, 60), 2e-3, 0.35, 0.1, True, 1e8, 1e3, 1e-5),
