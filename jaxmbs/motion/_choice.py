@@ -110,11 +110,11 @@ def _eigenvalues(system: Any, state: Any, formulation: Any) -> np.ndarray:
     whose slopes are steep at rest alone.  Empty where they are not finite."""
     system = system if bristle_groups(system.friction) else without_friction(system)
     rates = np.asarray(_rates_around(system, state, formulation))
-    slopes = (rates[1:] - rates[0]) / _apart(rates.dtype)
+    slopes = (rates[1:] - rates[0]) / _difference_step(rates.dtype)
     return np.linalg.eigvals(slopes) if np.isfinite(slopes).all() else np.zeros(0)
 
 
-def _apart(dtype) -> float:
+def _difference_step(dtype) -> float:
     """Distance of points whose rates give slopes to half of the digits; unknowns are near one."""
     return float(np.sqrt(np.finfo(dtype).eps))
 
@@ -133,5 +133,5 @@ def _rates_around(system, state, formulation):
         psi, p, _ = equations.rate(state.t, (x[:n], x[n:], no_work))
         return jnp.concatenate([psi, p])
 
-    steps = np.concatenate([np.zeros((1, start.size)), _apart(start.dtype) * np.eye(start.size)])
+    steps = np.concatenate([np.zeros((1, start.size)), _difference_step(start.dtype) * np.eye(start.size)])
     return lax.map(rates, jnp.asarray(steps, start.dtype))

@@ -56,7 +56,7 @@ class Differentiable:
 
 
 class _Content:
-    """What decides what a derivative does: the function, and which one it is."""
+    """Content of a derivative, by which it is stored: the function, and which derivative of it."""
 
     def __init__(self, content):
         self._content = content

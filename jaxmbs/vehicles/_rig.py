@@ -183,7 +183,7 @@ def _places(rig, travel, rack, stretch=None):
     system = own.system(travel, rack, like=rig.first, stretch=stretch)
     state = State.at(system)
     R, origin = rotation(system, state, UPRIGHT), position(system, state, UPRIGHT)
-    H = own.moved(rack)
+    H = own.points_at_rack(rack)
     at = lambda name: R @ own.hardpoints[name] + origin
     axle = at(own.axle[1]) - at(own.axle[0])
     axle = axle / jnp.linalg.norm(axle)
@@ -229,7 +229,7 @@ def _loads(rig, force, moment, travel, rack, is_contact):
     state = State.at(system)
     still = jnp.zeros_like(state.velocities)
     found = reactions(system, state, accelerations=still, actuators=[STRUT])
-    H, tensions, chassis, balls = own.moved(rack), {}, {}, {}
+    H, tensions, chassis, balls = own.points_at_rack(rack), {}, {}, {}
     for rod in own.rods:
         along = H[rod.inner] - (places["R"] @ own.hardpoints[rod.outer] + places["origin"])
         along = along / jnp.linalg.norm(along)

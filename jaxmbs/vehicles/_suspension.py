@@ -135,7 +135,7 @@ class Suspension(eqx.Module):
         Args: rack: displacement along y [m]; stretch: of rods by name [m].
         Returns: names of the joints that close loops, for `build(cut=)`.
         """
-        H = self.moved(rack)
+        H = self.points_at_rack(rack)
         b.body(UPRIGHT, 1.0, com=H[self.axle[1]], inertia=0.1)
         if self.hinge is None and not self.strut.guides:
             b.joint("float", Free(), "ground", UPRIGHT)
@@ -151,7 +151,7 @@ class Suspension(eqx.Module):
         cut = [name for arm in self.arms for name in self._declare_arm(b, H, arm)]
         return [*cut, *self._declare_strut(b, H)]
 
-    def moved(self, rack: Any) -> dict[str, Array]:
+    def points_at_rack(self, rack: Any) -> dict[str, Array]:
         """Hardpoints with those of the rack moved."""
         along = rack * jnp.asarray(np.array([0.0, 1.0, 0.0]))
         return {name: x + along if name in self.rack else x for name, x in self.hardpoints.items()}

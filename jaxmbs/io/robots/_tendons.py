@@ -80,7 +80,7 @@ class _Places:
         self.data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, self.data)
 
-    def seen(self, geom, site):
+    def site_from(self, geom, site):
         """A site in the axes of a geom, from its centre."""
         R = self.data.geom_xmat[geom].reshape(3, 3)
         return R.T @ (self.data.site_xpos[site] - self.data.geom_xpos[geom])
@@ -94,8 +94,8 @@ def _element(model, places, w, kind, wraps, home):
         site = model.wrap_objid[w]
         return Eyelet(_frame(home[model.site_bodyid[site]], model.site_pos[site], np.eye(3)))
     geom, side = model.wrap_objid[w], int(model.wrap_prm[w])
-    first, last = (places.seen(geom, model.wrap_objid[w + step]) for step in (-1, 1))
-    through = None if side < 0 else places.seen(geom, side)
+    first, last = (places.site_from(geom, model.wrap_objid[w + step]) for step in (-1, 1))
+    through = None if side < 0 else places.site_from(geom, side)
     flat = np.array([1.0, 1.0, float(kind == mujoco.mjtWrap.mjWRAP_SPHERE)])
     radius = float(model.geom_size[geom][0])
     if through is not None and np.linalg.norm(through) < radius:

@@ -48,13 +48,12 @@ def page(tmp_path_factory):
 
 @pytest.mark.slow
 def test_it_plays(page):
-    """Without a time in the address it runs from the start; a busy machine draws few pictures."""
+    """Without a time in the address it runs from the start; a busy machine draws few pictures, and late."""
     for lasting in (2_500, 10_000, 40_000):
         ready = re.search(r'data-ready="([-0-9.e]+)"', ask(page, ["--dump-dom"], lasting=lasting))
-        assert ready
-        if float(ready.group(1)) > 0.02:
+        if ready and float(ready.group(1)) > 0.02:
             return
-    raise AssertionError(f"it stands at {ready.group(1)} s")
+    raise AssertionError(f"it stands at {ready.group(1)} s" if ready else "it is not ready")
 
 
 @pytest.mark.slow
