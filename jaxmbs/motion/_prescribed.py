@@ -1,15 +1,25 @@
 """Systems without freedom: whether a start belongs to them, counted where it is known."""
 
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from ..assembly._host_assembly import close_on_host, has_finite_rows
 from ..assembly._state import State
 from ..checks import is_concrete
+from ..constraints._closures import with_directions
 from ..constraints._host_rows import evaluate_rows, runs_on_host, step_on_host
+from ..constraints._linear_rows import linear_rows
 from ..constraints._mobility import row_spaces
+from ..constraints._rank import constraint_rank
 from ..errors import ModelError
+from ..kinematics._configuration import at_state
+from ..model._internal_states import replace_field
 from ..model._system import System
+from ..runtime import jit
+from ..status import Status, succeeded
 from ._formulation import is_rheonomic
+from ._motion import Motion
 
 _STEP = 0.05  # [rad] to another pose of the same branch
 
@@ -41,6 +51,27 @@ def check_prescribed(system: System, state: State) -> None:
             ],
             what="the motion",
         )
+
+
+def with_freedoms_told(system: System, state: State, motion: Motion) -> Motion:
+    """The motion without freedom, INCONSISTENT where its rows leave a freedom open at the start as at the end.
+
+    For traces, in which `is_prescribed` cannot look: a pose that has lost rank alone is passed through, a branch with
+    a freedom of its own keeps it, and velocities that no row gives would stay zero.
+    """
+    counted, change = system.topology.analysis, state.rank_change
+    if runs_on_host(system, state) or counted is None or (is_concrete(change) and np.all(np.asarray(change) >= 0)):
+        return motion
+    is_open = (change < 0) & (_rank(system, motion.end) < counted.rank)
+    code = jnp.where(is_open & succeeded(motion.result), Status.INCONSISTENT, motion.result)
+    return replace_field(motion, "result", code)
+
+
+@jit
+def _rank(system: System, state: State) -> Array:
+    """Rank () of the rows at a state."""
+    at = with_directions(system, at_state(system, state))
+    return constraint_rank(system, linear_rows(system, at, jnp.ones_like(state.velocities)).for_ranks)
 
 
 def _has_mobile_neighbour(system, psi, t):

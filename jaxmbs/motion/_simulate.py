@@ -43,7 +43,7 @@ from ._hybrid import HybridEquations
 from ._jam import with_jam
 from ._motion import Motion
 from ._options import choose_formulation
-from ._prescribed import check_prescribed, is_prescribed
+from ._prescribed import check_prescribed, is_prescribed, with_freedoms_told
 from ._result import motion_of
 from ._sampling import Sampling
 from ._saved_step import SavedStep, with_internal_values, with_saved_steps
@@ -137,6 +137,7 @@ def simulate(
     advice = functools.partial(advise, system, state, choice.solver)
     with progress_bar("simulate", state.t, t1, progress, advice):
         motion = _integrate(system, state, ts, t1, chosen, events, options)
+    motion = with_freedoms_told(system, state, motion) if chosen is Prescribed else motion
     if sample_periods(system) is not None:
         motion = replace_field(motion, "sampling", Sampling.of(state.t, options, chosen, _integrate))
     motion = dataclasses.replace(with_jam(system, motion), solver=Note(choice.in_words(options, chosen)))
