@@ -33,5 +33,6 @@ def check(actual, expected, tol):
     """Largest absolute difference within `tol` (a number, or one per entry)."""
     actual, expected = np.asarray(actual), np.asarray(expected)
     assert actual.shape == expected.shape, f"{actual.shape} against {expected.shape}"
-    error = np.abs(actual - expected)
-    assert np.all(error <= tol), f"differences {error} exceed {tol}\nactual   {actual}\nexpected {expected}"
+    message = f"actual   {actual}\nexpected {expected}\ntolerance {tol}"
+    parts = (actual - expected) / tol  # of a tolerance for each entry, which assert_allclose does not take
+    np.testing.assert_allclose(parts, np.zeros_like(parts), atol=1.0, equal_nan=False, err_msg=message)
