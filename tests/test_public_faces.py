@@ -146,9 +146,9 @@ FACES = {
         run
     """,
     "jaxmbs.design": """
-        History InteriorPoint Limit LimitResult Optimum ParetoFront Reliability SearchError Tolerance Uncertainty
-        Worst interior_point minimise pareto percentile propagate_uncertainty reliability sensitivities
-        tolerances
+        History InteriorPoint Limit LimitResult Optimum ParetoFront PolynomialChaos Reliability Robust SearchError
+        Tolerance Uncertainty Worst interior_point minimise moments pareto percentile polynomial_chaos
+        propagate_uncertainty reliability sensitivities tolerances
     """,
     "jaxmbs.experiment": """
         MeasuredModes ModelUpdate SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance

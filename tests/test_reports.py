@@ -217,6 +217,9 @@ MADE = {
         jnp.zeros(3, int),
         None,
     ),  # fmt: skip
+    "PolynomialChaos": lambda: mbs.design.PolynomialChaos(
+        1.0, 0.1, {"a": 1.0}, {"a": 1.0}, {}, {"mean": {"a": {"mean": 1.0}}}, 1e-3, 20, 0, 3, None
+    ),
     "Tolerance": lambda: mbs.design.Tolerance("mass", 0.1, 2.0, 1.0),
     "Uncertainty": lambda: mbs.design.Uncertainty(1.0, 0.1, 1.2, 0, np.asarray(numbers(3))),
     "MeasuredModes": lambda: mbs.experiment.MeasuredModes(F, np.asarray(numbers(2, 3)), ("a", "b"), np.full(3, 0.01)),

@@ -137,6 +137,14 @@ def no_direction_to_failure():
     return found, [found.probability, found.index], "no slope"
 
 
+def a_kink_that_no_polynomial_has():
+    """The polynomial is there, with its error."""
+    numbers = {"a": mbs.probability.Normal(0.0, 1.0)}
+    found = mbs.design.polynomial_chaos(lambda x: jnp.abs(x["a"]), numbers, evaluations=30)
+    assert not found.ok
+    return found, [], "of the deviation off"
+
+
 def no_cycle_of_another_period():
     """A shaken mass does not repeat after another period than that of its shaker."""
     with pytest.raises(mbs.SimulationError, match="another period; give theirs"):
@@ -156,6 +164,7 @@ def limits_that_none_keeps():
 
 CASES = {
     "InteriorPoint": limits_that_none_keeps,
+    "PolynomialChaos": a_kink_that_no_polynomial_has,
     "Reliability": no_direction_to_failure,
     "Cycle": no_cycle_of_another_period,
     "Equilibrium": free_fall,

@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from ._optimum import History, Optimum
     from ._pareto import ParetoFront, pareto
     from ._percentile import percentile
+    from ._polynomial_chaos import PolynomialChaos, polynomial_chaos
     from ._reliability import reliability
     from ._reliability_result import Reliability
+    from ._robust import Robust, moments
     from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
     from ._worst import Worst
 
@@ -26,15 +28,19 @@ __all__ = [
     "LimitResult",
     "Optimum",
     "ParetoFront",
+    "PolynomialChaos",
     "Reliability",
+    "Robust",
     "SearchError",
     "Tolerance",
     "Uncertainty",
     "Worst",
     "interior_point",
     "minimise",
+    "moments",
     "pareto",
     "percentile",
+    "polynomial_chaos",
     "propagate_uncertainty",
     "reliability",
     "sensitivities",

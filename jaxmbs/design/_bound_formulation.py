@@ -32,7 +32,11 @@ def bound_formulation(worst: Worst, limits: Sequence[Limit]) -> tuple[Callable, 
     def of_design(limit):
         if not callable(limit.value):
             return limit
-        return dataclasses.replace(limit, value=lambda x: limit.value(x[0]))
+        value, variables = limit.value, limit.variables
+        if callable(variables):
+            of_limit = variables
+            variables = lambda x: of_limit(x[0])
+        return dataclasses.replace(limit, value=lambda x, *numbers: value(x[0], *numbers), variables=variables)
 
     own = Limit(worst.name, _ANSWER, upper=0.0, scale=1.0)
     return objective, (own, *(of_design(limit) if isinstance(limit, Limit) else limit for limit in limits))

@@ -11,7 +11,10 @@ from jaxtyping import Array, PyTree
 
 from ..checks import no_such, require_numbers
 from ..errors import UnknownNameError
+from ..probability import RandomVariables
 from ..typing import AnyArray, ArrayLike
+from ._chance_limit import check_chance, limit_reliability, value_with_probability
+from ._reliability_result import Reliability
 from ._worst import Worst
 
 
@@ -31,15 +34,21 @@ class Limit:
             sharpness of the limit; the table shows by how much.
         scale: size of a violation that counts as one (default: the bound itself, one where it is zero).
         unit: of the value, such as "N", for tables.
+        probability: that the bound may be passed with, of each entry by itself: `value` is then a function of the
+            design and a dict of random numbers, and what is compared with the bound is its `percentile`.
+        variables: the random numbers of a limit with a probability: distributions by name, `RandomVariables`, or a
+            function of the design to these, where a number that scatters is a variable of the design.
     """
 
     name: str
-    value: Callable[[PyTree], Any] | str
+    value: Callable[..., Any] | str
     lower: ArrayLike | None = None
     upper: ArrayLike | None = None
     sharpness: float | None = None
     scale: float | None = None
     unit: str = ""
+    probability: float | None = None
+    variables: Mapping[str, Any] | RandomVariables | Callable[[PyTree], Any] | None = None
 
     def __post_init__(self):
         if not isinstance(self.unit, str):
@@ -59,6 +68,20 @@ class Limit:
             number = getattr(self, name)
             if number is not None and not (np.isfinite(number) and number > 0.0):
                 raise ValueError(f"limit {self.name!r}: {name} must be positive, got {number}")
+        check_chance(self)
+
+    def of_design(self, design: PyTree, gradient: str = "reverse") -> Any:
+        """Value of a limit that names no answer, as it is compared with the bounds."""
+        assert callable(self.value)
+        return self.value(design) if self.probability is None else value_with_probability(self, design, gradient)
+
+    def reliability(self, design: PyTree, method: str = "samples", **options: Any) -> Reliability:
+        """Probability that a design passes a limit with a probability, by any method of `design.reliability`.
+
+        The first order, by which `minimise` searches, is judged by samples of the function itself, a million of them
+        by default, or by "pce", samples of a polynomial that says how good it is.  Entries are a system in series.
+        """
+        return limit_reliability(self, design, method, options)
 
 
 class OneSidedConstraint(NamedTuple):
@@ -134,12 +157,15 @@ def bind(limit: Limit, value: jax.ShapeDtypeStruct) -> BoundConstraint:
     return BoundConstraint(limit, value.shape, tuple(sides))
 
 
-def limit_values(limits: Sequence[Limit], design: PyTree, answers: Mapping | None) -> list[Any]:
-    """The value of every limit; answers: the dict that the objective returned beside its value."""
+def limit_values(
+    limits: Sequence[Limit], design: PyTree, answers: Mapping | None, gradient: str = "reverse"
+) -> list[Any]:
+    """The value of every limit; answers: the dict that the objective returned beside its value; gradient: the mode in
+    which percentiles are searched."""
     found = []
     for limit in limits:
         if callable(limit.value):
-            value = limit.value(design)
+            value = limit.of_design(design, gradient)
         elif answers is None:
             raise ValueError(
                 f"limit {limit.name!r} names the answer {limit.value!r}, but the objective returns no dict of answers"

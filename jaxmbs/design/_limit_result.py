@@ -25,6 +25,7 @@ class LimitResult(NamedTuple):
             unit, to first order.
         gap: relative distance of an aggregated limit beyond its worst entry; the margin that aggregation costs.
         unit: of the value and the bound, as the limit has it.
+        probability: that the bound may be passed with; the values are then percentiles.
     """
 
     name: str
@@ -37,6 +38,7 @@ class LimitResult(NamedTuple):
     prices: np.ndarray
     gap: float
     unit: str = ""
+    probability: float | None = None
 
     def report(self) -> Report:
         fault = "" if self.ok else "the limit is violated"
@@ -45,10 +47,13 @@ class LimitResult(NamedTuple):
         found += [entries("before", self.before, self.unit), entries("after", self.after, self.unit)]
         found.append(entries("price of", self.prices))
         mark = ", active" if self.active else ""
-        return Report(found, f"{self.name} {self.side} {self._bound_text()}{mark}", fault)
+        return Report(found, f"{self.name} {self.side} {self._bound_text()}{self._chance_text()}{mark}", fault)
 
     def _bound_text(self):
         return f"{self.bound:.6g} {self.unit}".rstrip()
+
+    def _chance_text(self):
+        return "" if self.probability is None else f" but for {self.probability:g}"
 
     @property
     def price(self) -> float:
@@ -78,7 +83,14 @@ class LimitResult(NamedTuple):
         mark = "violated" if not self.ok else "active" if self.active else ""
         price = f"{self.price:.5g}" if mark == "active" else ""  # a violated limit has no price
         numbers = [f"{x[self.worst]:.6g}" for x in (self.before, self.after)]
-        return (self.name + index, *numbers, f"{self.side} {self._bound_text()}", f"{self.margin:.3%}", price, mark)
+        return (
+            self.name + index,
+            *numbers,
+            f"{self.side} {self._bound_text()}{self._chance_text()}",
+            f"{self.margin:.3%}",
+            price,
+            mark,
+        )
 
 
 def limit_results(
@@ -119,6 +131,7 @@ def _result(
         prices.reshape(constraint.shape),
         float(np.max(np.asarray(constraint.evaluate(after))) - entries[k]) if limit.sharpness else 0.0,
         limit.unit,
+        limit.probability,
     )
 
 

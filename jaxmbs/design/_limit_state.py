@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Float
+from jaxtyping import Float, PyTree
 
 from ..batching._batch import evaluate_batch
 from ..errors import ModelError
@@ -61,6 +61,11 @@ def read_variables(variables: Any) -> RandomVariables:
         text = f"variables must be RandomVariables, or a dict of name to distribution, not {variables!r}"
         raise ModelError([text], "the question")
     return RandomVariables(variables)
+
+
+def variables_of(variables: Any, design: PyTree) -> RandomVariables:
+    """The random variables of a design, which may be a function of it."""
+    return read_variables(variables(design) if callable(variables) else variables)
 
 
 def trace_limit_state(function: Callable, variables: RandomVariables, gradient: str, compile: str) -> LimitState:

@@ -72,7 +72,7 @@ def trace_problem(
         design = unravel(x)
         with take_notes() as statuses:
             value, answers = _split_answers(objective(design))
-        return value, limit_values(limits, design, answers), [s for s in statuses if jnp.ndim(s) == 0]
+        return value, limit_values(limits, design, answers, gradient), [s for s in statuses if jnp.ndim(s) == 0]
 
     start = variables.clip(variables.start)
     program = TracedFunction(objective_and_limits, start, compile=compile, tape_first=tape_first)

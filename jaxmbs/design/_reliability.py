@@ -15,16 +15,19 @@ from ..checks import count_faults, number_faults
 from ..errors import ModelError
 from ..probability import RandomVariables
 from ..runtime import jit, kept_tiers
+from ._chaos_reliability import TOLERANCE, ChaosLimit, chaos_limit, far_from_failure
 from ._design_point import DesignPoint, NearestFailure, find_design_point
 from ._distinct_points import distinct_points, unproven_points
 from ._importance_sampling import importance_sampling, interval
 from ._limit_state import LimitState, read_variables, scalar_limit, trace_limit_state
 from ._parameter_slopes import importances, index_slopes, named_slopes, parameter_slopes
+from ._polynomial_chaos import chaos_faults
 from ._reliability_result import Reliability
+from ._sampling import plain_sampling
 from ._subset_simulation import subset_simulation
 from ._system_probability import system_probability
 
-METHODS = ("form", "sorm", "importance", "subset")
+METHODS = ("form", "sorm", "importance", "subset", "pce", "samples")
 SYSTEMS = ("series", "parallel")
 
 
@@ -64,10 +67,12 @@ def reliability(
         method: "form": the limit state as its tangent at the design point, the most probable failure; some gradients.
             "sorm": with its curvatures, for as many gradients more as there are variables.  "importance": samples
             about the design point, with a confidence; "subset": samples level by level, without gradients, for limit
-            states with kinks and many design points.
+            states with kinks and many design points.  "pce": samples about the design points of a polynomial that is
+            fitted to values and gradients (`polynomial_chaos`).  "samples": plain ones, for what is not rare.
         system: fails with any of its parts, "series", or with all of them, "parallel".
         starts: first points of each search, the medians and others around; those of different ends count as a series.
-        samples: of "importance", default 10000; of each level of "subset", default 4000.  With "form" and "sorm"
+        samples: of "importance", default 10000; of each level of "subset", default 4000; of "pce" and of "samples",
+            default 100000.  With "form" and "sorm"
             these samples about the design points are to confirm the probability, otherwise it is not `ok`.
         seed: of samples and starts.
         tolerance: of design points, relative to the index or to one.
@@ -82,16 +87,22 @@ def reliability(
     _check(method, system, starts, samples, tolerance, steps)
     variables = read_variables(variables)
     traced = trace_limit_state(limit_state, variables, gradient, compile)
-    default = {"importance": 10_000, "subset": 4_000}.get(method, 0)
+    default = {"importance": 10_000, "subset": 4_000, "pce": 100_000, "samples": 100_000}.get(method, 0)
     question = ReliabilityOptions(
         method, system, starts, default if samples is None else samples, seed, tolerance, steps, compile
     )
     if method == "subset":
         return subset_simulation(traced, variables, question)
+    if method == "samples":
+        return plain_sampling(traced, variables, question)
+    if method == "pce":
+        return _by_chaos(traced, variables, question)
     return _by_design_points(traced, variables, question)
 
 
-def _by_design_points(traced: LimitState, variables: RandomVariables, question: ReliabilityOptions) -> Reliability:
+def _by_design_points(
+    traced: LimitState | ChaosLimit, variables: RandomVariables, question: ReliabilityOptions
+) -> Reliability:
     """The question by first order, and what follows from its design points."""
     n = len(variables.names)
     search = jit(functools.partial(_search, traced, question), compile=question.compile)
@@ -116,6 +127,17 @@ def _by_design_points(traced: LimitState, variables: RandomVariables, question: 
         **common,
         **parts,
     )
+
+
+def _by_chaos(traced: LimitState, variables: RandomVariables, question: ReliabilityOptions) -> Reliability:
+    """The question to a polynomial in place of the limit state, by importance sampling."""
+    surrogate = chaos_limit(traced, variables, question)
+    found = _by_design_points(surrogate, variables, question._replace(method="importance"))
+    faults = (*chaos_faults(surrogate.fit, TOLERANCE), *found.faults)
+    if len(found.points):
+        faults += far_from_failure(traced, surrogate, variables, found.points, question)
+    error, count = float(np.max(surrogate.fit.error)), surrogate.fit.evaluations
+    return dataclasses.replace(found, method="pce", gradients=count, surrogate_error=error, faults=faults)
 
 
 def _answers(traced, variables, points, which, question) -> dict:
@@ -187,7 +209,7 @@ def _check(method, system, starts, samples, tolerance, steps) -> None:
     for what, value, known in (("method", method, METHODS), ("system", system, SYSTEMS)):
         if value not in known:
             faults.append(f"{what} must be one of {', '.join(map(repr, known))}, not {value!r}")
-    if not faults and samples is not None and method in ("importance", "subset") and samples < _FEWEST:
+    if not faults and samples is not None and method not in ("form", "sorm") and samples < _FEWEST:
         faults.append(f"samples must be at least {_FEWEST} for the method {method!r}, not {samples}")
     faults += number_faults("tolerance", tolerance, positive=True)
     if faults:

@@ -30,6 +30,7 @@ class Reliability(Reported, eqx.Module):
         error: standard error of the probability, of samples; confidence: the 95 % interval.
         samples: designs that were sampled; failed: those among them that gave no number, which count as failures.
         gradients: evaluations of the limit state with its gradient.
+        surrogate_error: of the polynomial that was sampled by "pce", over the deviation of the limit state.
         faults: what makes the result doubtful, in sentences.
     """
 
@@ -49,6 +50,7 @@ class Reliability(Reported, eqx.Module):
     samples: int = 0
     failed: int = 0
     gradients: int = 0
+    surrogate_error: float | None = None
     faults: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
@@ -66,6 +68,8 @@ class Reliability(Reported, eqx.Module):
         axis = (Axis("variable", tuple(self.importances)),)
         found = [Quantity("probability of failure", self.probability), Quantity("reliability index", self.index)]
         found += [Quantity(f"after {name.title()}", x) for name, x in (self.second_order or {}).items()]
+        if self.surrogate_error is not None:
+            found.append(Quantity("error of the polynomial", self.surrogate_error))
         if self.error is not None:
             found.append(Quantity("standard error", self.error))
         if self.bounds is not None:

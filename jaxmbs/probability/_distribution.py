@@ -1,7 +1,7 @@
 """`AbstractDistribution`: a random number as a function of a standard normal one."""
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -24,6 +24,9 @@ class AbstractDistribution(eqx.Module):
     All that reliability needs follows from that function: it is right in both tails, where a cumulative probability
     near one has lost its digits.  The parameters of a distribution are leaves.
     """
+
+    #: The number that polynomials of this one are of: "normal", or "uniform" where it is linear in the probability.
+    germ: ClassVar[str] = "normal"
 
     __repr__ = fields_repr
 

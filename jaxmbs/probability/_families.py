@@ -69,6 +69,8 @@ class LogNormal(AbstractDistribution):
 class Uniform(AbstractDistribution):
     """Uniform distribution between a lower and an upper end."""
 
+    germ = "uniform"
+
     lower: Convertible[Scalar] = parameter()
     upper: Convertible[Scalar] = parameter()
 

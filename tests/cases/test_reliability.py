@@ -2,9 +2,10 @@
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
-from jaxmbs.design import percentile, reliability
-from jaxmbs.probability import LogNormal, Normal
+from jaxmbs.design import percentile, polynomial_chaos, propagate_uncertainty, reliability
+from jaxmbs.probability import LogNormal, Normal, Uniform
 
 # Case UQ1, "reliability in closed form": probabilities and derivatives of lognormal products, the paraboloid by
 # quadrature; an independent program (OpenTURNS 1.27) gives the same indices.
@@ -61,3 +62,31 @@ def test_paraboloid():
     np.testing.assert_allclose(second.second_order["breitung"], 0.0014389961367528219, rtol=1e-9)
     np.testing.assert_allclose(second.probability, 0.0014090755058629423, rtol=1e-7)  # exact
     assert first.ok and second.ok
+
+
+@pytest.mark.slow
+def test_scatter_of_the_bearing_load():
+    """Mean and deviation of a product of powers of lognormal numbers, and the deviation to first order."""
+    found = polynomial_chaos(bearing, ROTOR, tolerance=1e-9)
+    assert found.ok
+    np.testing.assert_allclose(found.mean, 202.32575999999997, rtol=1e-10)
+    np.testing.assert_allclose(found.deviation, 25.429646457218094, rtol=1e-10)
+    means, deviations = (
+        {"mass": 4.0, "centre": 0.35, "speed": 12.0},
+        {"mass": 0.12, "centre": 0.007, "speed": 0.72},
+    )
+    first = propagate_uncertainty(bearing, means, deviations)
+    np.testing.assert_allclose(first.deviation, 25.2604075976616, rtol=1e-10)
+
+
+@pytest.mark.long
+def test_shares_of_ishigami():
+    """Ishigami and Homma 1990, shares in closed form."""
+    function = lambda x: jnp.sin(x["a"]) * (1.0 + 0.1 * x["c"] ** 4) + 7.0 * jnp.sin(x["b"]) ** 2
+    found = polynomial_chaos(function, {name: Uniform(-np.pi, np.pi) for name in "abc"}, 1e-7)
+    assert found.ok
+    np.testing.assert_allclose(found.deviation**2, 13.844587940719254, rtol=1e-10)
+    np.testing.assert_allclose(found.first["a"], 0.31390519114781146, rtol=1e-10)
+    np.testing.assert_allclose(found.first["b"], 0.4424111447900409, rtol=1e-10)
+    np.testing.assert_allclose(found.pairs["a", "c"], 0.24368366406214773, rtol=1e-10)
+    np.testing.assert_allclose(found.total["a"], 0.5575888552099592, rtol=1e-10)

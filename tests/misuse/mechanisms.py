@@ -279,6 +279,29 @@ CASES = {
         "variables *: refused where distributions are made",
         "steps *: nan where a search ends early",
     ),
+    "design.moments": case(
+        lambda z: call(_margin, {"x": mbs.probability.Normal(2.0, 0.5)}, 3, 1),
+        "seed huge: any",
+        "variables *: refused where distributions are made",
+    ),
+    "design.polynomial_chaos": case(
+        lambda z: call(_margin, {"x": mbs.probability.Normal(2.0, 0.5)}, 1e-2, 40, 1),
+        "seed huge: any",
+        "evaluations huge: as many at most",
+        "tolerance *: a rough polynomial says so",
+        "variables *: refused where distributions are made",
+    ),
+    "design.Robust": case(
+        lambda z: call(_margin_of, {"x": mbs.probability.Normal(2.0, 0.5)}, 1.0, 2.0, None, 3),
+        "variables *: refused where distributions are made",
+        "mean *: any weight",
+        "deviation *: any weight",
+        through=lambda kind: (
+            lambda function, variables, mean, deviation, percent, degree: kind(
+                function, variables, mean, deviation, percent, degree
+            )({"x": 2.0})
+        ),
+    ),
     "design.tolerances": case(lambda z: call(_square, {"x": 2.0}, {"x": 0.5})),
     "design.sensitivities": case(
         lambda z: call(_square, {"x": (0.0, 1.0)}, 16, 1), "samples huge: as many", "seed huge: any"
@@ -320,6 +343,10 @@ CASES = {
 
 def _above(design):
     return 1.2 - design["x"]
+
+
+def _margin_of(design, x):
+    return _margin(x) * design["x"]
 
 
 def _margin(numbers):

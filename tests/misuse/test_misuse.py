@@ -26,7 +26,7 @@ EXEMPT = {
         coupling.BondLoad coupling.BondLoads coupling.CoupledResponse coupling.Determinacy
         coupling.MeasuredNetwork coupling.ModalPairs coupling.ComponentNetwork batching.Batch design.History
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
-        studies.SobolShares design.Reliability design.InteriorPoint
+        studies.SobolShares design.Reliability design.InteriorPoint design.PolynomialChaos
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         cycles.Cycle
         rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.UnbalanceResponse rotors.WhirlSpeeds
