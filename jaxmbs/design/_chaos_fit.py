@@ -25,7 +25,6 @@ _CUT = 0.3  # coefficient that matters, over the tolerance and the deviation
 _ROUNDS = 40
 _DISTINCT = 0.03  # distance of a term to those before it, root mean square, of one
 _MOST = 1000  # terms: seconds of least squares
-_FIRST = 60  # terms at most of the third degree, else the second
 
 
 class ChaosFit(NamedTuple):
@@ -59,8 +58,7 @@ def fit_chaos(
     samples = _Samples(limit_state, variables, evaluations, seed, compile)
     fitted = max(int((1.0 - _SHARE) * evaluations), 2)
     most = min(max(int(fitted * (1 + n) / _EQUATIONS), 1), _MOST)
-    orders = total_degree(n, 3)
-    orders = (orders if len(orders) <= _FIRST else total_degree(n, 2))[:most]
+    orders = total_degree(n, 3 if n < 6 else 2)[:most]
     for _ in range(_ROUNDS):
         basis = ChaosBasis(orders, is_uniform)
         samples.extend(min(int(np.ceil(_EQUATIONS * len(orders) / (1 + n))) + 2, fitted))

@@ -24,7 +24,7 @@ def test_a_product_by_every_method():
             np.testing.assert_allclose(slopes[0], slopes[1], rtol=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_rough_polynomial_and_too_few_failures_are_told():
     margin = lambda x: 3.0 - x["a"] - 2.0 * jnp.abs(x["b"])
     found = reliability(margin, {"a": Normal(0.0, 1.0), "b": Normal(0.0, 1.0)}, "pce", samples=1000)
