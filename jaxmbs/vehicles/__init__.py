@@ -7,9 +7,14 @@ from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
     from ._axle_tyres import AxleTyres
+    from ._car import CarAxle, CruiseControl, car
     from ._convention import CONVENTIONS, Convention
+    from ._driveline import BrakeTorque, mount_differential, mount_steering
     from ._load_cases import LoadTable, load_cases
     from ._magic_formula import MagicFormula
+    from ._mount_axle import mount_anti_roll_bar, mount_solid_axle, mount_twist_beam
+    from ._mount_suspension import mount_suspension, mount_wheel
+    from ._parts import MountedParts, hardpoint_loads
     from ._plain_tyres import BrushTyre, FialaTyre, LinearTyre
     from ._random_road import RandomRoad
     from ._ride import Ride, ride, wheel_inputs
@@ -30,13 +35,16 @@ __all__ = [
     "AbstractTyreModel",
     "Arm",
     "AxleTyres",
+    "BrakeTorque",
     "BrushTyre",
     "CONVENTIONS",
+    "CarAxle",
     "CleatRoad",
     "Compliance",
     "Compression",
     "ContactForces",
     "Convention",
+    "CruiseControl",
     "FialaTyre",
     "FlatRoad",
     "ForwardSpeed",
@@ -44,6 +52,7 @@ __all__ = [
     "LoadTable",
     "MagicFormula",
     "PartLoads",
+    "MountedParts",
     "RandomRoad",
     "Ride",
     "Rig",
@@ -61,11 +70,20 @@ __all__ = [
     "Tyre",
     "WEIGHTINGS",
     "WeightingFilter",
+    "car",
     "double_wishbone",
     "five_link",
+    "hardpoint_loads",
     "kc_rig",
     "load_cases",
     "mcpherson",
+    "mount_anti_roll_bar",
+    "mount_differential",
+    "mount_solid_axle",
+    "mount_steering",
+    "mount_suspension",
+    "mount_twist_beam",
+    "mount_wheel",
     "read_tir",
     "ride",
     "trailing_arm",

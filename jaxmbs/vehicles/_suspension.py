@@ -142,7 +142,7 @@ class Suspension(eqx.Module):
         elif self.hinge is not None:
             first, second = (H[name] for name in self.hinge)
             along = (second - first) / jnp.linalg.norm(second - first)
-            frame = Pose(first, _axes_along(along))
+            frame = Pose(first, axes_along(along))
             b.joint("hinge", Revolute("x"), "ground", UPRIGHT, parent_frame=frame, child_frame=frame)
         for rod in self.rods:
             length = jnp.linalg.norm(self.hardpoints[rod.inner] - self.hardpoints[rod.outer])
@@ -197,7 +197,7 @@ class Suspension(eqx.Module):
 
     def _declare_strut(self, b, H):
         top, foot = H[self.strut.top], H[self.strut.foot]
-        axes, length = _axes_along((foot - top) / jnp.linalg.norm(foot - top)), jnp.linalg.norm(foot - top)
+        axes, length = axes_along((foot - top) / jnp.linalg.norm(foot - top)), jnp.linalg.norm(foot - top)
         b.body("tube", 1.0, inertia=0.1)
         there = length * jnp.asarray(np.array([1.0, 0.0, 0.0]))
         if self.strut.guides:
@@ -220,7 +220,7 @@ class Suspension(eqx.Module):
         return [f"{name!r}: both ends are in one place" for name, a, b in pairs if np.linalg.norm(H[a] - H[b]) < 1e-9]
 
 
-def _axes_along(x):
+def axes_along(x):
     """Axes (3, 3) whose first is a unit vector x (3,)."""
     first, second = (jnp.asarray(axis) for axis in np.eye(3)[:2])
     helper = jnp.where(jnp.abs(x[0]) < 0.9, first, second)

@@ -43,6 +43,7 @@ EXEMPT = {
         flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable vehicles.Compliance
+        vehicles.MountedParts
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -66,7 +67,7 @@ EXEMPT = {
     """,
     "what is asked, judged with the question": """
         qualification.BaseForces qualification.BondForces qualification.Coordinates qualification.Recovery
-        qualification.WhiteNoise vehicles.Arm vehicles.SuspensionRod vehicles.Strut
+        qualification.WhiteNoise vehicles.Arm vehicles.CarAxle vehicles.SuspensionRod vehicles.Strut
     """,
     "no argument, a name, or a solver or event that simulate judges": """
         elements.DIRECTIONS motion.Event ode.ProjectedSolver ode.Gauss4 ode.ImplicitMidpoint ode.Rodas5P
@@ -141,7 +142,9 @@ LONG = """
     vibration.receptance vibration.resonance_gains vibration.simulate vibration.track_modes
     vibration.transfer_matrix vibration.transmissibility vibration.viscous_receptance
     vehicles.CleatRoad vehicles.SineRoad vehicles.SurfaceRoad vehicles.TandemCams vehicles.ride
-    vehicles.load_cases vehicles.kc_rig
+    vehicles.load_cases vehicles.kc_rig vehicles.mount_suspension vehicles.mount_wheel vehicles.mount_solid_axle
+    vehicles.mount_twist_beam vehicles.mount_anti_roll_bar vehicles.mount_steering vehicles.mount_differential
+    vehicles.car vehicles.hardpoint_loads vehicles.BrakeTorque vehicles.CruiseControl
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself

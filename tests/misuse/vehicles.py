@@ -1,6 +1,7 @@
 """Examples of questions about vehicles."""
 
 import functools
+import inspect
 
 import jaxmbs as mbs
 from jaxmbs.vehicles import RandomRoad
@@ -37,6 +38,67 @@ def _kind(name):
     return case(lambda z: call(KINDS[name], 0.25), positive="radius")
 
 
+def _built(mount):
+    """A function that mounts on a new builder with a chassis and two hubs, and builds it."""
+
+    def mounted(*args, **options):
+        b = mbs.SystemBuilder(gravity=(0, 0, 0))
+        b.body("chassis", mass=2.0, inertia=0.5)
+        b.joint("chassis", mbs.Weld(), "ground", "chassis")
+        for name in ("left", "right"):
+            b.body(name, mass=2.0, inertia=0.5)
+            b.joint(name, mbs.Revolute("y"), "chassis", name)
+        parts = mount(b, *args, **options)
+        return b.build(cut=parts.cut)
+
+    whole = inspect.signature(mount)
+    mounted.__signature__ = whole.replace(parameters=list(whole.parameters.values())[1:])
+    return mounted
+
+
+def _built_car(car):
+    def built(*args, **options):
+        return car(*args, **options)[0].build()
+
+    built.__signature__ = inspect.signature(car)
+    return built
+
+
+def _axle(x):
+    own = mbs.vehicles.trailing_arm(ARM, 0.25)
+    tyre = mbs.vehicles.Tyre(PLAIN_TYRE)
+    return mbs.vehicles.CarAxle(own, (x, 0.0, 0.0), (tyre, tyre), SPRING)
+
+
+@functools.cache
+def standing():
+    """A suspension on a spring, its system, a state and its parts."""
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    b.body("chassis", mass=2.0, inertia=0.5)
+    b.joint("chassis", mbs.Weld(), "ground", "chassis")
+    parts = mbs.vehicles.mount_suspension(b, mbs.vehicles.trailing_arm(ARM, 0.25), "rear", "chassis", spring=SPRING)
+    system = b.build()
+    return system, mbs.State.at(system), parts
+
+
+FREE_NAMES = "name name: names are free"
+SPRING = mbs.SpringDamper(stiffness=50.0, damping=0.5)
+BAR = {"M": (0.0, 0.25, 0.25), "E": (-0.25, 0.5, 0.25), "L": (-0.25, 0.5, 0.5)}
+SOLID = {
+    "AO": (0.0, 0.75, 0.25),
+    "A": (0.5, 0.5, 0.25),
+    "B": (0.0, 0.5, 0.25),
+    "S": (0.0, 0.5, 1.0),
+    "D": (0.0, 0.5, 0.5),
+}
+TWIST = {
+    "P": (0.5, 0.5, 0.25),
+    "B": (0.25, 0.5, 0.25),
+    "AO": (0.0, 0.75, 0.25),
+    "S": (0.0, 0.5, 1.0),
+    "D": (0.0, 0.5, 0.5),
+}
+SECTION = mbs.forces.BeamSection((1e6, 1e6, 1e6, 1e3, 1e3, 1e3), 1.0, (0.5, 0.5, 0.5))
 ARM = KINDS["trailing_arm"]
 CASES = {
     **{f"vehicles.{name}": _kind(name) for name in ("double_wishbone", "mcpherson", "five_link", "trailing_arm")},
@@ -50,6 +112,75 @@ CASES = {
         "hardpoints none: those of the suspension",
         positive="wheel_load",
     ),
+    "vehicles.mount_suspension": case(
+        lambda z: call(
+            mbs.vehicles.trailing_arm(ARM, 0.25),
+            "rear",
+            "chassis",
+            "left",
+            (0.5, 0.0, 0.25),
+            8.0,
+            (0.5, 0.5, 0.5),
+            2.0,
+            SPRING,
+        ),
+        "spring none: without one",
+        FREE_NAMES,
+        "rack name: it has no tie rod",
+        positive="mass arm_mass",
+        through=_built,
+    ),
+    "vehicles.mount_wheel": case(
+        lambda z: call("rear", "left", (0.0, 0.5, 0.25), 8.0, (0.5, 1.0, 0.5), None, (0.0, 1.0, 0.0), "ground"),
+        "road name: it has no tyre",
+        FREE_NAMES,
+        positive="mass",
+        through=_built,
+    ),
+    "vehicles.mount_solid_axle": case(
+        lambda z: call(
+            SOLID, {"link": ("A", "B")}, "rear", "chassis", 8.0, (0.5, 0.5, 0.5), SPRING, (0.5, 0.0, 0.25)
+        ),
+        "spring none: without one",
+        FREE_NAMES,
+        "links name: names of links are free",
+        "hardpoints name: names of further points are free",
+        positive="mass",
+        through=_built,
+    ),
+    "vehicles.mount_twist_beam": case(
+        lambda z: call(TWIST, SECTION, "rear", "chassis", 8.0, (0.5, 0.5, 0.5), SPRING, (0.5, 0.0, 0.25)),
+        "spring none: without one",
+        FREE_NAMES,
+        positive="mass",
+        through=_built,
+    ),
+    "vehicles.mount_anti_roll_bar": case(
+        lambda z: call(BAR, 500.0, "bar", "chassis", "left", "right", (0.5, 0.0, 0.25), 2.0),
+        FREE_NAMES,
+        positive="stiffness mass",
+        through=_built,
+    ),
+    "vehicles.mount_steering": case(
+        lambda z: call("front", "chassis", (0.5, 0.0, 0.25), 4.0, 0.25, 8.0, 0.5, 0.25),
+        FREE_NAMES,
+        positive="mass stiffness damping",
+        through=_built,
+    ),
+    "vehicles.mount_differential": case(
+        lambda z: call("rear", "chassis", "left", "right", 4.0, 0.5, (0.5, 0.0, 0.25)),
+        FREE_NAMES,
+        positive="inertia",
+        through=_built,
+    ),
+    "vehicles.car": case(
+        lambda z: call(_axle(1.0), _axle(-1.5), 512.0, (0.0, 0.0, 0.5), (128.0, 256.0, 256.0), 0.0, 16.0, 9.75),
+        positive="mass",
+        through=_built_car,
+    ),
+    "vehicles.hardpoint_loads": case(lambda z: call(*standing(), "chassis")),
+    "vehicles.BrakeTorque": case(lambda z: call(4.0, 0.5), positive="slow", through=_through(_law(joint="shoulder"))),
+    "vehicles.CruiseControl": case(lambda z: call(4.0, 0.5), positive="gain", through=_through(_law(on="hand"))),
     "vehicles.AxleTyres": case(
         lambda z: call(PLAIN_TYRE, 4e3, 0.25, True),
         positive="load",
