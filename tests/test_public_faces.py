@@ -107,7 +107,7 @@ FACES = {
         stiffness
     """,
     "jaxmbs.cycles": """
-        Cycle periodic
+        Branch Cycle StabilityChange cycles_along periodic
     """,
     "jaxmbs.rotors": """
         Bearing BearingTable CriticalSpeeds Disk Orbit PlainBearing Resonance Rotor Shaft UnbalanceResponse
@@ -234,7 +234,8 @@ FACES = {
         Designs SobolShares StudyError grid latin_hypercube normal open pareto_front sobol sobol_shares sweep
     """,
     "jaxmbs.viz": """
-        ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_campbell
+        ModeAnimation Scene Solid animate animate_mode draw_bond_graph plot_bode plot_branches
+        plot_campbell
         plot_coordinates plot_element_power plot_energy plot_envelope plot_history plot_limit_values plot_limits
         plot_mac plot_margins plot_mechanism plot_modes plot_notches plot_nyquist plot_parallel plot_pareto_front
         plot_polar plot_power plot_psd plot_rainflow_matrix plot_reactions plot_scatter plot_shock_spectrum plot_sn

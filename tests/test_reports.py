@@ -84,6 +84,14 @@ def peak():
     return mbs.motion.Peak(jnp.asarray(3.5), jnp.asarray(0.25), state())
 
 
+def branch():
+    stacked = jax.tree.map(lambda x: jnp.stack([x, x]), cycle())
+    points = (mbs.cycles.StabilityChange("fold", 0.5, 1),)
+    return mbs.cycles.Branch(
+        "push", jnp.asarray([0.25, 0.5]), stacked, points, "last value reached", lambda k, v: None
+    )
+
+
 def cycle():
     made, fields = motion(), ("ts", "states", "result", "diagnostics", "end")
     none = jnp.asarray(0.0)
@@ -228,6 +236,7 @@ MADE = {
     "Cycles": lambda: mbs.fatigue.Cycles(numbers(3), numbers(3), numbers(3)),
     "Buckling": lambda: mbs.fem.Buckling(numbers(2), numbers(4, 2), numbers(4)),
     "StressEnvelope": lambda: mbs.flexible.StressEnvelope(*({"skin": numbers(4, 2) * k} for k in (1, 2, 3, 4))),
+    "Branch": branch,
     "Cycle": cycle,
     "CriticalSpeeds": lambda: mbs.rotors.CriticalSpeeds(complexes(3), numbers(3)),
     "Orbit": lambda: mbs.rotors.Orbit(F, numbers(3), numbers(3), numbers(3)),

@@ -6,9 +6,11 @@ from ..arguments import explain_arguments
 from ..lazy import import_when_asked
 
 if TYPE_CHECKING:
+    from ._branch import Branch, StabilityChange
     from ._cycle import Cycle
+    from ._cycles_along import cycles_along
     from ._periodic import periodic
 
-__all__ = ["Cycle", "periodic"]
+__all__ = ["Branch", "StabilityChange", "Cycle", "cycles_along", "periodic"]
 
 import_when_asked(__name__, explain_arguments)

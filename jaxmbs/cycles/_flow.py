@@ -3,6 +3,8 @@
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..assembly._state import State
@@ -13,7 +15,7 @@ from ..typing import AnyArray
 
 
 class Flow(eqx.Module):
-    """Options with which motions are simulated, see `simulate`."""
+    """CycleOptions with which motions are simulated, see `simulate`."""
 
     solver: Any
     rtol: AnyArray
@@ -39,6 +41,9 @@ class Flow(eqx.Module):
             throw=False,
         )
 
-    def end(self, system: System, state: State, t1: Array, gradient: str = "forward") -> State:
-        """The state at a time t1 () [s]."""
-        return self.motion(system, state, t1[None], gradient).end
+    def end(self, system: System, state: State, t1: Array, gradient: str = "forward", least: int = 1) -> State:
+        """The state at a time t1 () [s].  Args: least: number of equal intervals, at whose ends a step ends."""
+        if least == 1:
+            return self.motion(system, state, t1[None], gradient).end
+        share = jnp.asarray(np.arange(1, least + 1) / least, t1.dtype)
+        return self.motion(system, state, state.t + (t1 - state.t) * share, gradient).end

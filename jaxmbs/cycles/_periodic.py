@@ -26,7 +26,7 @@ from ..typing import ArrayLike, WordedError
 from ._arguments import check_choices, check_samples, first_state, make_shooting
 from ._cycle import Cycle, without_trivial
 from ._flow import Flow
-from ._shooting import solution
+from ._shooting import Shooting, Solution, solution
 from ._whole import motion_of_segments, multipliers_of, parts_of, residuals, size_of_motion
 
 #: Default tolerances of the steps: multipliers and periods are then right to ten digits.
@@ -94,23 +94,46 @@ def periodic(
     throw, counts = as_flag("throw", throw), {"segments": (segments, 1), "periods": (periods, 1), "steps": (steps, 1)}
     check_choices(period, free, gradient, event, counts | {"settle": (settle, 0)})
     begin = first_state(system, start)
-    dtype = begin.coordinates.dtype
-    rtol, atol = (_TOLERANCE[dtype.itemsize] if x is None else x for x in (rtol, atol))
-    flow = Flow(
-        solver_or_default(solver),
-        as_host_array(rtol, dtype),
-        as_host_array(atol, dtype),
-        event,
-        formulation,
-        max_steps,
-    )
-    period = as_array(0.0 if period is None else period).astype(dtype) * periods
-    check_samples(system, period, segments)
-    shooting = make_shooting(system, begin, flow, turns, held, free is not None, segments)
-    parts = parts_of(segments, event is not None or sample_periods(system) is not None)
+    options = CycleOptions(turns, held, free is not None, segments, steps)
+    flow = flow_of(begin, solver, rtol, atol, event, formulation, max_steps)
+    period = as_array(0.0 if period is None else period).astype(begin.coordinates.dtype) * periods
+    problem = problem_of(system, begin, flow, period, options)
     begin = start if isinstance(start, Motion) else begin
-    cycle = _solve(system, shooting, begin, period, parts, -(-steps // parts) * parts, settle, gradient)
-    return _with_verdict(cycle, throw)
+    return _with_verdict(_solve(system, problem, begin, period, settle, gradient), throw)
+
+
+class CycleOptions(NamedTuple):
+    """Arguments of `periodic` that say what a cycle is."""
+
+    turns: Mapping[str, int] | None
+    held: Sequence[str]
+    is_free: bool
+    segments: int
+    steps: int
+
+
+class CycleProblem(NamedTuple):
+    """The equations of a cycle, in how many parts its multipliers are found, and how many intervals are saved."""
+
+    shooting: Shooting
+    parts: int
+    steps: int
+
+
+def flow_of(state: State, solver, rtol, atol, event, formulation, max_steps) -> Flow:
+    """The flow with the options of `periodic`, in the precision of a state."""
+    dtype = state.coordinates.dtype
+    rtol, atol = (as_host_array(_TOLERANCE[dtype.itemsize] if x is None else x, dtype) for x in (rtol, atol))
+    return Flow(solver_or_default(solver), rtol, atol, event, formulation, max_steps)
+
+
+def problem_of(system: System, begin: State, flow: Flow, period: Array, options: CycleOptions) -> CycleProblem:
+    """The equations of a cycle near a state.  Raises: ModelError."""
+    turns, held, is_free, segments, steps = options
+    check_samples(system, period, segments)
+    shooting = make_shooting(system, begin, flow, turns, held, is_free, segments)
+    parts = parts_of(segments, flow.event is not None or sample_periods(system) is not None)
+    return CycleProblem(shooting, parts, -(-steps // parts) * parts)
 
 
 def _with_verdict(cycle, throw):
@@ -150,9 +173,16 @@ def _failure(cycle):
 
 
 @jit
-def _solve(system, shooting, start, period, parts, steps, settle, gradient):
+def _solve(system, problem, start, period, settle, gradient):
+    shooting = problem.shooting
     states = stop_gradients(_guess(system, shooting, start, period, settle))
-    found = solution(shooting, system, (states, period), gradient)
+    found = solution(shooting, system, (states, period), gradient, problem.steps // shooting.segments)
+    return cycle_of(system, problem, found, period, gradient)
+
+
+def cycle_of(system: System, problem: CycleProblem, found: Solution, period: Array, gradient: str) -> Cycle:
+    """The cycle of states at the begins of its segments.  Args: period: [s] of the first guess."""
+    shooting, parts, steps = problem
     motion = motion_of_segments(shooting, system, found.states, found.period, steps // shooting.segments, gradient)
     moving = system, motion, found.period
     if gradient == "forward":

@@ -94,13 +94,16 @@ class Shooting(eqx.Module):
         """States (m,) of xi (m, n)."""
         return jax.vmap(lambda c, x, t: c.state_at(system, x, t))(charts, xi, self.times(period)[:-1])
 
-    def rows(self, system: System, charts: Chart, xi: Array, period: Array, gradient: str) -> Array:
-        """Gaps between the ends of segments and the begins that follow, and the other rows, (m n + h,)."""
+    def rows(self, system: System, charts: Chart, xi: Array, period: Array, gradient: str, least: int = 1) -> Array:
+        """Gaps between the ends of segments and the begins that follow, and the other rows, (m n + h,).
+
+        Args: least: see `Flow.end`, for derivatives where the motion itself is at rest.
+        """
         states, times = self.states(system, charts, xi, period), self.times(period)
 
         def gap(one):
             chart, start, following, t1, gain = one
-            reached = chart.numbers_of(system, self.flow.end(system, start, t1, gradient), gain, self.winds)
+            reached = chart.numbers_of(system, self.flow.end(system, start, t1, gradient, least), gain, self.winds)
             return reached - chart.numbers_of(system, following, *self._nothing)
 
         gaps = lax.map(gap, (_following(charts), states, _following(states), times[1:], self._gains))
@@ -157,18 +160,25 @@ def _following(tree):
 
 @jit
 def end_slope(
-    flow: Flow, system: System, charts: tuple[Chart, Chart], times: tuple[Array, Array], gain, winds, by_times: bool
+    flow: Flow,
+    system: System,
+    charts: tuple[Chart, Chart],
+    times: tuple[Array, Array],
+    gain,
+    winds,
+    by_times: bool,
+    least: int = 1,
 ) -> tuple[Array, Array]:
     """Numbers (n,) in a second chart of the end of the motion from a first one's state, and their slopes (n, n).
 
-    Args: by_times: two columns more, by the times of begin and end.
+    Args: by_times: two columns more, by the times of begin and end; least: see `Flow.end`.
     """
     chart, following = charts
     n = chart.num_numbers
 
     def reached(z):
         t0, t1 = (t + z[n + k] if by_times else t for k, t in enumerate(times))
-        end = flow.end(system, chart.state_at(system, z[:n], t0), t1)
+        end = flow.end(system, chart.state_at(system, z[:n], t0), t1, least=least)
         return following.numbers_of(system, end, gain, winds)
 
     return value_and_slope(reached, jnp.zeros(n + 2 * int(by_times), gain.dtype))
@@ -244,13 +254,14 @@ class Solution(NamedTuple):
     found: Array
 
 
-def solution(shooting: Shooting, system: System, start: tuple[State, Array], gradient: str) -> Solution:
+def solution(shooting: Shooting, system: System, start: tuple[State, Array], gradient: str, least: int) -> Solution:
     """The cycle near states (m,) and a period, with derivatives by all that the equations depend on.
 
     The last steps are taken with one fixed slope: each leaves the square of the error, and so they carry first and
     second derivatives, by the implicit function theorem.
 
-    Args: start: where the search begins, without derivative but for the period of a cycle that has a given one.
+    Args: start: where the search begins, without derivative but for the period of a cycle that has a given one;
+        least: see `Flow.end`.
     """
     found = stop_gradients(search(shooting, system, *start))
     charts, slope, z = found.charts, found.slope, jnp.where(found.is_last, found.step, 0.0)
@@ -261,7 +272,7 @@ def solution(shooting: Shooting, system: System, start: tuple[State, Array], gra
         return (z[: z.shape[0] - free].reshape(m, -1), period * jnp.exp(z[-1]) if free else period)
 
     def once(z, _):
-        step = solve_slope(slope, -shooting.rows(system, charts, *parts(z), gradient))
+        step = solve_slope(slope, -shooting.rows(system, charts, *parts(z), gradient, least))
         return z + jnp.where(found.is_last, step, 0.0), None
 
     z = lax.scan(once, z, None, length=2)[0]

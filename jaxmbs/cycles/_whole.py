@@ -73,7 +73,11 @@ def _joined(motions: Motion) -> Motion:
 
 
 def multipliers_of(shooting: Shooting, system: System, motion: Motion, period: Array, parts: int) -> Array:
-    """Floquet multipliers (n,) from the slopes of so many parts of a cycle, whose begins are among its states."""
+    """Floquet multipliers (n,) from the slopes of so many parts of a cycle, whose begins are among its states.
+
+    No step is longer than the intervals between the states: tolerances see the motion, not small deviations from it,
+    which may be quick where the motion itself is at rest.
+    """
     every = (len(motion) - 1) // parts
     begins = jax.tree.map(lambda x: x[: every * parts : every], motion.states)
     times = motion.ts[::every]
@@ -85,7 +89,8 @@ def multipliers_of(shooting: Shooting, system: System, motion: Motion, period: A
 
     def factor(one):
         chart, following, t0, t1 = one
-        slope = end_slope(shooting.flow, system, (chart, following), (t0, t1), none, still, shooting.is_free)[1]
+        given = (chart, following), (t0, t1), none, still, shooting.is_free
+        slope = end_slope(shooting.flow, system, *given, least=every)[1]
         own = begin_slope(system, following, following.state.t, shooting.is_free)[1]
         return square.solve(own[:, :n], slope[:, :n])
 

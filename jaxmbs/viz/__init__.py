@@ -11,6 +11,7 @@ from ..lazy import import_when_asked
 if TYPE_CHECKING:
     from ..bondgraph._drawing import draw_bond_graph
     from ._animation import animate
+    from ._branches import plot_branches
     from ._designs import plot_limits, plot_parallel, plot_pareto_front, plot_scatter
     from ._envelopes import plot_envelope, plot_polar
     from ._limits import plot_limit_values
@@ -39,6 +40,7 @@ __all__ = [
     "animate_mode",
     "draw_bond_graph",
     "plot_bode",
+    "plot_branches",
     "plot_campbell",
     "plot_coordinates",
     "plot_energy",

@@ -164,6 +164,13 @@ CASES = {
         "start nan inside: the search ends without a cycle",
         positive="period",
     ),
+    "cycles.cycles_along": case(
+        lambda z: call(lambda k: z.hanging, (0.25, 0.5), 1.0, z.near_rest, steps=8, most_points=2),
+        "near none: State.at of the first system",
+        "near nan inside: the search ends without a cycle",
+        "values nan: said",
+        positive="period",
+    ),
     "motion.load_peaks": case(lambda z: call(z.bars, z.motion)),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(

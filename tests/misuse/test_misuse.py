@@ -28,7 +28,7 @@ EXEMPT = {
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
         studies.SobolShares design.Reliability design.InteriorPoint design.PolynomialChaos
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
-        cycles.Cycle
+        cycles.Branch cycles.StabilityChange cycles.Cycle
         rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.UnbalanceResponse rotors.WhirlSpeeds
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
@@ -83,7 +83,8 @@ EXEMPT = {
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_element_power
         viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
-        viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac viz.plot_modes
+        viz.plot_branches viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac
+        viz.plot_modes
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
         viz.plot_margins viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
         viz.scene viz.animate_mode studies.sweep studies.open documents.report demo.run
@@ -105,7 +106,8 @@ LONG = """
     contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad coupling.Components coupling.base_motion
     coupling.combine_modal_maxima coupling.couple_transfer coupling.coupled_response coupling.coupling_forces
     coupling.cqc_correlation coupling.limit_loads coupling.modal_pairs coupling.peak_response coupling.reactions
-    coupling.regularised_inverse coupling.truncation_shortfall cycles.periodic rotors.critical_speeds
+    coupling.regularised_inverse coupling.truncation_shortfall cycles.cycles_along cycles.periodic
+    rotors.critical_speeds
     rotors.critical_speed_map rotors.whirl_speeds rotors.unbalance_response rotors.resonance
     design.Limit design.pareto dynamics.acceleration
     dynamics.angular_acceleration dynamics.cable_states dynamics.contact_load dynamics.element_reports

@@ -85,6 +85,7 @@ def pictured(fleet, motion):
         "plot_bode": lambda ax: viz.plot_bode(functions, ax=ax),
         "plot_nyquist": lambda ax: viz.plot_nyquist(functions, ax=ax),
         "plot_campbell": lambda ax: viz.plot_campbell(np.arange(5.0) * 40, hertz, ax=ax),
+        "plot_branches": lambda ax: viz.plot_branches(branch(), "x", ax=ax),
         "plot_mac": lambda ax: viz.plot_mac(np.eye(4), ax=ax),
         "plot_pareto_front": lambda ax: viz.plot_pareto_front(front, "peak [kN]", "mass [kg]", ax=ax),
         "plot_limits": lambda ax: viz.plot_limits(limited, ax=ax),
@@ -109,6 +110,17 @@ def pictured(fleet, motion):
             "plot_limit_values": lambda ax: viz.plot_limit_values(limits, np.array([1.0, 2.0, 4.0, 5.0]), ax=ax),
         }
     )
+
+
+def branch():
+    """A branch of cycles around two folds, with numbers of its own."""
+    along = np.linspace(0.0, 1.0, 40)
+    values = 1.0 + 0.5 * along + 0.3 * np.sin(2.0 * np.pi * along)
+    states = SimpleNamespace(coordinates=(1.0 + along)[:, None, None], structure=(("x", "", 1, 1, ("",)),))
+    points = [mbs.cycles.StabilityChange(kind, values[k], k) for kind, k in (("fold", 11), ("period doubling", 28))]
+    folded = (along > along[11]) & (along < along[28])
+    cycles = SimpleNamespace(states=states, stable=~folded)
+    return mbs.cycles.Branch("frequency [rad/s]", values, cycles, tuple(points), "last value reached", None)
 
 
 def limit(name, after, bound):
@@ -205,6 +217,7 @@ def faults(figure) -> list[str]:
 NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
 NAMES += ["plot_power kind", "plot_element_power", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
+OTHERS += ["plot_branches"]
 OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
 OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix", "plot_notches", "plot_margins"]
 
