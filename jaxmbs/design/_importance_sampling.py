@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
+from scipy.special import logsumexp
 
 from ..probability import RandomVariables
 from ..runtime import jit
@@ -13,26 +14,29 @@ from ._design_point import DesignPoint
 from ._limit_state import LimitState
 from ._parameter_slopes import log_density, named_slopes, parameter_slopes
 
+_ELSEWHERE = 0.2  # share of samples that look for failures away from the design points
 _NORMAL_95 = 1.959963984540054  # standard normal number of the two-sided 95 % interval
 
 
 def importance_sampling(traced: LimitState, variables: RandomVariables, points: DesignPoint, question: Any) -> dict:
     """Probability by normal samples about the design points, as fields of a result; what has no number fails.
 
+    A fifth of them spreads over all directions at the distance of the design points: failures elsewhere then have
+    their part in the probability and in its error, where samples about the points alone would hardly ever meet them.
     Derivatives are by the density of the samples that fail (the score), without gradients of the limit state.
 
-    Source: Melchers 1989, Importance sampling in structural systems.
+    Source: Melchers 1989, Importance sampling in structural systems; Hesterberg 1995, Weighted average importance
+    sampling and defensive mixture distributions.
     """
     rng = np.random.default_rng(question.seed)
-    number, n = question.samples, points.u.shape[1]
-    centres = points.u[rng.integers(len(points.u), size=number)]
-    u = centres + rng.normal(size=(number, n))
+    number = question.samples
+    centres, spreads, shares = _mixture(points)
+    which = rng.choice(len(shares), size=number, p=shares)
+    u = centres[which] + spreads[which, None] * rng.normal(size=(number, centres.shape[1]))
     values = traced.sampled(u, variables, question.compile, number)
     is_failure = failures(values, question.system)
-    distances = -0.5 * np.sum((u[:, None] - points.u) ** 2, axis=2)
-    largest = np.max(distances, axis=1)
-    log_mixture = largest + np.log(np.mean(np.exp(distances - largest[:, None]), axis=1))
-    weights = np.where(is_failure, np.exp(-0.5 * np.sum(u**2, axis=1) - log_mixture), 0.0)
+    log_ratio = -0.5 * np.sum(u**2, axis=1) - _log_density(u, centres, spreads, shares)
+    weights = np.where(is_failure, np.exp(log_ratio), 0.0)
     probability, error = float(np.mean(weights)), float(np.std(weights, ddof=1) / np.sqrt(number))
     lost = int(np.sum(~np.all(np.isfinite(values), axis=1)))
     return {
@@ -44,6 +48,22 @@ def importance_sampling(traced: LimitState, variables: RandomVariables, points: 
         "failed": lost,
         "faults": (*lost_samples(lost, number), *([] if error < 0.3 * probability else [_FEW])),
     }
+
+
+def _mixture(points: DesignPoint) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Centres (k + 1, n), standard deviations and shares (k + 1,) of the normal densities that samples are of."""
+    k, n = points.u.shape
+    spread = max(1.0, float(np.min(np.linalg.norm(points.u, axis=1))) / np.sqrt(n))
+    centres = np.concatenate([points.u, np.zeros((1, n))])
+    spreads, shares = np.append(np.ones(k), spread), np.append(np.full(k, (1.0 - _ELSEWHERE) / k), _ELSEWHERE)
+    return centres, spreads, shares
+
+
+def _log_density(u: np.ndarray, centres: np.ndarray, spreads: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Logarithm of the density of a mixture at points u (samples, n), without the factor that normal densities
+    share."""
+    squares = np.sum((u[:, None] - centres) ** 2, axis=2)
+    return logsumexp(-0.5 * squares / spreads**2 - u.shape[1] * np.log(spreads), axis=1, b=shares)
 
 
 _FEW = "the standard error is more than 0.3 of the probability: take more samples"

@@ -25,7 +25,7 @@ from ._quadrature import ORDER
 from ._spectral_integrals import (
     POWERS,
     band_nodes,
-    check_damped,
+    check_modes,
     check_spectra,
     check_white,
     densities,
@@ -278,5 +278,5 @@ def respond(model: Any, inputs: Mapping, coherence: Mapping | None, order: int =
     if white:
         check_white(model)
         return eqx.tree_at(lambda r: r.moments, response, white_moments(response))
-    check_damped(model, inputs)
+    check_modes(model, inputs)
     return eqx.tree_at(lambda r: r.moments, response, moments(response))

@@ -6,7 +6,7 @@ import numpy as np
 from jax import lax
 
 from ..checks import is_concrete
-from ..errors import ModelError
+from ..errors import ModelError, warn
 from ..math._lyapunov import lyapunov
 from ..runtime import jit, with_library_calls
 from ._inputs import WhiteNoise, level_at, spectral_matrix
@@ -20,6 +20,8 @@ POWERS = (0, 1, 2, 4)
 CHUNK = 128
 #: Halfwidth over frequency below which a mode counts as undamped.
 UNDAMPED = 1e-9
+#: Part of the first mode's frequency below which tables end that are doubted: of kHz, or of other modes.
+_FAR_BELOW = 0.1
 
 
 def check_spectra(inputs):
@@ -59,8 +61,8 @@ def is_white(inputs):
     return any(isinstance(given.spectrum, WhiteNoise) for given in inputs.values())
 
 
-def check_damped(model, inputs):
-    """Raises: ModelError for an undamped mode in the band, if concrete."""
+def check_modes(model, inputs):
+    """Raises: ModelError for an undamped mode in the band, if concrete.  Warns of a band far below all modes."""
     if isinstance(model, MeasuredModel):
         return
     p, d = model.poles()
@@ -77,6 +79,12 @@ def check_damped(model, inputs):
                 "bound.  Give `ratios`, `loss`, or the system a damping"
             ],
             "the question",
+        )
+    first = np.min(p[p > 0], initial=np.inf)
+    if np.isfinite(first) and high < _FAR_BELOW * first:
+        warn(
+            f"random_response: the tables end at {high:.4g} Hz, far below the first mode at {first:.4g} Hz: all is "
+            "carried statically; are their frequencies in Hz?"
         )
 
 

@@ -143,6 +143,18 @@ def test_several_design_points_are_a_series():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_samples_find_failures_away_from_the_design_point(seed):
+    """Two planes as one number, of which the search sees the nearer one; their union in closed form."""
+    one_number = lambda x: jnp.minimum(3.0 - x["a"], 3.1 - x["b"])
+    found = reliability(one_number, TWO, "importance", seed=seed)
+    p = ndtr(-np.array([3.0, 3.1]))
+    union = p[0] + p[1] - p[0] * p[1]
+    assert found.ok and len(found.points) == 1 and found.error < 0.12 * union
+    assert abs(found.probability - union) < 3.0 * found.error
+
+
+@pytest.mark.slow
 def test_what_the_first_order_does_not_see_is_told():
     """A kink at the design point, a surface that bends about the medians, and samples that do not confirm."""
     kink = reliability(lambda x: 3.0 - jnp.maximum(x["a"] + 0.1 * x["b"], x["b"] + 0.1 * x["a"]), TWO)

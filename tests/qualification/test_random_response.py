@@ -249,6 +249,9 @@ def test_von_mises_of_a_plane_stress():
 @pytest.mark.long
 def test_faults_have_names():
     system, inputs = chain(SPRINGS), inputs_of_chain()
+    kilohertz = {"base": BaseAcceleration(psd_table([1e-5, 2e-5], [1.0, 1.0], "g^2/Hz"), "z")}
+    with pytest.warns(UserWarning, match="far below the first mode .* are their frequencies in Hz"):
+        random_response(system, kilohertz, ["c z"], ratios=0.02)
     with pytest.raises(ModelError, match="not damped"):
         random_response(system, inputs, ["c z"])
     with pytest.raises(ModelError, match="positive semidefinite"):
