@@ -49,6 +49,8 @@ CASES = {  # element, positions, mass
     ),
     "triangle": (el.Triangle(**SHELL), FLAT[:3], None),
     "quadrilateral": (el.Quadrilateral(**SHELL), FLAT, None),
+    "weak_triangle": (el.Triangle(**SHELL, drilling=4e-4), FLAT[:3], None),
+    "residual_quadrilateral": (el.Quadrilateral(**SHELL, drilling=4e-4, residual_bending=True), FLAT, None),
     "layered_triangle": (el.LayeredTriangle(LAYUP, 0.4), FLAT[:3], None),
     "layered_quadrilateral": (el.LayeredQuadrilateral(LAYUP, 0.4), FLAT, None),
     "shear_panel": (el.ShearPanel(2.0, 0.1, 1.5), FLAT, None),

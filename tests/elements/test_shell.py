@@ -142,6 +142,35 @@ def test_thin_clamped_plate_under_pressure(kind, tolerance):
     assert errors[1] < tolerance and errors[0] > 3.5 * errors[1]  # second order
 
 
+@pytest.mark.slow
+def test_a_strip_with_residual_bending_is_a_beam():
+    """One element, a force at its end: P l^3 / 3 E I, of a rhombus as of a square; without it 25 % less."""
+    held = {0: "all", 3: "all", **dict.fromkeys((1, 2), "x y rz")}
+    for lean, tolerance in ((0.0, 1e-6), (0.2, 0.1)):
+        nodes = np.array([[0.0, 0, 0], [1, lean, 0], [1, 1 + lean, 0], [0, 1, 0]])
+        tips = []
+        for residual in (True, False):
+            shell = Quadrilateral(1e6, 0.0, 0.01, residual_bending=residual)
+            structure = Structure(nodes, {"p": (shell, [(0, 1, 2, 3)])}, held)
+            tips.append(solve(structure, nodal_load(structure, {1: {"z": 0.5}, 2: {"z": 0.5}}))[1:3, 2].mean())
+        exact = 1.0 / (3 * 1e6 * 0.01**3 / 12) + 1.0 / (5 / 6 * 5e5 * 0.01)
+        np.testing.assert_allclose(tips[0], exact, rtol=max(tolerance, 1e-5))
+        assert tips[1] < 0.8 * exact
+
+
+@pytest.mark.parametrize("kind", ["triangle", pytest.param("quadrilateral", marks=pytest.mark.slow)])
+def test_thick_plate_with_supported_edges(kind):
+    """w = 0.00406235 p a^4 / D + 0.0736713 p a^2 / (5/6 G t) (Wang, J. Eng. Mech. 121 (1995) 1211-1217); a/t = 4."""
+
+    def held(index):
+        return [(index, "x y rz"), (index[0], "ry"), (index[:, 0], "rx"), (index[-1], "z rx"), (index[:, -1], "z ry")]
+
+    structure, _ = shell_structure(kind, 6, lambda a, b: (a / 2, b / 2, 0 * a), held, 1e6, 0.3, 0.25)
+    D, S = 1e6 * 0.25**3 / 12 / (1 - 0.09), 5 / 6 * 0.25 * 1e6 / 2.6
+    centre = solve(structure, pressure_load(structure, "p", 1.0))[0, 2]
+    np.testing.assert_allclose(centre, 0.00406235 / D + 0.0736713 / S, rtol=0.015)
+
+
 @pytest.mark.parametrize(("kind", "tolerance"), [("triangle", 0.02), ("quadrilateral", 0.01)])
 def test_scordelis_lo_roof(kind, tolerance):
     """Middle of the free edge: 0.3024 down (MacNeal and Harder), bending and membrane in a curved shell."""

@@ -25,6 +25,7 @@ class DeckContext:
         held: (node, direction) of the permanent constraints on GRIDs.
         notes, remarks: what is read over, and what was decided about it, in words, with the number of times.
         polar: whether CBARs have inertia about their own axis.
+        drilling: modulus of the drilling rotation of CQUAD4 and CTRIA3 over the shear modulus, by PARAM K6ROT.
         bars_only: materials whose E and G make no Poisson's ratio between -1 and 1/2.
     """
 
@@ -32,6 +33,7 @@ class DeckContext:
         self.notes: dict[str, int] = {}
         self.remarks: dict[str, int] = {}
         self.polar = polar
+        self.drilling = _drilling(found)
         default = _read_grdset(found)
         grids = {}
         for card in found.get("GRID", ()):
@@ -208,6 +210,15 @@ def default_cards(found: dict[str, list[Card]]) -> None:
                     for k in fields:
                         whole[k] = own[0].text(k)
             card.fields = whole
+
+
+def _drilling(found):
+    """PARAM K6ROT, 100 unless given, as a modulus over the shear modulus; of 0 what is next to nothing.
+
+    Its unit is 4e-6: displacements of a published plate are then those that MSC Nastran printed.
+    """
+    given = [card.real(2, "K6ROT") for card in found.get("PARAM", ()) if card.text(1).upper() == "K6ROT"]
+    return 4e-6 * max([100.0, *given][-1], 0.01)
 
 
 def _read_grdset(found):

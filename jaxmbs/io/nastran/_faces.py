@@ -132,6 +132,7 @@ def plates(cards: list[Card], deck: DeckContext) -> Groups:
             offsets if np.any(offsets) else None,
             np.array(theta),
             np.array(along),
+            deck.drilling if own[0].name in ("CQUAD4", "CTRIA3") else None,
             fields.corners + (len(fields.edges) if len(given) > fields.corners else 0),
             _halves(given, fields.corners, fields.edges),
         )
@@ -146,12 +147,8 @@ def _sizes(given, section):
 
 
 def _remark_shear(card, section, deck, fields):
-    if section is None or not section.is_plain or fields.edges:
-        return
-    if section.is_thin and fields.corners == 4:
+    if section is not None and section.is_plain and section.is_thin and not fields.edges:
         deck.remark(f"{card.name} has no transverse shear, as MID3 is blank; shear_factor 5/6 of its PSHELL gives it")
-    elif not section.is_thin and fields.corners == 3:
-        deck.remark(f"{card.name} has no transverse shear, whatever MID3 says")
 
 
 def _thickness(card, section, fields, deck):

@@ -74,12 +74,13 @@ class LumpedMassGroup(AbstractElementGroup):
             line = made.density * made.area + getattr(made, "line_mass", 0.0)
             half = line * jnp.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
             return jnp.stack([half, half], axis=1)
-        M = jax.vmap(lambda element, at: element.mass(at))(made, nodes)
-        count, size = made.num_nodes, made.coordinates
-        blocks = M.reshape(len(M), count, size, count, size)[:, :, :3, :, :3]
+        blocks = _blocks(made, nodes)
+        count = made.num_nodes
         shares = jnp.trace(jnp.sum(blocks, axis=3), axis1=2, axis2=3) / 3.0
-        if count > 4 and not (size == 3 and count in (6, 8)):
-            own = jnp.einsum("eiaia->ei", blocks)
+        if count > 4 and not (made.coordinates == 3 and count in (6, 8)):
+            where = lambda e: e.layup.area_mass if hasattr(e, "layup") else e.density
+            unit = eqx.tree_at(where, made, jnp.ones_like(where(made)))  # its own density may be zero
+            own = jnp.einsum("eiaia->ei", _blocks(unit, nodes))
             return own * (jnp.sum(shares, axis=1) / jnp.sum(own, axis=1))[:, None]
         return jnp.broadcast_to(jnp.mean(shares, axis=1, keepdims=True), shares.shape) if count < 4 else shares
 
@@ -92,6 +93,13 @@ class LumpedMassGroup(AbstractElementGroup):
         """Mass directions as of CONM2."""
         masses = PointMassGroup(self.nodes, self.ids, element.value, element.offset, element.inertia)
         return masses.mass_directions(element, numbers)
+
+
+def _blocks(made, nodes):
+    """Blocks (elements, k, 3, k, 3) of the displacements in the consistent masses."""
+    M = jax.vmap(lambda element, at: element.mass(at))(made, nodes)
+    count, size = made.num_nodes, made.coordinates
+    return M.reshape(len(M), count, size, count, size)[:, :, :3, :, :3]
 
 
 def lump_masses(elements: dict[str, AbstractElementGroup]) -> dict[str, AbstractElementGroup]:

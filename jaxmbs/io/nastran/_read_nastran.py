@@ -188,7 +188,7 @@ def _settings(found, deck):
             settings["AUTOSPC"] = card.text(2).upper() != "NO"
         elif name == "COUPMASS":
             settings["masses"] = "consistent" if card.integer(2, "COUPMASS", -1, low=-1) > 0 else "lumped"
-        else:
+        elif name != "K6ROT":  # which `DeckContext` reads
             deck.note(f"PARAM {name[:16]}")
     return settings
 

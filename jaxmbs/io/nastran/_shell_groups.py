@@ -1,5 +1,6 @@
 """Groups of shells and of solids, and the finite elements that their numbers make of them."""
 
+import dataclasses
 from typing import Any
 
 import equinox as eqx
@@ -31,6 +32,8 @@ class ShellGroup(AbstractElementGroup):
         theta: (elements,) THETA [degrees], from the line of the first two nodes, or from `along` where this is not
             zero.
         along: (elements, 3) x axes of the systems MCID, basic axes.
+        drilling: of CQUAD4 and CTRIA3, modulus of the drilling rotation over the shear modulus; None for elements in
+            whose membrane it takes part.
         kind: number of nodes of the whole element; halves: of those that are left out, see `PartialElement`.
     """
 
@@ -39,6 +42,7 @@ class ShellGroup(AbstractElementGroup):
     offset: Convertible[Float[Array, " elements"] | None] = eqx.field(converter=as_optional_real)
     theta: Convertible[Float[Array, " elements"]] = eqx.field(converter=as_real)
     along: Convertible[Float[Array, "elements 3"]] = eqx.field(converter=as_real)
+    drilling: Convertible[Float[Array, ""] | None] = eqx.field(converter=as_optional_real)
     kind: int = eqx.field(static=True)
     halves: tuple[tuple[int, ...], ...] = eqx.field(static=True)
 
@@ -51,7 +55,11 @@ class ShellGroup(AbstractElementGroup):
         bare = kind(
             jax.tree.map(self._all, own.section(numbers.materials, numbers.mass)), self._all(jnp.asarray(0.0))
         )
-        bare = bare if self.kind == 3 else eqx.tree_at(lambda e: e.drilling, bare, self._all(bare.drilling))
+        drilling = bare.drilling if self.drilling is None else self.drilling
+        if drilling is not None:
+            bare = dataclasses.replace(bare, drilling=self._all(drilling))
+        if self.kind == 4:
+            bare = dataclasses.replace(bare, residual_bending=True)
         section = bare.layup if self.thickness is None else self._sections(own, numbers)
         if self.offset is not None:
             section = jax.vmap(ShellSection.shift)(section, self.offset)
@@ -67,9 +75,10 @@ class ShellGroup(AbstractElementGroup):
         density = (stuff.density + own.area_mass / t) * numbers.mass
         E, nu = self._all(stuff.young), self._all(stuff.contraction)
         if len(self.nodes[0]) == 3:
-            return elements.Triangle(E, nu, t, density)
-        drilling = jnp.full(len(self.nodes), 0.1, E.dtype)
-        return elements.Quadrilateral(E, nu, t, density, self._all(own.shear_factor), drilling)
+            weak = None if self.drilling is None else self._all(self.drilling)
+            return elements.Triangle(E, nu, t, density, self._all(own.shear_factor), weak)
+        drilling = self._all(jnp.asarray(0.1, E.dtype) if self.drilling is None else self.drilling)
+        return elements.Quadrilateral(E, nu, t, density, self._all(own.shear_factor), drilling, True)
 
     def _sections(self, own, numbers):
         """Sections with the thickness of each element."""

@@ -34,7 +34,7 @@ def test_laminate(tmp_path):
     nodes = model.positions[np.array([0, 1, 2, 3])]
     axis = np.asarray(el.LayeredQuadrilateral(el.Laminate(*plies).section()).axes(nodes))
     angle = np.arctan2(axis[1, 0], axis[0, 0]) + np.deg2rad(20.0)
-    expected = el.LayeredQuadrilateral(el.Laminate(*plies, area_mass=2.0).section(), angle)
+    expected = el.LayeredQuadrilateral(el.Laminate(*plies, area_mass=2.0).section(), angle, 4e-4, True)
     np.testing.assert_allclose(stiffness(model, "CQUAD4 5")[0], expected.stiffness(nodes), rtol=1e-9, atol=1.0)
     made = model.elements["CQUAD4 5"].element(model.numbers)
     np.testing.assert_allclose(np.asarray(made.layup.area_mass), 1600.0 * 0.003 + 2.0, rtol=1e-12)
@@ -58,11 +58,11 @@ def test_sections_of_pshell(tmp_path):
     moduli = f"MAT2,2,{E:.10g},{0.3 * E:.10g},0.,{E:.10g},0.,{0.35 * E:.10g},7850.\n"
     given = deck(moduli + STEEL + SQUARE + "PSHELL,5,2,.01,2,,1\nCQUAD4,1,5,1,2,3,4\n", tmp_path)
     np.testing.assert_allclose(stiffness(given, "CQUAD4 5"), stiffness(plain, "CQUAD4 5"), rtol=1e-6, atol=1e2)
-    thick = deck(STEEL + SQUARE + "PSHELL,5,1,.01,1,4.,1\nCTRIA3,1,5,1,2,3\n", tmp_path)
-    thin = deck(STEEL + SQUARE + "PSHELL,5,1,.01,1,,1\nCTRIA3,1,5,1,2,3\n", tmp_path)
+    thick = deck(STEEL + SQUARE + "PSHELL,5,1,.01,1,4.\nCTRIA3,1,5,1,2,3\n", tmp_path)
+    thin = deck(STEEL + SQUARE + "PSHELL,5,1,.01,1\nCTRIA3,1,5,1,2,3\n", tmp_path)
     out = np.ix_([2, 3, 4], [2, 3, 4])
     np.testing.assert_allclose(
-        stiffness(thick, "CTRIA3 5")[0][out], 4 * stiffness(thin, "CTRIA3 5")[0][out], rtol=1e-9
+        stiffness(thick, "CTRIA3 5")[0][out], 4 * stiffness(thin, "CTRIA3 5")[0][out], rtol=1e-5
     )
 
 
@@ -143,3 +143,47 @@ def test_lines(tmp_path):
     found = own.area, own.inertia_1, own.inertia_2, own.torsion
     np.testing.assert_allclose(found, (1.5e-3, 3e-7, 1.5e-7, 4.5e-7), rtol=1e-12)
     assert "PBEAM 2 of a section that changes has its mean along the beam" in tapered.notes
+
+
+def published(lines, nodes, squares, folder):
+    """A deck of a plane mesh."""
+    lines = [*lines, *(f"GRID,{k},,{x:.1f},{y:.1f},0." for k, (x, y) in enumerate(nodes, start=1))]
+    lines += [f"CQUAD4,{k},1,{','.join(map(str, row))}" for k, row in enumerate(squares, start=1)]
+    (folder / "deck.bdf").write_text("\n".join(lines) + "\nENDDATA\n")
+    return read_nastran(folder / "deck.bdf")
+
+
+@pytest.mark.slow
+def test_bent_plate_as_nx_nastran_prints_it(tmp_path):
+    """models/real/loads of pyNastran: a cantilever of 2 x 4 squares without transverse shear, six digits."""
+    nodes = [(x, y) for y in range(3) for x in range(5)]
+    squares = [(k, k + 1, k + 6, k + 5) for k in (1, 2, 3, 4, 6, 7, 8, 9)]
+    lines = ["BEGIN BULK", "MAT1,1,1.+7,,.3", "PSHELL,1,1,.1,1", "SPC1,1,123456,1,6,11"]
+    lines += ["LOAD,2,1.,1.,3,1.,4", "FORCE,3,15,,1.,0.,0.,1.", "PLOAD4,4,5,3."]
+    u = published(lines, nodes, squares, tmp_path).statics("LOAD 2", "")
+    for node, values in {
+        2: (9.307887e-04, 5.894791e-04, -1.678897e-03),
+        12: (1.511560e-03, -6.297494e-05, -2.769890e-03),
+        15: (1.530021e-02, 1.630788e-03, -5.504145e-03),
+    }.items():
+        np.testing.assert_allclose(u[node - 1, 2:5], values, atol=1e-5 * 1.53e-2)
+
+
+@pytest.mark.long
+def test_stretched_plate_as_msc_nastran_prints_it(tmp_path):
+    """models/plate of pyNastran: 5 x 5 squares under forces at their nodes, which drilling rotations hardly hold."""
+    nodes = [(2.0 * x, 2.0 * y) for y in range(6) for x in range(6)]
+    squares = [(k, k + 1, k + 7, k + 6) for k in range(1, 30) if k % 6]
+    lines = ["BEGIN BULK", "MAT1,1,7.+7,,.3", "PSHELL,1,1,.3,1,,1", "SPC1,1,123456,1,7,13,19,25,31"]
+    lines += [f"FORCE,2,{node},,100.,1.,0.,0." for node in range(6, 37, 6)]
+    model = published(lines, nodes, squares, tmp_path)
+    u = model.statics("LOAD 2", "")
+    found = {2: (6.224124e-06, 2.957988e-06), 6: (3.683496e-05, 9.305489e-06), 36: (3.683496e-05, -9.305489e-06)}
+    for node, values in found.items():
+        np.testing.assert_allclose(u[node - 1, :2], values, atol=1e-5 * 3.68e-5)
+    (tmp_path / "stiff.bdf").write_text((tmp_path / "deck.bdf").read_text().replace("CQUAD4", "CQUADR"))
+    stiff = read_nastran(tmp_path / "stiff.bdf").statics("LOAD 2", "")
+    assert 1e-4 < abs(stiff[5, 0] / u[5, 0] - 1) < 1e-3  # CQUADR has stiff drilling rotations
+    (tmp_path / "given.bdf").write_text("BEGIN BULK\nPARAM,K6ROT,25000.\n" + (tmp_path / "deck.bdf").read_text()[11:])
+    given = read_nastran(tmp_path / "given.bdf").statics("LOAD 2", "")
+    np.testing.assert_allclose(given, stiff, rtol=1e-9, atol=1e-18)

@@ -104,6 +104,22 @@ def test_lumped_plates_and_solids(tmp_path):
     np.testing.assert_allclose(weight, -np.trace(M) / 3, rtol=1e-12)
 
 
+def test_an_element_with_nodes_on_edges_may_have_no_density(tmp_path):
+    """A tetrahedron of ten nodes: zero masses, and the slope by the density is the volume."""
+    places = ["0.,0.,0.", "1.,0.,0.", "0.,1.,0.", "0.,0.,1.", "0.5,0.,0.", "0.5,0.5,0.", "0.,0.5,0."]
+    places += ["0.,0.,0.5", "0.5,0.,0.5", "0.,0.5,0.5"]
+    text = "MAT1,1,2.+11,,.3\nPSOLID,1,1\nCTETRA,1,1,1,2,3,4,5,6\n,7,8,9,10\n"
+    model = deck(text + "".join(f"GRID,{k},,{at}\n" for k, at in enumerate(places, start=1)), tmp_path)
+
+    def total(density):
+        changed = eqx.tree_at(lambda d: d.materials["MAT1 1"].density, model, density)
+        return changed.elements["mass of CTETRA 1 of 10 nodes"].element(changed.numbers).value.sum()
+
+    mass, slope = jax.jvp(total, (0.0,), (1.0,))
+    assert mass == 0
+    np.testing.assert_allclose(slope, 1 / 6, rtol=1e-12)
+
+
 def plate(n, mid3):
     """A square simply supported, a tenth as thick as wide."""
     text = f"MAT1,1,2.+11,,.3,7850.\nPSHELL,1,1,.1,1,,{mid3}\n"
