@@ -55,6 +55,7 @@ FLOORS = [  # a room imports rooms of lower floors, and of its own floor those t
         "motion",
         "cycles",
         "rotors",
+        "engines",
         "bondgraph",
         "batching",
         "design",

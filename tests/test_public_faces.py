@@ -86,7 +86,7 @@ FACES = {
         Revolute Screw         SimulationError Spherical Spline SpringDamper State Status Step System SystemBuilder
         Table Torque Universal         UnknownNameError Weld adapters analysis as_block assembly batch batching
         blocks blocksparse bondgraph cache check         constraints contact coupling cycles design documents dynamics
-        elements
+        elements engines
         equilibrium experiment export_fmu fatigue fem flexible forces         forward_dynamics frequency_response
         friction hydraulics identification identify inertia inverse_dynamics io         jit joints kinematics linear
         linearise load_model mass_matrix minimise model modes motion ode periodic position probability qualification
@@ -107,7 +107,10 @@ FACES = {
         stiffness
     """,
     "jaxmbs.cycles": """
-        Branch Cycle StabilityChange cycles_along periodic
+        Branch Cycle HarmonicCycles StabilityChange cycles_along harmonic_balance periodic
+    """,
+    "jaxmbs.engines": """
+        CrankTrain CylinderPressure Flywheel Orders flywheel orders
     """,
     "jaxmbs.rotors": """
         Bearing BearingTable CriticalSpeeds Disk Orbit PlainBearing Resonance Rotor Shaft UnbalanceResponse

@@ -238,6 +238,11 @@ MADE = {
     "StressEnvelope": lambda: mbs.flexible.StressEnvelope(*({"skin": numbers(4, 2) * k} for k in (1, 2, 3, 4))),
     "Branch": branch,
     "Cycle": cycle,
+    "Flywheel": lambda: mbs.engines.Flywheel(jnp.asarray(2.0), jnp.asarray(0.01), cycle(), 4),
+    "HarmonicCycles": lambda: mbs.cycles.HarmonicCycles(
+        F, complexes(3, 2, 1), complexes(3, 2, 1), numbers(3), jnp.ones(3, bool), (1, 3), ("x",), ("stop",)
+    ),
+    "Orders": lambda: mbs.engines.Orders(numbers(3), complexes(3)),
     "CriticalSpeeds": lambda: mbs.rotors.CriticalSpeeds(complexes(3), numbers(3)),
     "Orbit": lambda: mbs.rotors.Orbit(F, numbers(3), numbers(3), numbers(3)),
     "Resonance": lambda: mbs.rotors.Resonance(*map(jnp.asarray, (50.0, 1e-3, 49.0, 51.0))),

@@ -9,6 +9,9 @@ from jax import Array
 from jax.scipy.linalg import block_diag
 
 from ..errors import ModelError
+from ..linear._system import LinearSystem
+from ..runtime import as_array
+from ..typing import ArrayLike
 from ._parts import Bearing, BearingTable, Disk
 from ._plain_bearing import PlainBearing
 from ._shaft import Shaft
@@ -73,6 +76,22 @@ class Rotor(eqx.Module):
         none = jnp.zeros_like(spins)
         G = jnp.concatenate([jnp.concatenate([none, spins], 1), jnp.concatenate([-spins, none], 1)])
         return block_diag(M, M), G, block_diag(K, K)
+
+    def at_speed(self, speed: ArrayLike) -> LinearSystem:
+        """The rotor at a speed () [rad/s] as a linear system, gyroscopic terms within its damping.
+
+        Coordinates are "3 x" and "3 slope x" of a station, "3.1 x" of the first node after it.
+        """
+        speed = as_array(speed)
+        M, G, K = self.inertias()
+        stiffness, damping = self.supports(speed)
+        first = [self.shaft.node(k) for k in range(self.shaft.stations.size)]
+        nodes = []
+        for k in range(self.shaft.num_nodes):
+            station = max(i for i, node in enumerate(first) if node <= k)
+            nodes.append(f"{station}" if first[station] == k else f"{station}.{k - first[station]}")
+        names = [f"{node}{part} {axis}" for axis in "xy" for node in nodes for part in ("", " slope")]
+        return LinearSystem(mass=M, stiffness=K + stiffness, damping=damping + speed * G, coordinates=names)
 
     def supports(self, speed: Array) -> tuple[Array, Array]:
         """Stiffness and damping (n, n) of the bearings at a speed () [rad/s]."""

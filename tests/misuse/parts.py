@@ -245,6 +245,10 @@ def _plain_tyre(positive="", **own):
     )
 
 
+def _oscillator():
+    return mbs.LinearSystem(mass=np.eye(1), stiffness=np.eye(1), damping=np.eye(1), coordinates=["x"])
+
+
 def _rotor():
     shaft = mbs.rotors.Shaft([0.0, 0.5, 1.0], 0.02)
     return mbs.rotors.Rotor(shaft, [mbs.rotors.Disk(1, 5.0, 0.1, 0.2)], [mbs.rotors.Bearing(k, 1e6) for k in (0, 2)])
@@ -273,6 +277,12 @@ CASES = {
         "shaft nan inside: judged by its answers",
         "disks nan inside: judged by its answers",
         "bearings nan inside: judged by its answers",
+    ),
+    "engines.CrankTrain": case(lambda z: call([0.25, 0.5], [3.0])),
+    "engines.CylinderPressure": case(lambda z: call(np.linspace(0.0, 12.0, 24), np.linspace(1.0, 2.0, 24), 0.25)),
+    "engines.orders": case(lambda z: call(np.linspace(1.0, 2.0, 64), 1, 4)),
+    "cycles.harmonic_balance": case(
+        lambda z: call(_oscillator(), [1.0, 2.0], {"x": 0.5}, {"law": ("x", lambda x, v: -x)}, (1, 3), 16)
     ),
     "rotors.critical_speeds": case(lambda z: call(_rotor(), 2)),
     "rotors.critical_speed_map": case(

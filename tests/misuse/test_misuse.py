@@ -28,7 +28,7 @@ EXEMPT = {
         design.Optimum reaction.JointReaction reaction.Reactions experiment.VirtualPoint fem.CoordinateTable
         studies.SobolShares design.Reliability design.InteriorPoint design.PolynomialChaos
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
-        cycles.Branch cycles.StabilityChange cycles.Cycle
+        cycles.HarmonicCycles engines.Flywheel engines.Orders cycles.Branch cycles.StabilityChange cycles.Cycle
         rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.UnbalanceResponse rotors.WhirlSpeeds
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
@@ -106,7 +106,8 @@ LONG = """
     contact.SphereInCylinder contact.SphereOnSphere contact.WheelOnRoad coupling.Components coupling.base_motion
     coupling.combine_modal_maxima coupling.couple_transfer coupling.coupled_response coupling.coupling_forces
     coupling.cqc_correlation coupling.limit_loads coupling.modal_pairs coupling.peak_response coupling.reactions
-    coupling.regularised_inverse coupling.truncation_shortfall cycles.cycles_along cycles.periodic
+    coupling.regularised_inverse coupling.truncation_shortfall cycles.cycles_along
+    cycles.harmonic_balance engines.flywheel cycles.periodic
     rotors.critical_speeds
     rotors.critical_speed_map rotors.whirl_speeds rotors.unbalance_response rotors.resonance
     design.Limit design.pareto dynamics.acceleration

@@ -1,0 +1,1 @@
+"""Engines beside closed forms: inertia torques by orders, two inertias in torsion, flywheels by energy."""
