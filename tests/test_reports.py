@@ -315,6 +315,7 @@ WITHOUT = {
         Identification Excitation ModelUpdate RandomResponse CriticalPlane StressSpectrum Stresses
     """,
     "made by reading a file": "Deck",
+    "a line in the table of its branch": "StabilityChange",
     "no result": "Status PsdTable",
 }
 #: Numbers of the user, whose units are not known, or counts.

@@ -99,7 +99,7 @@ class CrankTrain(eqx.Module):
 
     def shaft_torques(self, angles: ArrayLike) -> Complex[Array, "K shafts"]:
         """Torques (K, n - 1) [N m] in the shafts at angles (K, n) of `response`."""
-        angles = as_array(angles)
+        angles = jnp.asarray(angles)
         return jnp.diff(angles, axis=1) * self.stiffness[None, :].astype(angles.dtype)
 
 

@@ -144,7 +144,7 @@ class Adder:
         self._at(point, part)
 
     def parts(self) -> MountedParts:
-        """What was added."""
+        """Names of all that has been added."""
         return MountedParts(self.bodies, self.joints, self.rods, self.forces, self.points, tuple(self.cut))
 
     def _at(self, point, part):
