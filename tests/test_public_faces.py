@@ -132,13 +132,15 @@ FACES = {
         hertz_stiffness
     """,
     "jaxmbs.vehicles": """
-        AbstractRoad AbstractTyreModel Arm AxleTyres BrakeTorque BrushTyre CONVENTIONS CarAxle CleatRoad
-        Compliance Compression ContactForces Convention CruiseControl FialaTyre FlatRoad ForwardSpeed
-        LinearTyre LoadTable MagicFormula PartLoads MountedParts RandomRoad Ride Rig RigCurves SineRoad
-        SingleTrack Slip SlipSlopes Strut SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre
-        WEIGHTINGS WeightingFilter car double_wishbone five_link hardpoint_loads kc_rig load_cases
-        mcpherson mount_anti_roll_bar mount_differential mount_solid_axle mount_steering mount_suspension
-        mount_twist_beam mount_wheel read_tir ride trailing_arm weighting wheel_inputs
+        AbstractRoad AbstractTyreModel Arm AxleTyres BrakeInTurn BrakeTorque BrushTyre CONVENTIONS
+        CarAxle CleatRoad Compliance Compression ContactForces Convention CruiseControl FialaTyre
+        FlatRoad ForwardSpeed Lane LaneChange LinearTyre LoadTable MagicFormula MountedParts PartLoads
+        PathFollower RandomRoad Ride Rig RigCurves SineRoad SingleTrack Slip SlipSlopes SteadyTurn
+        SteerGain StepResponse Strut SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre
+        WEIGHTINGS WeightingFilter brake_in_turn car double_wishbone five_link hardpoint_loads kc_rig
+        load_cases mcpherson mount_anti_roll_bar mount_differential mount_solid_axle mount_steering
+        mount_suspension mount_twist_beam mount_wheel read_tir ride sine_response slopes_over
+        step_response trailing_arm weighting wheel_inputs
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -10,6 +10,16 @@ if TYPE_CHECKING:
     from ._car import CarAxle, CruiseControl, car
     from ._convention import CONVENTIONS, Convention
     from ._driveline import BrakeTorque, mount_differential, mount_steering
+    from ._handling import (
+        BrakeInTurn,
+        SteerGain,
+        StepResponse,
+        brake_in_turn,
+        sine_response,
+        slopes_over,
+        step_response,
+    )
+    from ._lane_change import Lane, LaneChange, PathFollower
     from ._load_cases import LoadTable, load_cases
     from ._magic_formula import MagicFormula
     from ._mount_axle import mount_anti_roll_bar, mount_solid_axle, mount_twist_beam
@@ -23,6 +33,7 @@ if TYPE_CHECKING:
     from ._road import AbstractRoad, FlatRoad
     from ._road_shapes import CleatRoad, SineRoad, SurfaceRoad, TandemCams
     from ._single_track import ForwardSpeed, SingleTrack
+    from ._steady_turn import SteadyTurn
     from ._suspension import Arm, Strut, Suspension, SuspensionRod
     from ._suspensions import double_wishbone, five_link, mcpherson, trailing_arm
     from ._tir import TirFile, read_tir
@@ -35,6 +46,7 @@ __all__ = [
     "AbstractTyreModel",
     "Arm",
     "AxleTyres",
+    "BrakeInTurn",
     "BrakeTorque",
     "BrushTyre",
     "CONVENTIONS",
@@ -48,28 +60,35 @@ __all__ = [
     "FialaTyre",
     "FlatRoad",
     "ForwardSpeed",
+    "Lane",
+    "LaneChange",
     "LinearTyre",
     "LoadTable",
     "MagicFormula",
-    "PartLoads",
     "MountedParts",
+    "PartLoads",
+    "PathFollower",
     "RandomRoad",
     "Ride",
     "Rig",
     "RigCurves",
-    "SuspensionRod",
     "SineRoad",
     "SingleTrack",
     "Slip",
     "SlipSlopes",
+    "SteadyTurn",
+    "SteerGain",
+    "StepResponse",
     "Strut",
     "SurfaceRoad",
     "Suspension",
+    "SuspensionRod",
     "TandemCams",
     "TirFile",
     "Tyre",
     "WEIGHTINGS",
     "WeightingFilter",
+    "brake_in_turn",
     "car",
     "double_wishbone",
     "five_link",
@@ -86,6 +105,9 @@ __all__ = [
     "mount_wheel",
     "read_tir",
     "ride",
+    "sine_response",
+    "slopes_over",
+    "step_response",
     "trailing_arm",
     "weighting",
     "wheel_inputs",

@@ -18,6 +18,7 @@ from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..typing import Convertible, Scalar, ScalarLike, WordedError
 from ._axle_tyres import AxleTyres
+from ._steady_turn import SteadyTurn, steady_turn
 from ._tyre_model import AbstractTyreModel
 
 
@@ -121,6 +122,14 @@ class SingleTrack(Reported, eqx.Module):
         """Steady yaw rate [1/s], slip of the centre of mass, lateral acceleration [m/s^2], over the steer angle."""
         A, B, C, D = self.linear(speed, acceleration=acceleration)
         return (D - C @ square.solve(A, B))[:, 0]
+
+    def steady_turn(self, speed: ScalarLike, lateral_acceleration: ScalarLike) -> SteadyTurn:
+        """The steady turn at a speed [m/s] and a lateral acceleration [m/s^2], with the tyres' whole curves.
+
+        At a constant speed, or with `speed = sqrt(radius * lateral_acceleration)` at a constant radius (ISO 4138).
+        NaN beyond the grip.
+        """
+        return steady_turn(self, number(speed), number(lateral_acceleration))
 
     def builder(
         self, speed: ScalarLike, steer: Callable | ScalarLike = 0.0, has_relaxation: bool = False

@@ -43,7 +43,8 @@ EXEMPT = {
         flexible.GeometricStiffening
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable vehicles.Compliance
-        vehicles.MountedParts
+        vehicles.MountedParts vehicles.BrakeInTurn vehicles.SteerGain vehicles.StepResponse vehicles.SteadyTurn
+        vehicles.Lane
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -147,7 +148,7 @@ LONG = """
     vehicles.CleatRoad vehicles.SineRoad vehicles.SurfaceRoad vehicles.TandemCams vehicles.ride
     vehicles.load_cases vehicles.kc_rig vehicles.mount_suspension vehicles.mount_wheel vehicles.mount_solid_axle
     vehicles.mount_twist_beam vehicles.mount_anti_roll_bar vehicles.mount_steering vehicles.mount_differential
-    vehicles.car vehicles.hardpoint_loads vehicles.BrakeTorque vehicles.CruiseControl
+    vehicles.car vehicles.hardpoint_loads vehicles.PathFollower vehicles.BrakeTorque vehicles.CruiseControl
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself

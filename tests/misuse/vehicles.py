@@ -3,6 +3,8 @@
 import functools
 import inspect
 
+import numpy as np
+
 import jaxmbs as mbs
 from jaxmbs.vehicles import RandomRoad
 from tests.vehicles.test_suspensions import KINDS
@@ -64,6 +66,21 @@ def _built_car(car):
     return built
 
 
+def _followed(kind):
+    """A class of drivers, of a car that is built with one."""
+
+    def built(*args, **options):
+        b = mbs.vehicles.SingleTrack(1e3, 1.5e3, 1.25, 1.5, PLAIN_TYRE, PLAIN_TYRE).builder(8.0)
+        for axis in "xy":
+            b.measure(axis, on="car", axis=axis)
+        b.measure("heading", lambda at: at.coordinates["car"][2])
+        b.block("driver", kind(*args, **options), reads=("x", "y", "heading"), drives="front axle.steer")
+        return b.build()
+
+    built.__signature__ = inspect.signature(kind)
+    return built
+
+
 def _axle(x):
     own = mbs.vehicles.trailing_arm(ARM, 0.25)
     tyre = mbs.vehicles.Tyre(PLAIN_TYRE)
@@ -81,6 +98,8 @@ def standing():
     return system, mbs.State.at(system), parts
 
 
+TIMES = np.arange(0.0, 2.125, 0.125)
+RISING, FALLING = 1.0 - 0.5**TIMES, 0.5**TIMES
 FREE_NAMES = "name name: names are free"
 SPRING = mbs.SpringDamper(stiffness=50.0, damping=0.5)
 BAR = {"M": (0.0, 0.25, 0.25), "E": (-0.25, 0.5, 0.25), "L": (-0.25, 0.5, 0.5)}
@@ -179,6 +198,14 @@ CASES = {
         through=_built_car,
     ),
     "vehicles.hardpoint_loads": case(lambda z: call(*standing(), "chassis")),
+    "vehicles.step_response": case(lambda z: call(TIMES, RISING, 0.5, 0.25, 0.125)),
+    "vehicles.sine_response": case(lambda z: call(TIMES, RISING, FALLING, 0.5)),
+    "vehicles.slopes_over": case(lambda z: call(TIMES, RISING)),
+    "vehicles.brake_in_turn": case(lambda z: call(TIMES, RISING, 8.0 + RISING, FALLING, 32.0, 0.5)),
+    "vehicles.LaneChange": case(lambda z: call(1.75, 0.5), positive="width"),
+    "vehicles.PathFollower": case(
+        lambda z: call(mbs.vehicles.LaneChange(1.75), 2.5, 8.0, 1.5), positive="wheelbase preview", through=_followed
+    ),
     "vehicles.BrakeTorque": case(lambda z: call(4.0, 0.5), positive="slow", through=_through(_law(joint="shoulder"))),
     "vehicles.CruiseControl": case(lambda z: call(4.0, 0.5), positive="gain", through=_through(_law(on="hand"))),
     "vehicles.AxleTyres": case(
