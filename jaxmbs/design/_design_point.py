@@ -22,7 +22,7 @@ from ..math import _square as square
 #: Why a search for a design point ended, by the number in `DesignPoint.reason`.
 REASONS = (
     "converged",
-    "step limit",
+    "step limit: it may have a kink where the nearest failure is; give more starts, or sample",
     "no further step: the limit state has a kink there, or its values are rough",
     "the limit state has no finite value or gradient at the start",
     "the limit state has no slope: no direction leads to failure",

@@ -16,7 +16,7 @@ from ..errors import ModelError
 from ..probability import RandomVariables
 from ..runtime import jit, kept_tiers
 from ._chaos_reliability import TOLERANCE, ChaosLimit, chaos_limit, far_from_failure
-from ._design_point import DesignPoint, NearestFailure, find_design_point
+from ._design_point import CONVERGED, NOT_FINITE, DesignPoint, NearestFailure, find_design_point
 from ._distinct_points import distinct_points, unproven_points
 from ._importance_sampling import importance_sampling, interval
 from ._limit_state import LimitState, read_variables, scalar_limit, trace_limit_state
@@ -36,7 +36,7 @@ class ReliabilityOptions(NamedTuple):
 
     method: str
     system: str
-    starts: int
+    starts: int | None
     samples: int
     seed: int
     tolerance: float
@@ -50,7 +50,7 @@ def reliability(
     variables: Mapping[str, Any] | RandomVariables,
     method: str = "form",
     system: str = "series",
-    starts: int = 1,
+    starts: int | None = None,
     samples: int | None = None,
     seed: int = 0,
     tolerance: float = 1e-7,
@@ -71,6 +71,7 @@ def reliability(
             fitted to values and gradients (`polynomial_chaos`).  "samples": plain ones, for what is not rare.
         system: fails with any of its parts, "series", or with all of them, "parallel".
         starts: first points of each search, the medians and others around; those of different ends count as a series.
+            By default the medians alone, and eight where no search from there finds a design point.
         samples: of "importance", default 10000; of each level of "subset", default 4000; of "pce" and of "samples",
             default 100000.  With "form" and "sorm"
             these samples about the design points are to confirm the probability, otherwise it is not `ok`.
@@ -107,6 +108,11 @@ def _by_design_points(
     n = len(variables.names)
     search = jit(functools.partial(_search, traced, question), compile=question.compile)
     found = jax.tree.map(np.asarray, search(variables, jnp.asarray(_first_points(n, question))))
+    is_lost = ~np.isin(
+        found.reason[:, 0], (CONVERGED, NOT_FINITE)
+    )  # without a number at the medians no side is known
+    if question.starts is None and np.any(is_lost):
+        return _by_design_points(traced, variables, question._replace(starts=_MORE_STARTS))
     points, which, faults = distinct_points(found, question.system)
     common: dict[str, Any] = {"method": question.method, "gradients": int(np.sum(found.evaluations))}
     if not len(points.u):
@@ -191,7 +197,7 @@ def _search(traced, question, variables, starts):
 
 def _first_points(n: int, question: ReliabilityOptions) -> np.ndarray:
     """First points (starts, n) of searches: the origin, and directions at the distance of rare events."""
-    directions = np.random.default_rng(question.seed).normal(size=(question.starts, n))
+    directions = np.random.default_rng(question.seed).normal(size=(question.starts or 1, n))
     directions[0] = 0.0
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     return _DISTANCE * directions / np.where(lengths > 0.0, lengths, 1.0)
@@ -204,7 +210,8 @@ def _at_design_point(variables, point):
 
 def _check(method, system, starts, samples, tolerance, steps) -> None:
     """Raises: ModelError for options that do not exist or make no sense."""
-    faults = count_faults("starts", starts, 1) + count_faults("steps", steps, 1)
+    faults = count_faults("steps", steps, 1)
+    faults += [] if starts is None else count_faults("starts", starts, 1)
     faults += [] if samples is None else count_faults("samples", samples)
     for what, value, known in (("method", method, METHODS), ("system", system, SYSTEMS)):
         if value not in known:
@@ -218,4 +225,5 @@ def _check(method, system, starts, samples, tolerance, steps) -> None:
 
 _NORMAL_999 = 3.290526731491896  # standard normal number of the two-sided 99.9 % interval
 _DISTANCE = 3.0  # of first points from the medians, in deviations
+_MORE_STARTS = 8  # where no search from the medians ends
 _FEWEST = 100  # samples from which a probability can be said
