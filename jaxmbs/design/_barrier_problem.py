@@ -26,7 +26,7 @@ class BarrierProblem(eqx.Module):
 
     def slopes(self, x: Array) -> tuple[tuple, tuple]:
         """Values (f, e, c) at x, and their derivatives."""
-        if self.reverse:
+        if self.reverse and not self._has_more_rows(x):
             found, pull = jax.vjp(self.functions, x)
             size = sum(part.size for part in found)
             seeds = jnp.eye(size)
@@ -35,6 +35,17 @@ class BarrierProblem(eqx.Module):
             return found, (rows[0], rows[1 : p + 1], rows[p + 1 :])
         slopes, found = jax.jacfwd(lambda x: (self.functions(x),) * 2, has_aux=True)(x)
         return found, slopes
+
+    def _has_more_rows(self, x):
+        """True if functions are more than variables, so that forward mode takes fewer passes, and have it."""
+        _, e, c = jax.eval_shape(self.functions, x)
+        if 1 + e.size + c.size <= x.size:
+            return False
+        try:
+            jax.eval_shape(lambda x: jax.jvp(self.functions, (x,), (x,)), x)
+        except TypeError:  # a rule for reverse mode alone, as that of motions
+            return False
+        return True
 
     def lagrangian(self, x: Array, weights: tuple) -> Array:
         """`f + y e + z c`, of weights (of f, y, z)."""

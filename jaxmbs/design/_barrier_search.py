@@ -77,7 +77,8 @@ def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None) -
     _, e, c = problem.functions(x)
     where, one = bound_distances(problem, x), jnp.ones_like(x)
     low, high = (jnp.where(mark, one, 0.0) for mark in (where.has_lower, where.has_upper))
-    return Iterate(x, jnp.maximum(-c, 1e-2), jnp.zeros_like(e), jnp.ones_like(c), low, high)
+    slacks = jnp.maximum(-c, 1e-2)
+    return Iterate(x, slacks, jnp.zeros_like(e), jnp.minimum(_FIRST_MU / slacks, 1.0), low, high)
 
 
 @eqx.filter_custom_jvp
@@ -216,10 +217,22 @@ def _stepped(problem, carry, where, system: ReducedSystem, tolerance):
     share, found, good, tries, dx, ds = lax.while_loop(refused, shorter, state)
     trial = kept(moved(share, step._replace(x=dx, s=ds)), found[2])
     carry = carry._replace(weight=weight)
-    trial, good, is_restored = lax.cond(
-        good, lambda: (trial, good, jnp.asarray(False)), lambda: _towards_limits(problem, carry, where)
-    )
+    trial, good, is_restored = _restored_if_refused(problem, carry, where, trial, good)
     return _accepted_step(problem, carry, system, step, trial, good, is_restored, (share, dual, tries), tolerance)
+
+
+def _restored_if_refused(problem, carry, where, trial, good):
+    """The trial, or where it was refused a step towards the limits: (iterate, True if one was taken, True for that).
+
+    A loop of one pass for a condition: side by side it is run where any search asks for it, no more.
+    """
+
+    def restore(state):
+        new, taken, _ = _towards_limits(problem, carry, where)
+        return new, taken, taken, jnp.asarray(True)
+
+    state = (trial, good, jnp.asarray(False), good)
+    return lax.while_loop(lambda state: ~state[3], restore, state)[:3]
 
 
 def _towards_limits(problem, carry, where):

@@ -141,3 +141,34 @@ def test_published_optima():
 
 #: HS2 has a local minimum that is nearer; HS13 and the limits that touch have no multipliers at their optimum.
 LOCAL = {"HS2", "HS13", "kissing limits"}
+
+
+@pytest.mark.slow
+def test_a_front_is_one_batch():
+    """Nearest points to one corner under a bound on the distance from another: a straight front in closed form."""
+    first, second = (lambda x: jnp.sum(x**2)), (lambda x: jnp.sum((x - 1.0) ** 2))
+    levels = np.linspace(0.1, 1.9, 50)
+
+    def point(level):
+        found = interior_point(first, jnp.array([0.4, 0.7]), inequalities=lambda x: second(x) - level)
+        return {"value": found.value, "exchange": found.inequalities[0], "converged": found.ok}
+
+    found = mbs.batch(point, levels, progress=False).values
+    assert np.all(found["converged"])
+    share = 1.0 - np.sqrt(levels / 2.0)
+    np.testing.assert_allclose(found["value"], 2.0 * share**2, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(found["exchange"], share / (1.0 - share), rtol=1e-5)
+
+
+@pytest.mark.long
+def test_thousands_of_inequalities():
+    """The largest inscribed disc of a polygon with 4000 sides that nearly are a circle's."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 4000, endpoint=False)
+    normals = jnp.stack([jnp.cos(angles), jnp.sin(angles)], axis=1)
+    offsets = 1.0 + 0.2 * jnp.cos(3.0 * angles)
+    found = interior_point(
+        lambda x: -x[2], jnp.array([0.1, 0.05, 0.1]), inequalities=lambda x: normals @ x[:2] + x[2] - offsets
+    )
+    assert found.ok and int(found.steps) < 60
+    np.testing.assert_allclose(found.value, -0.8, rtol=1e-6)
+    assert 1 <= int(jnp.sum(found.active)) < 50
