@@ -24,6 +24,7 @@ QUICK = ("FV2 double cross", "FV4 off-centre masses")
 
 def frequencies(system, rows, count):
     """Lowest `count` [Hz] with the other rows held; a shift, as bars may have no inertia in torsion."""
+    system = system.to_dense()
     K, M = (np.asarray(A)[np.ix_(rows, rows)] for A in (system.stiffness, system.mass))
     shift = 1e-3 * np.trace(K) / np.trace(M)
     last = [len(rows) - count, len(rows) - 1]
@@ -73,8 +74,11 @@ def payload():
 
 
 def folder(path):
-    """How many decks of a folder are read, and for which cards the others are refused; a deck has a BEGIN BULK."""
-    read, refused, cards, seconds = [], [], {}, 0.0
+    """How many decks of a folder are read, and for which cards the others are refused; a deck has a BEGIN BULK.
+
+    Where an f06 of its name lies beside a deck, frequencies and static displacements are compared with it.
+    """
+    read, refused, cards, seconds, beside = [], [], {}, 0.0, []
     for file in sorted(
         p for p in Path(path).rglob("*") if p.suffix.lower() in (".bdf", ".dat", ".nas", ".blk", ".inc")
     ):
@@ -84,8 +88,9 @@ def folder(path):
             continue
         start, name = time.process_time(), str(file.relative_to(path))
         try:
-            read_nastran(file)
+            deck = read_nastran(file, folders=[path])
             read.append(name)
+            beside += beside_f06(name, deck, file.with_suffix(".f06"))
         except ModelError as error:
             refused.append(name)
             lines = [line.partition(". ")[2] or line for line in str(error).splitlines()[1:]] or [str(error)]
@@ -98,10 +103,54 @@ def folder(path):
         common.row("decks read", "number", len(read), "1"),
         common.row("decks refused", "number", len(refused), "1"),
     ]
-    rows += [common.row("all decks", "CPU time", seconds, "s")]
+    rows += [*beside, common.row("all decks", "CPU time", seconds, "s")]
     return rows + [
         common.row(f"refused for {card}", "number", n, "1") for card, n in sorted(cards.items(), key=by_count)
     ]
+
+
+def printed(path):
+    """Of an f06: displacements by subcase and node, frequencies of the first table."""
+    moved, cycles, subcase, table = {}, [], 1, ""
+    for line in path.read_bytes().decode("latin-1").splitlines():
+        found, flat = re.search(r"SUBCASE\s+(\d+)", line), line.replace(" ", "")
+        subcase = int(found[1]) if found else subcase
+        words = line.split()
+        if "DISPLACEMENTVECTOR" in flat:
+            table = "displacements"
+        elif "REALEIGENVALUES" in flat:
+            table = "frequencies" if not cycles else ""
+        elif line.startswith("1"):
+            table = ""
+        elif table == "displacements" and len(words) > 4 and words[0].isdigit() and words[1] == "G":
+            moved.setdefault(subcase, {}).setdefault(words[0], [float(word) for word in words[2:5]])
+        elif table == "frequencies" and len(words) == 7 and words[0].isdigit():
+            cycles.append(float(words[4]))
+    return moved, cycles
+
+
+def beside_f06(name, deck, path):
+    """Rows of what an f06 prints of a deck: largest differences, displacements over the largest of all."""
+    moved, cycles = printed(path) if path.exists() else ({}, [])
+    rows, size = [], len(deck.coordinates.free)
+    for number, load, temperature in deck.cases if size < 4000 else ():
+        theirs = moved.get(number, {})
+        try:
+            ours = np.asarray(deck.statics(load, temperature)) if theirs and (load or temperature) else None
+        except (ModelError, ValueError) as error:
+            print(f"{name}: {str(error)[:150]}", flush=True)
+            continue
+        if ours is not None:
+            both = [(ours[k, :3], theirs[node[5:]]) for k, node in enumerate(deck.names) if node[5:] in theirs]
+            a, b = (np.linalg.norm(side, axis=1) for side in zip(*both, strict=True))
+            worst = float(np.max(np.abs(a - b)) / np.max(b))
+            rows.append(common.row(f"{name}, subcase {number}", "largest difference of displacements", worst, "1"))
+    if cycles and size < 4000:
+        found = frequencies(deck.system, np.arange(size), min(len(cycles), size))
+        shown = [(a, b) for a, b in zip(found, cycles, strict=False) if b > 1e-2]
+        worst = max(abs(a / b - 1) for a, b in shown)
+        rows.append(common.row(name, f"largest difference of {len(shown)} frequencies", worst, "1"))
+    return rows
 
 
 def by_count(item):

@@ -19,6 +19,7 @@ _POINTS, _WEIGHTS = gauss_points(2, 2)
 _N, _DN = linear_shapes(_CORNERS, _POINTS)  # (4, 4), (4, 2, 4)
 _CENTRE = np.zeros((1, 2))
 _DN0 = linear_shapes(_CORNERS, _CENTRE)[1]
+_DNC = linear_shapes(_CORNERS, _CORNERS)[1]
 _BUBBLES = -2.0 * _POINTS[:, :, None] * np.eye(2)  # (q, slope, mode) of 1 - xi^2, 1 - eta^2
 _SIDES = np.array([[0.0, 1], [0, -1], [1, 0], [-1, 0]])  # where the transverse shear is tied
 _NS, _DNS = linear_shapes(_CORNERS, _SIDES)
@@ -87,6 +88,11 @@ class QuadrilateralShell(AbstractShell):
             return residual_bending(weight, (curvature, middle), (shear, mean), tangents, section), middle
         K = jnp.einsum("q,qai,ab,qbj->ij", weight, curvature, section.bending, curvature)
         return K + jnp.einsum("q,qai,ab,qbj->ij", weight, shear, section.shear, shear), middle
+
+    def corner_strains(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Strain and curvature matrices (4, 3, 12) at the corners, without the incompatible modes."""
+        slopes = self._slopes(xy, _DNC)[0]
+        return _strains(slopes, 3), _curvatures(slopes)
 
     def plane_stiffness(self, xy: Float[Array, "k 2"]) -> Float[Array, "n n"]:
         """Stiffness; where membrane and bending are coupled the incompatible modes are condensed behind both."""

@@ -142,6 +142,17 @@ class IsotropicFields(AbstractElement):
         mean, bent = force[:3] / self.thickness, 6.0 * force[3:6] / self.thickness**2
         return jnp.concatenate([mean + bent, mean - bent])
 
+    def corner_stresses(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "k s"]:
+        """Stresses (k, 6) at the corners as at the centre, of the displacements of the nodes alone."""
+        shell: Any = self
+        xy, T = shell.plane_coordinates(nodes)
+        local = (T @ u.reshape(-1)).reshape(-1, 6)
+        membrane, curvature = shell.corner_strains(xy)
+        strain = membrane @ local[:, np.array([0, 1, 5])].reshape(-1)
+        bent = curvature @ local[:, 2:5].reshape(-1) * self.thickness / 2
+        moduli = self.section.membrane / self.thickness
+        return jnp.concatenate([(strain + bent) @ moduli.T, (strain - bent) @ moduli.T], axis=1)
+
 
 class LayeredFields(AbstractElement):
     """Fields of a shell of any section, which lies in the axes of a laminate.

@@ -83,6 +83,10 @@ class TriangularShell(AbstractShell):
         K = K + weight * jnp.einsum("qai,ab,qbj->ij", shear, section.shear, shear)
         return K, _curvatures(xy, _CENTRE, given)[0]
 
+    def corner_strains(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
+        """Strain matrix (1, 3, 9), that of the centre, and curvature matrices (3, 3, 9) at the corners."""
+        return self.membrane(xy)[1][None], _curvatures(xy, np.eye(3), _shear_share(xy, self.section))
+
     def plane_stiffness(self, xy: Float[Array, "k 2"]) -> Float[Array, "n n"]:
         """Stiffness with the work of the coupling on the uniform part of the membrane strains."""
         K, B = super().plane_stiffness(xy), self.section.coupling

@@ -22,8 +22,9 @@ from ...reports import Report, Reported
 from ...typing import AnyArray, Convertible
 from ._coordinates import DeckCoordinates
 from ._groups import AbstractElementGroup, DeckParameters
-from ._loads import EnforcedPlaces, LoadSet, stiffness_forces, thermal_forces
+from ._loads import EnforcedPlaces, LoadSet, stiffness_forces
 from ._lumped import LumpedMassGroup
+from ._warming import ply_stresses, recover, thermal_forces
 
 
 class Deck(Reported, eqx.Module):
@@ -169,6 +170,30 @@ class Deck(Reported, eqx.Module):
         system = self.system
         (rows,) = jax.vjp(self.displacements, jnp.zeros(system.num_rows))[1](forces)
         return self.displacements(equilibrium(system, rows).displacement) + held
+
+    def forces(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+        """Forces (elements, labels) by group at displacements u, as `fem.element_forces` has them, of warmed elements
+        less what free ones have."""
+        return recover(self, u, self._warm(temperature), "forces")
+
+    def stresses(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+        """Stresses (elements, labels) by group, in the middle of plates and solids, of warmed elements less what free
+        ones have."""
+        return recover(self, u, self._warm(temperature), "stresses")
+
+    def corner_stresses(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+        """Stresses (elements, corners, labels) of plates of one material and of solids, likewise."""
+        return recover(self, u, self._warm(temperature), "corner_stresses")
+
+    def ply_stresses(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+        """Stresses 11 22 12 (elements, plies, 3 heights, 3) of the plies of each PCOMP and PCOMPG, in their own axes,
+        at their lower face, middle and upper face, less what free ones have."""
+        return ply_stresses(self, u, self._warm(temperature))
+
+    def _warm(self, temperature):
+        if temperature:
+            place_of("temperature", temperature, self.temperatures)
+        return self._temperature(temperature) if temperature else None
 
     def _sets(self, load, temperature):
         """Names of both, those of the first case where None."""

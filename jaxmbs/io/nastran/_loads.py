@@ -14,9 +14,6 @@ from ...errors import ModelError
 from ...fem import Structure
 from ...fem._loads import _scatter_to_nodes
 from ...typing import Convertible
-from ._groups import DeckParameters
-from ._lumped import MasslessGroup
-from ._materials import Material
 
 
 class NodalForces(eqx.Module):
@@ -142,55 +139,3 @@ def _times_elements(structure, matrix, u):
             structure, group, group.map(lambda e, nodes, x: matrix(e, nodes) @ x, structure.positions, own)
         )
     return total
-
-
-def thermal_forces(deck: Any, temperatures: Float[Array, " nodes"]) -> Float[Array, "nodes 6"]:
-    """Forces that keep the strains of warming from the reference temperatures of the materials.
-
-    An element of one isotropic material is warmed by the mean of its nodes: its stiffness times the displacements of
-    free expansion, which is exact as elements represent constant strains.
-
-    Raises: ModelError for anisotropic materials and layers.
-    """
-    structure, numbers = deck.structure, deck.numbers
-    total, faults = jnp.zeros((structure.num_nodes, 6)), []
-    for name, own in deck.elements.items():
-        bare = own.of if isinstance(own, MasslessGroup) else own
-        if not hasattr(bare, "property"):
-            continue
-        stuff = _isotropic(bare, numbers)
-        if stuff is None:
-            faults.append(f"{name}: thermal strains are supported for MAT1 alone")
-            continue
-        if stuff is _NONE:
-            continue
-        group = structure.groups[name]
-        mean = jnp.mean(temperatures[group.connections], axis=1) - stuff.reference
-        forces = group.map(_free_expansion, structure.positions, stuff.expansion * mean)
-        total = total + _scatter_to_nodes(structure, group, forces)
-    if faults:
-        raise ModelError(faults)
-    return total
-
-
-_NONE = object()
-
-
-def _isotropic(own, numbers: DeckParameters):
-    """The MAT1 of a group; None where there is another material, `_NONE` where nothing expands."""
-    found = numbers.properties.get(own.property)
-    if found is None:
-        return _NONE
-    if hasattr(found, "ply_materials"):
-        return None
-    names = {getattr(found, key, "") for key in ("material", "bending", "coupling")} - {""}
-    if not names:
-        return _NONE
-    materials = [numbers.materials[name] for name in sorted(names)]
-    return materials[0] if len(materials) == 1 and isinstance(materials[0], Material) else None
-
-
-def _free_expansion(element, nodes, strain):
-    u = strain * (nodes - jnp.mean(nodes, axis=0, keepdims=True))
-    motion = jnp.zeros((len(nodes), element.coordinates), nodes.dtype).at[:, :3].set(u)
-    return element.stiffness(nodes) @ motion.reshape(-1)

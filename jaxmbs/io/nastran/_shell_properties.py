@@ -1,5 +1,7 @@
 """Properties of shells: PSHELL, PCOMP, PCOMPG."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -59,14 +61,13 @@ class ShellProperty(eqx.Module):
             area_mass * t**2 / 12,
         )
 
-    def expansion(self, materials: dict) -> Array:
-        """Membrane forces (3,) per kelvin of uniform warming."""
-        stuff = materials[self.material] if self.material else None
-        return (
-            0.0 * self.thickness * jnp.ones(3)
-            if stuff is None
-            else self.thickness * stuff.plane @ stuff.plane_expansion
-        )
+    def thermal_forces(self, materials: dict, temperature: Array, thickness: Array) -> Float[Array, "6"]:
+        """Forces Nxx ... Mxy per length that a temperature makes where nothing moves, in the axes of the material."""
+        if not self.material:
+            return jnp.zeros(6, self.thickness.dtype)
+        stuff = materials[self.material]
+        N = thickness * stuff.plane @ stuff.plane_expansion * (temperature - stuff.reference)
+        return jnp.concatenate([N, 0.0 * N])
 
 
 class LaminateProperty(eqx.Module):
@@ -76,7 +77,7 @@ class LaminateProperty(eqx.Module):
         thickness: (plies,) from the face -z [m]; angle: (plies,) [degrees]; bottom: Z0 [m], None for half of the
             thickness below the nodes; area_mass: NSM [kg/m^2].
         ply_materials: of each ply, "MAT8 3"; option: LAM, "" for all effects, "MEM", "BEND", "SMEAR".
-        plies: numbers of the plies.
+        plies: numbers of the plies; reference: TREF, temperature of all plies without thermal strain.
     """
 
     thickness: Convertible[Float[Array, " plies"]] = eqx.field(converter=as_real)
@@ -86,6 +87,7 @@ class LaminateProperty(eqx.Module):
     ply_materials: tuple[str, ...] = eqx.field(static=True)
     plies: tuple[int, ...] = eqx.field(static=True)
     option: str = eqx.field(static=True)
+    reference: Scalar = eqx.field(converter=as_real, default=0.0)
 
     is_thin = False
     is_plain = False
@@ -115,12 +117,19 @@ class LaminateProperty(eqx.Module):
             A, B = 0.0 * A, None
         return ShellSection(A, D, S, B, made.area_mass * mass, made.turning_mass * mass)
 
-    def expansion(self, materials: dict) -> Array:
-        """Membrane forces (3,) per kelvin of uniform warming."""
-        made = self.laminate(materials)
+    def ply_strains(self, materials: dict, temperature: Array) -> Float[Array, "plies 3"]:
+        """Strains 11 22 12 of plies that are free at a temperature."""
         strains = jnp.stack([materials[name].plane_expansion for name in self.ply_materials])
+        return strains * (temperature - self.reference)
+
+    def thermal_forces(self, materials: dict, temperature: Array, thickness: Any = None) -> Float[Array, "6"]:
+        """Forces Nxx ... Mxy per length that a temperature makes where nothing moves, in the axes of the laminate."""
+        made = self.laminate(materials)
         R = jnp.stack([strain_rotation(angle) for angle in made.angle])
-        return jnp.einsum("p,pba,pbc,pc->a", self.thickness, R, made.moduli, strains)
+        stress = jnp.einsum("pba,pbc,pc->pa", R, made.moduli, self.ply_strains(materials, temperature))
+        z = made.heights
+        N, M = self.thickness @ stress, (z[1:] ** 2 - z[:-1] ** 2) / 2 @ stress
+        return jnp.concatenate([N * float(self.option != "BEND"), M * float(self.option in ("", "BEND"))])
 
 
 def plate(card: Card, deck: DeckContext) -> ShellProperty:
@@ -169,4 +178,6 @@ def laminate(card: Card, deck: DeckContext) -> LaminateProperty:
         deck.note(f"structural damping GE of {card.name}")
     numbers, names, sizes, angles = zip(*plies, strict=True)
     option = "" if option == "SYM" else option
-    return LaminateProperty(np.array(sizes), np.array(angles), bottom, nsm, names, numbers, option)
+    return LaminateProperty(
+        np.array(sizes), np.array(angles), bottom, nsm, names, numbers, option, card.real(6, "TREF", 0.0)
+    )
