@@ -246,6 +246,7 @@ MADE = {
     "CriticalSpeeds": lambda: mbs.rotors.CriticalSpeeds(complexes(3), numbers(3)),
     "Orbit": lambda: mbs.rotors.Orbit(F, numbers(3), numbers(3), numbers(3)),
     "Resonance": lambda: mbs.rotors.Resonance(*map(jnp.asarray, (50.0, 1e-3, 49.0, 51.0))),
+    "RunUp": lambda: mbs.rotors.RunUp(jnp.asarray(T), jnp.asarray(T), numbers(len(T), 2, 2)),
     "UnbalanceResponse": lambda: mbs.rotors.UnbalanceResponse(F, complexes(3, 2, 2), complexes(3, 1, 2)),
     "WhirlSpeeds": lambda: mbs.rotors.WhirlSpeeds(F, complexes(3, 2), numbers(3, 2)),
     "Direction": lambda: mbs.identification.Direction("a + 0.3 b", {"a": 1.0, "b": 0.3}, 2.0, "a"),

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from ..checks import any_concrete, count_faults, faults_if
+from ..checks import any_concrete, count_faults, faults_if, is_concrete
 from ..errors import ModelError, UnknownNameError
 from ..linear._storage import to_dense
 from ..linear._system import LinearSystem
@@ -25,6 +25,7 @@ from ..typing import ArrayLike, WordedError
 from ._harmonic_cycles import HarmonicCycles
 
 _MOST_STEPS, _LEAST_LENGTH = 40, 1e-4
+_MOST_SAMPLES = 1_000_000
 _CLOSED = 1e-9  # residual over the size, up to which a search has ended
 
 
@@ -92,6 +93,8 @@ def _number_faults(omega, numbers, harmonics, samples):
         faults += count_faults("harmonics", k)
     if not faults and (1 not in numbers or len(set(numbers)) < len(numbers) or max(numbers) > 1000):
         faults.append("harmonics: the first one must be among them, none twice, none above 1000")
+    if not count_faults("samples", samples or 0) and (samples or 0) > _MOST_SAMPLES:
+        faults.append(f"samples must be at most {_MOST_SAMPLES}")
     return faults + ([] if samples is None else count_faults("samples", samples, 2 * max(numbers, default=1) + 1))
 
 
@@ -128,6 +131,8 @@ def _loads(system, forces, numbers, omega):
         name, k = name if isinstance(name, tuple) else (name, 1)
         if k not in numbers:
             raise UnknownNameError(f"forces: harmonic {k} is not among {numbers}")
+        if is_concrete(value) and np.asarray(value).dtype.kind not in "iufc":
+            raise ModelError([f"force at {name!r} must be a number, complex for a phase"], "the harmonic balance")
         if np.shape(value) not in ((), omega.shape):
             raise ModelError([f"force at {name!r} must be one number or {omega.shape}"], "the harmonic balance")
         loads = loads.at[:, numbers.index(k), _row(system, name)].add(jnp.asarray(value, complex))

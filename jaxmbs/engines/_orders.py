@@ -12,6 +12,8 @@ from ..reports import Report, Reported
 from ..runtime import as_array
 from ..typing import ArrayLike
 
+_MOST_TURNS = 10_000
+
 
 class Orders(Reported, eqx.Module):
     """Harmonics of a quantity: it is `Re sum_k a_k exp(i n_k angle)`.
@@ -47,6 +49,7 @@ def orders(values: ArrayLike, turns: int = 1, count: int = 24) -> Orders:
     faults = count_faults("turns", turns, 1) + count_faults("count", count, 1)
     if not faults:
         faults = faults_if(
+            (turns > _MOST_TURNS, f"turns must be at most {_MOST_TURNS}"),
             (values.ndim != 1 or values.size <= 2 * count, f"values must be a row of more than {2 * count}"),
             (any_concrete(lambda x: ~np.isfinite(x), values), "values must be finite"),
         )

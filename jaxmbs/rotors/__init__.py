@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from ._plain_bearing import PlainBearing
     from ._resonance import Resonance, resonance, separation_margin
     from ._rotor import Rotor
+    from ._run_up import RunUp, run_up
     from ._shaft import Shaft
     from ._unbalance import Orbit, UnbalanceResponse, unbalance_response
     from ._whirl import WhirlSpeeds, whirl_speeds
@@ -24,12 +25,14 @@ __all__ = [
     "PlainBearing",
     "Resonance",
     "Rotor",
+    "RunUp",
     "Shaft",
     "UnbalanceResponse",
     "WhirlSpeeds",
     "critical_speed_map",
     "critical_speeds",
     "resonance",
+    "run_up",
     "separation_margin",
     "unbalance_response",
     "whirl_speeds",

@@ -1,4 +1,4 @@
-"""Short plain journal bearings: Ocvirk's film, its forces in closed form and their slopes."""
+"""Plain journal bearings, short or long: the forces of their films in closed form and their slopes."""
 
 import equinox as eqx
 import jax
@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 from jaxtyping import Float
 
+from ..errors import ModelError
 from ..runtime import as_array
 from ..typing import Convertible
 from ._parts import _check
@@ -14,17 +15,20 @@ _ROUNDS = 60  # of bisection: the eccentricity is then known to rounding
 
 
 class PlainBearing(eqx.Module):
-    """A plain journal bearing, short against its diameter, under a steady load along -y.
+    """A plain journal bearing, short or long against its diameter, under a steady load along -y.
 
-    Pressure falls along the bearing alone, the film breaks where it is negative (half Sommerfeld).  The journal rests
-    at the eccentricity at which the film carries the load; stiffness and damping are the slopes of its forces there.
+    Pressure falls along the bearing alone (short: length below half of the diameter) or around it alone (long: length
+    above twice the diameter); between these both carry more than the bearing does.  The film is where the gap
+    narrows, half of the circle.  The journal rests at the eccentricity at which the film carries the load; stiffness
+    and damping are the slopes of its forces there.
     Source: Ocvirk, Short-bearing approximation for full journal bearings, NACA TN 2808 (1952); Friswell and others,
-    Dynamics of rotating machines (2010), 5.5.
+    Dynamics of rotating machines (2010), 5.5; Sommerfeld (1904), half of its film, with squeeze.
 
     Attributes:
         station: its number, from 0 (static).
         diameter, length, clearance: radial clearance [m].
         viscosity: dynamic [Pa s]; load: [N].
+        film: "short" or "long" (static).
     """
 
     station: int = eqx.field(static=True)
@@ -34,7 +38,11 @@ class PlainBearing(eqx.Module):
     viscosity: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
     load: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
+    film: str = eqx.field(static=True, default="short")
+
     def __check_init__(self) -> None:
+        if self.film not in ("short", "long"):
+            raise ModelError([f'film={self.film!r} must be "short" or "long"'], "the bearing")
         parts = ("diameter", "length", "clearance", "viscosity", "load")
         _check("the bearing", self.station, **{name: getattr(self, name) for name in parts})
 
@@ -47,20 +55,33 @@ class PlainBearing(eqx.Module):
         radial = place / size
         around = jnp.stack([-radial[1], radial[0]])
         e, e_rate, turn = size / c, radial @ velocity / c, around @ velocity / size
-        factor = self.viscosity * 0.5 * self.diameter * self.length**3 / c**2
+        inward, along = self._film(e, e_rate, speed - 2.0 * turn)
+        return self._unit * (along * around - inward * radial)
+
+    @property
+    def _unit(self):
+        """Force over its part that depends on the eccentricity alone, and over the speed."""
+        size = self.viscosity * 0.5 * self.diameter * self.length / self.clearance**2
+        return size * (self.length**2 if self.film == "short" else 0.25 * self.diameter**2)
+
+    def _film(self, e, e_rate, slip):
+        """Forces against the eccentricity and across it, at its rate and at the speed less twice that of whirl."""
         left = 1.0 - e**2
-        slip = speed - 2.0 * turn
-        inward = slip * e**2 / left**2 + jnp.pi * e_rate * (1.0 + 2.0 * e**2) / (2.0 * left**2.5)
-        along = slip * jnp.pi * e / (4.0 * left**1.5) + 2.0 * e * e_rate / left**2
-        return factor * (along * around - inward * radial)
+        if self.film == "short":
+            inward = slip * e**2 / left**2 + jnp.pi * e_rate * (1.0 + 2.0 * e**2) / (2.0 * left**2.5)
+            return inward, slip * jnp.pi * e / (4.0 * left**1.5) + 2.0 * e * e_rate / left**2
+        more = 2.0 + e**2
+        squeezed = e_rate * (0.5 * jnp.pi - 8.0 / (jnp.pi * more)) / left**1.5
+        inward = 12.0 * (slip * e**2 / (more * left) + squeezed)
+        return inward, 6.0 * jnp.pi * slip * e / (more * jnp.sqrt(left)) + 24.0 * e * e_rate / (more * left)
 
     def eccentricity(self, speed: Array) -> Array:
         """Distance () of the journal from the centre over the clearance, at a speed () [rad/s]."""
-        unit = self.viscosity * speed * 0.5 * self.diameter * self.length**3 / (4.0 * self.clearance**2)
-        share = self.load / unit
+        share = self.load / (self._unit * speed)
 
         def carried(e):
-            return jnp.sqrt(16.0 * e**2 + jnp.pi**2 * (1.0 - e**2)) * e / (1.0 - e**2) ** 2 - share
+            inward, along = self._film(e, jnp.zeros_like(e), jnp.ones_like(e))
+            return jnp.sqrt(inward**2 + along**2) - share
 
         def halve(ends, _):
             low, high = ends
@@ -77,7 +98,8 @@ class PlainBearing(eqx.Module):
     def place(self, speed: Array) -> Array:
         """Place (2,) [m] of the journal at rest."""
         e = self.eccentricity(speed)
-        attitude = jnp.arctan2(jnp.pi * jnp.sqrt(1.0 - e**2), 4.0 * e)  # from the load, in the sense of rotation
+        inward, along = self._film(e, jnp.zeros_like(e), jnp.ones_like(e))
+        attitude = jnp.arctan2(along, inward)  # from the load, in the sense of rotation
         return self.clearance * e * jnp.stack([jnp.sin(attitude), -jnp.cos(attitude)])
 
     def coefficients(self, speed: Array) -> tuple[Array, Array]:

@@ -119,6 +119,11 @@ def unbalance_response(rotor: Rotor, speeds: ArrayLike, unbalance: Mapping[int, 
     Source: Nelson and McVaugh (1976).
     """
     speeds = row_of_speeds(speeds)
+    return _response(rotor, speeds, *unbalance_places(rotor, unbalance))
+
+
+def unbalance_places(rotor: Rotor, unbalance: Mapping[int, ArrayLike]) -> tuple[tuple[int, ...], Array]:
+    """Stations (p,) and complex values (p,) of unbalance.  Raises: ModelError."""
     faults = [] if unbalance else ["unbalance= names no station"]
     last = rotor.shaft.stations.size - 1
     for station, value in unbalance.items():
@@ -130,7 +135,7 @@ def unbalance_response(rotor: Rotor, speeds: ArrayLike, unbalance: Mapping[int, 
         raise ModelError(faults, "the response")
     places = tuple(int(k) for k in unbalance)
     values = jnp.stack([jnp.asarray(x, complex) for x in unbalance.values()])
-    return _response(rotor, speeds, places, values)
+    return places, values
 
 
 @jit

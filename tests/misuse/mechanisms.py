@@ -171,10 +171,6 @@ CASES = {
         "values nan: said",
         positive="period",
     ),
-    "engines.flywheel": case(
-        lambda z: call(lambda inertia: (z.hanging, None), "pin", 0.25, 0.5),
-        "cycle_of none: said where it is called",
-    ),
     "motion.load_peaks": case(lambda z: call(z.bars, z.motion)),
     "motion.peak": case(lambda z: call(z.bars, z.motion, lambda state: state.coordinates[0])),
     "bondgraph.bond_graph": case(

@@ -280,9 +280,10 @@ CASES = {
     ),
     "engines.CrankTrain": case(lambda z: call([0.25, 0.5], [3.0])),
     "engines.CylinderPressure": case(lambda z: call(np.linspace(0.0, 12.0, 24), np.linspace(1.0, 2.0, 24), 0.25)),
-    "engines.orders": case(lambda z: call(np.linspace(1.0, 2.0, 64), 1, 4)),
+    "engines.orders": case(lambda z: call(np.linspace(1.0, 2.0, 64), 1, 4), "values shape: any number of them"),
     "cycles.harmonic_balance": case(
-        lambda z: call(_oscillator(), [1.0, 2.0], {"x": 0.5}, {"law": ("x", lambda x, v: -x)}, (1, 3), 16)
+        lambda z: call(_oscillator(), [1.0, 2.0], {"x": 0.5}, {"law": ("x", lambda x, v: -x)}, (1, 3), 16),
+        "omega shape: any number of frequencies",
     ),
     "rotors.critical_speeds": case(lambda z: call(_rotor(), 2)),
     "rotors.critical_speed_map": case(
@@ -293,6 +294,9 @@ CASES = {
         lambda z: call(_rotor(), [1.0, 2.0], {1: 0.5}), "speeds shape: any number of speeds"
     ),
     "rotors.resonance": case(lambda z: call(_rotor(), (1.0, 200.0), {1: 0.5}, 1)),
+    "rotors.run_up": case(
+        lambda z: call(_rotor(), lambda t: 2.0 * t, {1: 0.5}, [0.0, 0.25, 0.5], 1, 2), "unbalance complex: of a phase"
+    ),
     "rotors.separation_margin": case(lambda z: call(4.0, "above"), "factor shape: any number of them"),
     **{f"joints.{name}": joint(lambda z: call(AXIS)) for name in ("Revolute", "Prismatic", "Cylindrical", "Planar")},
     "joints.Screw": joint(lambda z: call(AXIS, pitch=0.5)),

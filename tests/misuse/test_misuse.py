@@ -29,7 +29,7 @@ EXEMPT = {
         studies.SobolShares design.Reliability design.InteriorPoint design.PolynomialChaos
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         cycles.HarmonicCycles engines.Flywheel engines.Orders cycles.Branch cycles.StabilityChange cycles.Cycle
-        rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.UnbalanceResponse rotors.WhirlSpeeds
+        rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.RunUp rotors.UnbalanceResponse rotors.WhirlSpeeds
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced
@@ -90,7 +90,7 @@ EXEMPT = {
         viz.plot_margins viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
         viz.scene viz.animate_mode studies.sweep studies.open documents.report demo.run
         vehicles.read_tir vehicles.TirFile
-        jaxmbs.cache jaxmbs.jit fmi.Fmu fmi.export_fmu
+        jaxmbs.cache jaxmbs.jit engines.flywheel fmi.Fmu fmi.export_fmu
     """,
 }
 # whose calls compile for more than a second
@@ -108,9 +108,9 @@ LONG = """
     coupling.combine_modal_maxima coupling.couple_transfer coupling.coupled_response coupling.coupling_forces
     coupling.cqc_correlation coupling.limit_loads coupling.modal_pairs coupling.peak_response coupling.reactions
     coupling.regularised_inverse coupling.truncation_shortfall cycles.cycles_along
-    cycles.harmonic_balance engines.flywheel cycles.periodic
+    cycles.harmonic_balance cycles.periodic
     rotors.critical_speeds
-    rotors.critical_speed_map rotors.whirl_speeds rotors.unbalance_response rotors.resonance
+    rotors.critical_speed_map rotors.whirl_speeds rotors.unbalance_response rotors.resonance rotors.run_up
     design.Limit design.pareto dynamics.acceleration
     dynamics.angular_acceleration dynamics.cable_states dynamics.contact_load dynamics.element_reports
     dynamics.generalised_momentum dynamics.gyristor_field dynamics.gyristor_field_direct dynamics.hamiltonian

@@ -1,4 +1,4 @@
-"""Short bearings: the example of Friswell and others, and their closed forms of stiffness and damping."""
+"""Plain bearings: the example of Friswell and others, closed forms, and the film of long ones by quadrature."""
 
 import jax
 import jax.numpy as jnp
@@ -59,3 +59,24 @@ def test_film_carries_the_load_and_slopes_are_those_of_differences():
     np.testing.assert_allclose(force, [0.0, 525.0], atol=1e-8)
     slope = jax.jit(jax.jacfwd(stiffness))(0.1)
     np.testing.assert_allclose(slope, (stiffness(0.1001) - stiffness(0.0999)) / 2e-4, rtol=1e-5)
+
+
+@pytest.mark.long
+def test_long_bearing_is_half_of_sommerfelds_film():
+    """Its pressure by quadrature of Reynolds' equation around the film, and the attitude in closed form."""
+    bearing = rotors.PlainBearing(0, **NUMBERS | {"length": 0.3}, film="long")
+    theta = np.linspace(0.0, np.pi, 100_001)
+    for e, e_rate, turn in ((0.6, 0.0, 0.0), (0.6, 20.0, 10.0), (0.3, -15.0, 80.0)):
+        gap = 1.0 + e * np.cos(theta)
+        flow = (SPEED - 2.0 * turn) * gap + 2.0 * e_rate * np.sin(theta)
+        slope = (flow - np.trapezoid(flow / gap**3, theta) / np.trapezoid(1.0 / gap**3, theta)) / gap**3
+        pressure = np.concatenate([[0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(theta))])
+        unit = 6.0 * 0.1 * 0.05**3 * 0.3 / 1e-4**2
+        wanted = unit * np.trapezoid(pressure * np.array([np.cos(theta), np.sin(theta)]), theta)
+        place, velocity = 1e-4 * np.array([e, 0.0]), 1e-4 * np.array([e_rate, e * turn])
+        np.testing.assert_allclose(bearing.film_force(*map(jnp.asarray, (place, velocity, SPEED))), wanted, rtol=1e-6)
+    e = bearing.eccentricity(jnp.asarray(SPEED))
+    x, y = bearing.place(jnp.asarray(SPEED))
+    np.testing.assert_allclose(-x / y, np.pi * np.sqrt(1.0 - e**2) / (2.0 * e), rtol=1e-9)
+    force = bearing.film_force(jnp.stack([x, y]), jnp.zeros(2), jnp.asarray(SPEED))
+    np.testing.assert_allclose(force, [0.0, 525.0], atol=1e-8)
