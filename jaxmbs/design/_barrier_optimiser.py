@@ -11,7 +11,7 @@ from ._working_set import ConstrainedSearch
 
 _FIRST_MU = 0.1  # of the barrier, of few limits
 #: The program is stopped by a tolerance below that of the search, which looks at its end again.
-_CLOSER = 1.0
+_CLOSER = 0.01
 
 
 def interior_point_search(search: ConstrainedSearch, steps: int, compile: str) -> None:
@@ -36,7 +36,7 @@ def interior_point_search(search: ConstrainedSearch, steps: int, compile: str) -
             jnp.where(where.has_upper, mu / where.above, 0.0),
         )
         first = first._replace(z=mu / first.s, low=low, high=high)
-        return barrier_search(barrier, first, mu, search.tolerance, steps)
+        return barrier_search(barrier, first, mu, _CLOSER * search.tolerance, steps)
 
     ends = [jnp.asarray((end - start) / scale) for end in (variables.lower, variables.upper)]
     found = jit(solve, compile=compile)(jnp.zeros(len(start)), *ends)

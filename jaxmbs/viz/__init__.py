@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..bondgraph._drawing import draw_bond_graph
     from ._animation import animate
     from ._branches import plot_branches
-    from ._designs import plot_limits, plot_parallel, plot_pareto_front, plot_scatter
+    from ._designs import plot_importances, plot_limits, plot_parallel, plot_pareto_front, plot_scatter
     from ._envelopes import plot_envelope, plot_polar
     from ._limits import plot_limit_values
     from ._mechanism import plot_mechanism, plot_views
@@ -47,6 +47,7 @@ __all__ = [
     "plot_element_power",
     "plot_envelope",
     "plot_history",
+    "plot_importances",
     "plot_limit_values",
     "plot_limits",
     "plot_mac",

@@ -7,6 +7,8 @@ import numpy as np
 
 from ..design._optimum import Optimum
 from ..design._pareto import ParetoFront
+from ..design._polynomial_chaos import PolynomialChaos
+from ..design._reliability_result import Reliability
 from ..palette import BLUE, GREY, RED
 from ..status import succeeded
 from ..typing import WordedError
@@ -81,6 +83,29 @@ def _utilisation(limit, values):
     value, bound = float(np.asarray(values)[limit.worst]), float(limit.bound)
     sign = 1.0 if limit.side == "<=" else -1.0
     return 1.0 + sign * (value - bound) / (abs(bound) or 1.0)
+
+
+def plot_importances(found: WordedError[Reliability | PolynomialChaos], ax: Any = None) -> Any:
+    """Plot what each random number contributes, the largest first: importances for a probability of failure, or first
+    and total Sobol' shares of a variance, the total ones pale.
+
+    Args: ax: matplotlib axes to draw into (default: new ones).
+
+    Raises: ValueError for a result without importances.
+    """
+    shares = found.importances if isinstance(found, Reliability) else found.total
+    if not shares:
+        raise ValueError("the result has no importances: they belong to design points, which this method has not")
+    names = sorted(shares, key=lambda name: -shares[name])
+    rows = np.arange(len(names))[::-1]
+    ax = get_axes(ax, (6.0, 1.1 + 0.4 * len(names)))
+    is_total = not isinstance(found, Reliability)
+    ax.barh(rows, [100 * shares[name] for name in names], 0.6, color=BLUE, alpha=0.45 if is_total else 0.9)
+    if isinstance(found, PolynomialChaos):
+        ax.barh(rows, [100 * found.first[name] for name in names], 0.6, color=BLUE, alpha=0.9)
+    ax.set_yticks(rows, names)
+    label = "share of the variance [%]: alone, and with others" if is_total else "importance for failure [%]"
+    return format_axes(ax, label, "", None)
 
 
 def plot_parallel(study: Any, names: Sequence[str] | None = None, color: str | None = None, ax: Any = None) -> Any:

@@ -83,7 +83,8 @@ EXEMPT = {
         io.load_model io.save_model io.model_schema io.register io.read_mesh io.read_nastran viz.draw_bond_graph
         viz.plot_coordinates viz.plot_energy viz.plot_limit_values viz.plot_mechanism viz.plot_power
         viz.plot_element_power
-        viz.plot_reactions viz.plot_history viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
+        viz.plot_reactions viz.plot_history
+        viz.plot_importances viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
         viz.plot_branches viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac
         viz.plot_modes
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views

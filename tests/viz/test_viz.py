@@ -350,6 +350,17 @@ def test_a_front_names_its_objectives(ax):
     assert ax.get_xlabel() == "force [N]"
 
 
+@pytest.mark.slow
+def test_importances_are_bars_the_largest_first(ax):
+    numbers = {"a": mbs.probability.Normal(0.0, 1.0), "b": mbs.probability.Normal(0.0, 2.0)}
+    failing = mbs.design.reliability(lambda x: 5.0 - x["a"] - x["b"], numbers)
+    viz.plot_importances(failing, ax=ax)
+    np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [80.0, 20.0], rtol=1e-9)
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["b", "a"]
+    with pytest.raises(ValueError, match="has no importances"):
+        viz.plot_importances(mbs.design.reliability(lambda x: 1.0 - x["a"], numbers, "samples", samples=500))
+
+
 def test_the_front_of_a_stored_study_is_drawn(ax):
     import xarray
 

@@ -77,6 +77,8 @@ def pictured(fleet, motion):
     ok, names = np.array([1, 1, 0, 1]), ("peak", "mass")
     front = mbs.design.ParetoFront(np.arange(4.0), np.arange(4.0)[::-1] ** 2, {}, np.zeros(4), ok, names)
     limited = SimpleNamespace(limits=[limit("peak of the main bearing", 3.0, 4.0), limit("mass", 2.0, 1.9)])
+    numbers = {name: mbs.probability.Normal(1.0, 0.1) for name in ("bore of the bearing", "load")}
+    failing = mbs.design.reliability(lambda x: 1.5 - x["load"] * x["bore of the bearing"], numbers)
     hertz = 40.0 + np.outer(np.arange(5.0), [3.0, -2.0, 0.1])
     extra = {
         "plot_views": lambda ax: viz.plot_views(fleet, few, ax=ax),
@@ -89,6 +91,7 @@ def pictured(fleet, motion):
         "plot_mac": lambda ax: viz.plot_mac(np.eye(4), ax=ax),
         "plot_pareto_front": lambda ax: viz.plot_pareto_front(front, "peak [kN]", "mass [kg]", ax=ax),
         "plot_limits": lambda ax: viz.plot_limits(limited, ax=ax),
+        "plot_importances": lambda ax: viz.plot_importances(failing, ax=ax),
         "plot_parallel": lambda ax: viz.plot_parallel(table, ax=ax),
         "plot_scatter": lambda ax: viz.plot_scatter(table, ax=ax),
         "plot_structure": lambda ax: viz.plot_structure(plate, modes.shapes[:, 0], ax=ax),
@@ -218,7 +221,15 @@ NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_en
 NAMES += ["plot_power kind", "plot_element_power", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
 OTHERS += ["plot_branches"]
-OTHERS += ["plot_pareto_front", "plot_limits", "plot_parallel", "plot_scatter", "plot_structure", "plot_modes"]
+OTHERS += [
+    "plot_importances",
+    "plot_pareto_front",
+    "plot_limits",
+    "plot_parallel",
+    "plot_scatter",
+    "plot_structure",
+    "plot_modes",
+]
 OTHERS += ["plot_psd", "plot_shock_spectrum", "plot_sn", "plot_rainflow_matrix", "plot_notches", "plot_margins"]
 
 
