@@ -58,14 +58,10 @@ def read_nastran(
 ) -> Deck:
     """A structure from Nastran bulk data, small, large or free fields; INCLUDE inside the folder of the deck.
 
-    Read are GRID, GRDSET, SPOINT and the coordinate systems CORD1 and CORD2 of kind R, C, S; CBAR, CBEAM (of one
-    section), BAROR, BEAMOR, CROD, CONROD, CQUAD4, CQUADR, CTRIA3, CTRIAR, CTETRA, CPENTA, CHEXA, CONM2, CBUSH, and
-    CELAS, CMASS, CDAMP in their four forms; MAT1, MAT2, MAT8, MAT9, PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PCOMP,
-    PCOMPG, PSOLID, PELAS, PMASS, PDAMP, PBUSH; RBAR, RBE2, RBE3, MPC, SPC, SPC1, SPCADD, MPCADD; PARAM WTMASS,
-    AUTOSPC, COUPMASS.  `Deck.ignored` lists what changes neither mass nor stiffness.
-
-    Bars, rods, springs, masses and ties are Nastran's; plates and solids are ours, which converge to the same answers
-    by other numbers.  `Deck.notes` says which masses were taken.
+    `docs/tasks/decks.md` lists the cards that are read, and those that change neither mass nor stiffness, which
+    `Deck.ignored` lists.  Bars, rods, springs, masses and ties are Nastran's, CQUAD4 to some digits; triangles, solids
+    and shells with nodes on their edges are ours, which converge to the same answers by other numbers.  `Deck.notes`
+    says what was decided.
 
     Args:
         spc, mpc: sets that act; by default the first that the case control chooses, or the only ones.
@@ -85,26 +81,7 @@ def read_nastran(
     if isinstance(ignore, str):
         raise ValueError(f"ignore must be a sequence of names of cards, not the text {ignore!r}")
     text = BulkData(Path(path), faults, [Path(folder) for folder in folders])
-    found: dict[str, list[Card]] = {}
-    for card in parse_cards(text.lines(), faults):
-        found.setdefault(card.name, []).append(card)
-    for name, most in _LENGTHS.items():
-        for card in found.get(name, ()):
-            if len(card) > most:
-                card.fault(f"it has {len(card)} fields; a {name} has at most {most}")
-    split_shared_cards(found)
-    default_cards(found)
-    left_out = {name.upper() for name in ignore} & found.keys()
-    idle = {name for name in found.keys() & CHOSEN.keys() if not any(map(text.chooses, CHOSEN[name]))}
-    over = HARMLESS | idle | left_out
-    strange = [name for name in found if name and name not in _CARDS_READ | over]
-    unused = _unused(found, strange, over)
-    ignored = _ignored(found, text, over, left_out, unused)
-    faults += _refusals(found, [name for name in strange if name not in unused], text)
-    for name in left_out:
-        del found[name]
-    if not found.get("GRID") and not scalar_points(found):
-        raise ModelError([*faults, f"{text.name} has no GRID"])
+    found, strange, ignored = _cards(text, ignore, faults)
     deck = DeckContext(found, polar)
     deck.read_numbers(MATERIALS, PROPERTIES)
     elements = {
@@ -129,6 +106,31 @@ def read_nastran(
         enforced=read_enforced(found, sets[0], deck),
         cases=_cases(text),
     )
+
+
+def _cards(text, ignore, faults):
+    """Cards by name without those that are left out; names of cards that are not read; what is ignored."""
+    found: dict[str, list[Card]] = {}
+    for card in parse_cards(text.lines(), faults):
+        found.setdefault(card.name, []).append(card)
+    for name, most in _LENGTHS.items():
+        for card in found.get(name, ()):
+            if len(card) > most:
+                card.fault(f"it has {len(card)} fields; a {name} has at most {most}")
+    split_shared_cards(found)
+    default_cards(found)
+    left_out = {name.upper() for name in ignore} & found.keys()
+    idle = {name for name in found.keys() & CHOSEN.keys() if not any(map(text.chooses, CHOSEN[name]))}
+    over = HARMLESS | idle | left_out
+    strange = [name for name in found if name and name not in _CARDS_READ | over]
+    unused = _unused(found, strange, over)
+    ignored = _ignored(found, text, over, left_out, unused)
+    faults += _refusals(found, [name for name in strange if name not in unused], text)
+    for name in left_out:
+        del found[name]
+    if not found.get("GRID") and not scalar_points(found):
+        raise ModelError([*faults, f"{text.name} has no GRID"])
+    return found, strange, ignored
 
 
 def _cases(text):

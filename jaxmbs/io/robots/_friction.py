@@ -4,8 +4,6 @@ from ...builder import SystemBuilder
 from ...forces import FrictionForce
 from ...friction import SmoothCoulomb
 
-MODES = ("smooth", "ignore")
-
 
 def friction_law(loss: float) -> FrictionForce:
     """A loss [N or N m] as smooth Coulomb friction of its default transition speed."""

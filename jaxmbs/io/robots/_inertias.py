@@ -4,7 +4,6 @@ import numpy as np
 
 from ...checks import in_range
 
-MODES = ("refuse", "repair", "accept")
 _EXACT = 1e-6  # short of the rule by this much, relative to C, a builder takes an inertia as it is
 _ROUNDING = 1e-3  # A, B and C printed with four digits: 5e-4 of each where it begins with a 1
 

@@ -13,11 +13,11 @@ from ...joints import Weld
 from ...typing import ArrayLike
 from ._actuators import add_actuators
 from ._equalities import add_equalities
-from ._friction import MODES as FRICTION
 from ._imported import Imported, JointLimits, UniqueNames, count_nouns, frame_names_of_joints, quote_names
 from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
 from ._mjcf_text import MjcfText, mjcf_text
 from ._mujoco_model import FREE, SCALAR, initial_coordinates, link_joints, rotation_of_quaternion
+from ._reading_options import require_choices
 from ._springs import add_springs
 from ._stops import add_stops, describe_ignored_limits
 from ._tendons import add_tendons, describe_sides
@@ -56,15 +56,7 @@ def read_mjcf(
     actuator; ValueError for unknown options; ImportError without MuJoCo.
     """
     path = Path(path)
-    options = {
-        "fixed": (fixed, ("frames", "welds")),
-        "tendons": (tendons, ("read", "drop", "refuse")),
-        "armature": (armature, ("rotors", "drop")),
-        "friction": (friction, FRICTION),
-    }
-    for what, (given, among) in options.items():
-        if given not in among:
-            raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
+    require_choices(fixed=fixed, tendons=tendons, armature=armature, friction=friction)
     text = mjcf_text(path, tendons)
     model, said = _compile(path, text)
     dropped = text.dropped + [f"MuJoCo warns: {' '.join(line.split())}" for line in said]

@@ -9,11 +9,10 @@ from ...errors import ModelFileError
 from ...forces import SpringDamper
 from ...joints import Coupler, Free, Prismatic, Revolute, Screw, Spherical, Weld
 from ...typing import ArrayLike
-from ._friction import MODES as FRICTION
 from ._friction import add_friction
 from ._imported import Imported, JointLimits, UniqueNames, count_nouns, frame_names_of_joints, quote_names
-from ._inertias import MODES
 from ._link_tree import GROUND, IDENTITY, LinkJoint, TreeLink, declare_links, pose_of_pair
+from ._reading_options import require_choices
 from ._sdf_elements import text_vector
 from ._sdf_models import SdfModels
 from ._sdf_poses import WORLD
@@ -50,15 +49,7 @@ def read_sdf(
     Raises: ModelFileError with every fault of the file; ValueError for unknown options.
     """
     path = Path(path)
-    options = {
-        "base": (base, ("free", "fixed")),
-        "fixed": (fixed, ("frames", "welds")),
-        "inertias": (inertias, MODES),
-        "friction": (friction, FRICTION),
-    }
-    for what, (given, among) in options.items():
-        if given not in among:
-            raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
+    require_choices(base=base, fixed=fixed, inertias=inertias, friction=friction)
     faults, notes = list[str](), list[str]()
     models, world = _models(path, inertias, faults, notes)
     if faults:

@@ -9,11 +9,10 @@ from ...errors import ModelFileError
 from ...forces import SpringDamper
 from ...joints import Coupler, Free, Weld
 from ...typing import ArrayLike
-from ._friction import MODES as FRICTION
 from ._friction import add_friction
 from ._imported import Imported, JointLimits, UniqueNames, frame_names_of_joints, quote_names
-from ._inertias import MODES
 from ._link_tree import IDENTITY, LinkJoint, TreeLink, declare_links
+from ._reading_options import require_choices
 from ._stops import add_stops, describe_ignored_limits
 from ._urdf_elements import elements_by_name, inertial, mimic_faults, urdf_joint
 from ._urdf_unread import describe_omissions, duplicate_faults
@@ -54,15 +53,7 @@ def read_urdf(
     Raises: ModelFileError with every fault of the file; ValueError for unknown options.
     """
     path = Path(path)
-    options = {
-        "base": (base, ("fixed", "free")),
-        "fixed": (fixed, ("frames", "welds")),
-        "inertias": (inertias, MODES),
-        "friction": (friction, FRICTION),
-    }
-    for what, (given, among) in options.items():
-        if given not in among:
-            raise ValueError(f"{what} = {given!r}: one of {', '.join(map(repr, among))}")
+    require_choices(base=base, fixed=fixed, inertias=inertias, friction=friction)
     robot = _robot(path)
     faults, notes = list(duplicate_faults(robot)), list[str]()
     bodies = elements_by_name(robot, "link", faults)
