@@ -59,8 +59,8 @@ def read_nastran(
     """A structure from Nastran bulk data, small, large or free fields; INCLUDE inside the folder of the deck.
 
     `docs/tasks/decks.md` lists the cards that are read, and those that change neither mass nor stiffness, which
-    `Deck.ignored` lists.  Bars, rods, springs, masses and ties are Nastran's, CQUAD4 to some digits; triangles, solids
-    and shells with nodes on their edges are ours, which converge to the same answers by other numbers.  `Deck.notes`
+    `Deck.ignored` lists.  Bars, rods, springs, masses and ties are Nastran's, CQUAD4 to five digits; triangles,
+    solids and shells with nodes on their edges are ours, which converge to the same answers by other numbers.  `Deck.notes`
     says what was decided.
 
     Args:
