@@ -60,8 +60,8 @@ def read_nastran(
 
     `docs/tasks/decks.md` lists the cards that are read, and those that change neither mass nor stiffness, which
     `Deck.ignored` lists.  Bars, rods, springs, masses and ties are Nastran's, CQUAD4 to five digits; triangles,
-    solids and shells with nodes on their edges are ours, which converge to the same answers by other numbers.  `Deck.notes`
-    says what was decided.
+    solids and shells with nodes on their edges are ours, which converge to the same answers by other numbers.
+    `Deck.notes` says what was decided.
 
     Args:
         spc, mpc: sets that act; by default the first that the case control chooses, or the only ones.
