@@ -31,6 +31,7 @@ from tests.compilations import compiled
 from tests.flexible.beams import elastic_beam
 from tests.marks import cases
 from tests.models import chain_of_bars, four_bar_builder
+from tests.vehicles.tyres import WHOLE as SAMPLE_TYRE
 
 pytestmark = pytest.mark.skipif("JAXMBS_TRICKS" in os.environ, reason="without its tricks a program is another one")
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
@@ -325,6 +326,20 @@ def meshing(count):
     return b.build()
 
 
+def rolling(count):
+    """Four wheels on one carriage, so many of them on tyres."""
+    tyre = mbs.vehicles.Tyre(mbs.vehicles.MagicFormula(SAMPLE_TYRE, "5.2"))
+    b = mbs.SystemBuilder()
+    b.body("carriage", 1000.0, inertia=500.0)
+    b.joint("carriage", mbs.Free(), "ground", "carriage")
+    for k in range(4):
+        b.body(f"wheel{k}", 20.0, inertia=1.0)
+        b.joint(f"spin{k}", mbs.Revolute("y"), "carriage", f"wheel{k}", parent_frame=(k - 1.5, (-1.0) ** k, 0.32))
+    for k in range(count):
+        b.force(f"tyre{k}", tyre, between=("ground", f"wheel{k}"))
+    return b.build()
+
+
 #: model of so many things, how many are many; equations with one and growth with many, of accelerations and motion
 KINDS = {
     "inextensible cable": (lambda n: hoists(n, inextensible=True), 4, (1670, 20), (7600, 60)),
@@ -344,6 +359,7 @@ KINDS = {
     "spring": (sprung, 16, (1300, 10), (3660, 20)),
     "exact beam": (bent, 4, (2200, 400), (4850, 750)),
     "elastic body": (swinging, 4, (3250, 200), (8010, 260)),
+    "tyre": (rolling, 4, (3200, 30), (6800, 90)),
     "gear pair and rotor": (meshing, 4, (1560, 10), (4220, 20)),
 }
 
