@@ -16,6 +16,7 @@ class BarrierProblem(eqx.Module):
         functions: of x (n,) to (f, e (p,), c (m,)), a pytree.
         exact: second derivatives are exact, else of a BFGS matrix.
         reverse: mode of first derivatives.
+        has_history: a search records its steps.
     """
 
     functions: Callable
@@ -23,6 +24,7 @@ class BarrierProblem(eqx.Module):
     upper: Array
     exact: bool = eqx.field(static=True)
     reverse: bool = eqx.field(static=True)
+    has_history: bool = eqx.field(static=True, default=False)
 
     def slopes(self, x: Array) -> tuple[tuple, tuple]:
         """Values (f, e, c) at x, and their derivatives."""

@@ -42,6 +42,7 @@ class BarrierSolution(NamedTuple):
     steps: Any
     evaluations: Any
     reason: Any
+    history: Any  # (steps + 1, 3) objective, residual and evaluations where the problem asks for them
 
 
 class _Carry(NamedTuple):
@@ -96,10 +97,22 @@ def barrier_search(
         mu = _next_mu(problem, carry, where, tolerance)
         return _stepped(problem, carry._replace(mu=mu), where, system, tolerance)
 
-    done = lax.while_loop(unfinished, attempt, _begin(problem, first, mu, tolerance))
+    def recorded(carry, history):
+        if not problem.has_history:
+            return history
+        row = jnp.stack([carry.found[0], carry.residual, carry.evaluations.astype(history.dtype)])
+        return history.at[carry.steps].set(row)
+
+    def attempt_and_record(state):
+        carry = attempt(state[0])
+        return carry, recorded(carry, state[1])
+
+    begin = _begin(problem, first, mu, tolerance)
+    history = recorded(begin, jnp.full((steps + 1 if problem.has_history else 0, 3), jnp.nan, first.x.dtype))
+    done, history = lax.while_loop(lambda state: unfinished(state[0]), attempt_and_record, (begin, history))
     _, e, c = done.found
     violation = jnp.maximum(jnp.max(jnp.abs(e), initial=0.0), jnp.max(c, initial=0.0))
-    return BarrierSolution(done.at, done.residual, violation, done.steps, done.evaluations, done.reason)
+    return BarrierSolution(done.at, done.residual, violation, done.steps, done.evaluations, done.reason, history)
 
 
 def _begin(problem, first, mu, tolerance):
@@ -353,7 +366,7 @@ def _barrier_search_jvp(primals, tangents):
     )
     lower, upper = jnp.where(where.has_lower, lower, 0.0), jnp.where(where.has_upper, upper, 0.0)
     step = _solve_refined(system, W, where.free, (jnp.where(where.free, -by_x, 0.0), -by_e, -by_c, lower, upper))
-    return found, BarrierSolution(step._replace(s=-step.z / system.stiffness), None, None, None, None, None)
+    return found, BarrierSolution(step._replace(s=-step.z / system.stiffness), None, None, None, None, None, None)
 
 
 def _solve_refined(system: ReducedSystem, W, free, rights) -> Iterate:

@@ -1,11 +1,12 @@
 """Design points of several starts: the distinct ones, and whether they are the nearest failures."""
 
+from typing import Any
+
 import jax
 import numpy as np
 
 from ..probability import RandomVariables
 from ._design_point import CONVERGED, REASONS, DesignPoint
-from ._limit_state import LimitState
 
 _APART = 0.1  # distance of design points that count as two, over the larger of their index and one
 _FAR = 2.0  # a design point so much further than the nearest adds less than a hundredth
@@ -44,7 +45,7 @@ def distinct_points(found: DesignPoint, system: str) -> tuple[DesignPoint, np.nd
 
 
 def unproven_points(
-    traced: LimitState, variables: RandomVariables, points: DesignPoint, which: np.ndarray, compile: str
+    traced: Any, variables: RandomVariables, points: DesignPoint, which: np.ndarray, compile: str
 ) -> tuple[str, ...]:
     """A sentence where a design point is not the nearest failure: the limit state has the other sign at the same
     distance from the medians, in one of `2 n - 1` directions."""

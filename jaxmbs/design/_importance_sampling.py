@@ -11,14 +11,13 @@ from scipy.special import logsumexp
 from ..probability import RandomVariables
 from ..runtime import jit
 from ._design_point import DesignPoint
-from ._limit_state import LimitState
 from ._parameter_slopes import log_density, named_slopes, parameter_slopes
 
 _ELSEWHERE = 0.2  # share of samples that look for failures away from the design points
 _NORMAL_95 = 1.959963984540054  # standard normal number of the two-sided 95 % interval
 
 
-def importance_sampling(traced: LimitState, variables: RandomVariables, points: DesignPoint, question: Any) -> dict:
+def importance_sampling(traced: Any, variables: RandomVariables, points: DesignPoint, question: Any) -> dict:
     """Probability by normal samples about the design points, as fields of a result; what has no number fails.
 
     A fifth of them spreads over all directions at the distance of the design points: failures elsewhere then have

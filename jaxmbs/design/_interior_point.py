@@ -11,13 +11,14 @@ from jax import Array
 from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
-from ..checks import count_faults, is_concrete, number_faults, require_reals
+from ..checks import as_flag, count_faults, is_concrete, number_faults, require_reals
 from ..errors import ModelError
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
 from ..runtime import jit, not_tracing
 from ._barrier_problem import BarrierProblem
 from ._barrier_search import CONVERGED, REASONS, BarrierSolution, barrier_search, first_iterate
+from ._optimum import History
 from ._variables import bounds_by_leaf
 
 _STEEPEST = 100.0  # gradients above this at the start are scaled to it, as IPOPT does
@@ -36,6 +37,8 @@ class InteriorPoint(Reported, eqx.Module):
             as for `tolerance`.
         steps, evaluations: steps taken, and evaluations of the functions.
         reason: number of the entry of `InteriorPoint.reasons` that says why it ended.
+        history: of the steps if asked: objective, residual of the KKT conditions and evaluations (..., steps + 1),
+            nan after the end of a search.
 
     Of these `design`, `value` and the multipliers have derivatives by all numbers of the problem.
     """
@@ -52,6 +55,7 @@ class InteriorPoint(Reported, eqx.Module):
     evaluations: Array
     reason: Array
     _at: Any
+    history: History | None = None
 
     reasons = REASONS
 
@@ -92,6 +96,7 @@ def interior_point(
     gradient: str = "reverse",
     warm: InteriorPoint | None = None,
     compile: str = "auto",
+    history: bool = False,
 ) -> InteriorPoint:
     """Minimise by a primal-dual interior-point method, all of it in JAX.
 
@@ -109,8 +114,10 @@ def interior_point(
         tolerance: of the KKT conditions, where gradients at the start are at most a hundred.
         steps: at most.
         gradient: "reverse" or "forward" mode.
-        warm: result of a problem nearby, of which the multipliers serve as well; `design0` is the start still.
+        warm: result of a problem nearby, of which the multipliers serve as well; `design0` is the start still.  With
+            the design of a search that ended at its limit of steps it goes on.
         compile: as of `minimise`; in a program of yours it is a part of that.
+        history: record the steps.
 
     Raises: TypeError, ValueError, ModelError for what is none of these.
 
@@ -118,6 +125,7 @@ def interior_point(
     large-scale nonlinear programming; here steps are judged by a merit function.
     """
     _check(hessian, gradient, tolerance, steps)
+    has_history = as_flag("history", history)
     x0, lower, upper, unravel = _variables(design0, bounds)
 
     def functions(x):
@@ -127,7 +135,9 @@ def interior_point(
             raise ValueError(f"the objective must be one number, it has shape {value.shape}")
         return value, _flat(equalities, design), _flat(inequalities, design)
 
-    solve = functools.partial(_solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps)
+    solve = functools.partial(
+        _solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps, has_history
+    )
     at = None if warm is None else warm._at
     if not_tracing() and is_concrete(x0, lower, upper, at):
         solve = jit(solve, compile=compile)
@@ -137,11 +147,17 @@ def interior_point(
     return InteriorPoint(
         unravel(at.x), value, at.y * of_equations / of_value, at.z * of_inequalities / of_value, at.low / of_value,
         at.high / of_value, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
+        _history(found.history, of_value) if has_history else None,
     )  # fmt: skip
 
 
+def _history(rows, scale):
+    """The steps, of rows (..., steps + 1, 3), in units of the objective."""
+    return History(rows[..., 0] / jnp.expand_dims(scale, -1), rows[..., 1], rows[..., 2])
+
+
 def _solve(
-    functions, exact, reverse, tolerance, steps, x0, lower, upper, warm
+    functions, exact, reverse, tolerance, steps, has_history, x0, lower, upper, warm
 ) -> tuple[BarrierSolution, Array, tuple]:
     """The solution of the scaled problem, the objective, and the factors of scaling."""
     plain = BarrierProblem(eqx.filter_closure_convert(functions, x0), lower, upper, exact, reverse)
@@ -153,7 +169,7 @@ def _solve(
     def scaled(x):
         return tuple(part * factor for part, factor in zip(functions(x), scale, strict=True))
 
-    problem = BarrierProblem(eqx.filter_closure_convert(scaled, x0), lower, upper, exact, reverse)
+    problem = BarrierProblem(eqx.filter_closure_convert(scaled, x0), lower, upper, exact, reverse, has_history)
     first = jax.lax.stop_gradient(first_iterate(problem, start, warm))
     mu = jnp.asarray(_FIRST_MU if warm is None else _WARM_MU, x0.dtype)
     found = barrier_search(problem, first, mu, tolerance, steps)

@@ -96,7 +96,7 @@ def _as_row(value):
     return jnp.atleast_1d(jnp.asarray(value, float))
 
 
-def scalar_limit(limit_state: LimitState, variables: RandomVariables, factor: Array | None, which: Any) -> Callable:
+def scalar_limit(limit_state: Any, variables: RandomVariables, factor: Array | None, which: Any) -> Callable:
     """One of the limit states as a function of the point, that is a pytree."""
     limit = lambda u: limit_state.at(u, variables, factor)[which]
     return eqx.filter_closure_convert(limit, jax.ShapeDtypeStruct((len(variables.names),), jnp.zeros(()).dtype))

@@ -15,6 +15,7 @@ from ..checks import any_concrete, count_faults, is_concrete, number_faults
 from ..errors import ModelError
 from ..probability import RandomVariables
 from ..runtime import jit, not_tracing
+from ..typing import WordedError
 from ._chaos_basis import ChaosBasis, total_degree
 from ._limit_state import read_variables, variables_of
 from ._percentile import percentile
@@ -97,7 +98,7 @@ class Robust:
         degree: as of `moments`.
     """
 
-    function: Callable[[PyTree, dict], Any]
+    function: WordedError[Callable[[PyTree, dict], Any]]
     variables: Mapping[str, Any] | RandomVariables | Callable[[PyTree], Any]
     mean: float = 1.0
     deviation: float = 0.0

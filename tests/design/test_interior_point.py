@@ -144,6 +144,24 @@ LOCAL = {"HS2", "HS13", "kissing limits"}
 
 
 @pytest.mark.slow
+def test_the_steps_are_a_table_and_a_search_goes_on():
+    """One that ended at its limit of steps goes on from there."""
+    whole = interior_point(product, START, **HS71, history=True)
+    assert np.sum(np.isfinite(whole.history.values)) == int(whole.steps) + 1
+    last = int(whole.steps)
+    np.testing.assert_allclose(whole.history.values[last], whole.value, rtol=1e-9)
+    assert whole.history.gradient_norms[last] <= 1e-8 and int(whole.history.evaluations[last]) == int(
+        whole.evaluations
+    )
+    assert "objective" in repr(whole.history) and interior_point(product, START, **HS71).history is None
+    part = interior_point(product, START, **HS71, steps=4)
+    assert part.reasons[int(part.reason)] == "step limit"
+    rest = interior_point(product, part.design, **HS71, warm=part)
+    assert rest.ok
+    np.testing.assert_allclose(rest.value, whole.value, rtol=1e-7)
+
+
+@pytest.mark.slow
 def test_a_front_is_one_batch():
     """Nearest points to one corner under a bound on the distance from another: a straight front in closed form."""
     first, second = (lambda x: jnp.sum(x**2)), (lambda x: jnp.sum((x - 1.0) ** 2))
