@@ -1,5 +1,5 @@
 """Optimisers under limits: `design.interior_point` beside SLSQP and trust-constr of SciPy and, where `ipyopt` is
-installed, IPOPT, on the problems of `hock_schittkowski`.
+installed, IPOPT, on the problems of `hock_schittkowski` and of `machine_problems`.
 
     python -m benchmarks.optimisers
 
@@ -17,6 +17,7 @@ import numpy as np
 import jaxmbs as mbs
 
 from .hock_schittkowski import PROBLEMS, Problem
+from .machine_problems import MACHINES
 
 jax.config.update("jax_enable_x64", True)
 NONE = lambda x: jnp.zeros(0)
@@ -155,7 +156,8 @@ def main() -> None:
     print("evaluations of the objective; (not solved)")
     print(f"{'':16}" + "".join(f"{name:>16}" for name in runs), flush=True)
     totals = {name: [0, 0, 0.0] for name in runs}
-    for title, problem in PROBLEMS.items():
+    problems = PROBLEMS | MACHINES
+    for title, problem in problems.items():
         cells = []
         for name, run in runs.items():
             try:
@@ -168,7 +170,7 @@ def main() -> None:
                 a + b for a, b in zip(totals[name], (good, outcome.evaluations, outcome.seconds), strict=True)
             ]
         print(f"{title:16}" + "".join(f"{cell:>16}" for cell in cells), flush=True)
-    for k, label in enumerate((f"solved of {len(PROBLEMS)}", "evaluations", "CPU s")):
+    for k, label in enumerate((f"solved of {len(problems)}", "evaluations", "CPU s")):
         print(f"{label:16}" + "".join(f"{row[k]:>16.4g}" for row in totals.values()))
 
 
