@@ -27,8 +27,8 @@ LONG = """
     guide/rotors guide/scatter
     guide/solvers guide/states guide/structures guide/studies guide/test-data guide/vehicles inside start/closed-loop
     start/first-design start/first-structure start/from-files start/sharp-bits tasks/box tasks/decks
-    tasks/everyday tasks/excavator tasks/linkages tasks/plate-arm tasks/shaper tasks/wishbone theory/misprints
-    theory/papers
+    tasks/engine tasks/everyday tasks/excavator tasks/linkages tasks/plate-arm tasks/shaper tasks/wishbone
+    theory/misprints theory/papers
 """.split()
 
 _BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -66,17 +66,17 @@ def flywheel(
         system, cycle = cycle_of(as_array(inertia))
         return 1.0 / float(cycle.fluctuation(system, joint)), cycle
 
-    wanted, a, b = 1.0 / float(fluctuation), 0.0, float(first)
-    (even_a, _), (even_b, cycle) = evenness(a), evenness(b)
-    if even_a >= wanted:
-        fault = f"the machine's own coefficient, {1.0 / even_a:.4g}, is below {fluctuation} without a flywheel"
-        raise ModelError([fault], "the flywheel")
-    for number in range(2, _MOST_CYCLES):
+    wanted, a = 1.0 / float(fluctuation), float(first)
+    even_a, cycle = evenness(a)
+    b, even_b = a, even_a
+    for number in range(1, _MOST_CYCLES):
         if abs(even_b / wanted - 1.0) <= _CLOSE:
             return Flywheel(as_array(b), as_array(1.0 / even_b), cycle, number)
-        slope = (even_b - even_a) / (b - a)
+        slope = even_a / a if number == 1 else (even_b - even_a) / (b - a)
         if not np.isfinite(slope) or slope <= 0.0:
             break
-        a, even_a, b = b, even_b, max(b + (wanted - even_b) / slope, 0.1 * b)
+        a, even_a, b = b, even_b, b + (wanted - even_b) / slope
+        if b <= 0.0:
+            raise ModelError([f"the coefficient is below {fluctuation} without a flywheel"], "the flywheel")
         even_b, cycle = evenness(b)
     raise SimulationError(f"no flywheel was found: with {b:.4g} kg m^2 the coefficient is {1.0 / even_b:.4g}")
