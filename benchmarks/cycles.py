@@ -74,9 +74,9 @@ def crank():
     d = jnp.asarray(DIMENSIONS)
     plain, sloped = mbs.jit(peak), mbs.jit(jax.value_and_grad(peak))
     one, value = (seconds(lambda f=f: f(d)) for f in (motion, plain))
-    print(f"slider-crank: motion {one:.4f} s; cycle with loads {value / one:.1f}", flush=True)
+    print(f"slider-crank: motion {one:.4f} s; cycle with loads {value / one:.1f} of it", flush=True)
     gradient = seconds(lambda: sloped(d))
-    print(f"slider-crank: motion {one:.4f} s; cycle with loads {value / one:.1f}; with gradient {gradient / one:.1f}")
+    print(f"with its gradient by ten dimensions {gradient / one:.1f}")
 
 
 def harmonics():

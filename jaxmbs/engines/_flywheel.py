@@ -17,7 +17,8 @@ from ..runtime import as_array
 from ..typing import WordedError
 
 _MOST_CYCLES = 25
-_CLOSE = 1e-8  # of the coefficient asked for
+_NONE = 1e-6  # of the first guess: no flywheel is needed
+_CLOSE = 1e-7  # of the coefficient asked for
 
 
 class Flywheel(Reported, eqx.Module):
@@ -51,7 +52,8 @@ def flywheel(
         first: a first guess of the inertia [kg m^2].
 
     The fluctuation is nearly inverse to the inertia, so that a secant on its inverse ends within a few cycles; no
-    constant speed is assumed, as the usual formula `energy / (coefficient speed^2)` does.
+    constant speed is assumed, as the usual formula `energy / (coefficient speed^2)` does.  Saved states must be close
+    enough for the peaks of the speed (`steps=` of `periodic`).
 
     Raises: ModelError for numbers that are not positive, and where the machine is as even without a flywheel;
         SimulationError where the search does not end.
@@ -72,11 +74,11 @@ def flywheel(
     for number in range(1, _MOST_CYCLES):
         if abs(even_b / wanted - 1.0) <= _CLOSE:
             return Flywheel(as_array(b), as_array(1.0 / even_b), cycle, number)
-        slope = even_a / a if number == 1 else (even_b - even_a) / (b - a)
-        if not np.isfinite(slope) or slope <= 0.0:
-            break
+        plain = even_b / b  # of a machine whose own inertia is small
+        slope = plain if number == 1 else (even_b - even_a) / (b - a)
+        slope = slope if np.isfinite(slope) and 0.3 * plain < slope < 3.0 * plain else plain
         a, even_a, b = b, even_b, b + (wanted - even_b) / slope
-        if b <= 0.0:
+        if b <= _NONE * float(first):
             raise ModelError([f"the coefficient is below {fluctuation} without a flywheel"], "the flywheel")
         even_b, cycle = evenness(b)
     raise SimulationError(f"no flywheel was found: with {b:.4g} kg m^2 the coefficient is {1.0 / even_b:.4g}")
