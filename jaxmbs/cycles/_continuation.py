@@ -2,7 +2,7 @@
 
 Unknowns are the states at the begins of the segments, the parameter and, where it is free, the period.  Corrections
 are the shortest ones, so that folds are points as any other.  Source: Keller, Numerical solution of bifurcation and
-nonlinear eigenvalue problems (1977); Allgower and Georg, Introduction to numerical continuation methods (2003).
+nonlinear eigenvalue problems (1977); Allgower and Georg, Numerical continuation methods (1990).
 """
 
 from collections.abc import Callable
