@@ -53,6 +53,7 @@ def test_a_polynomial_is_found_exactly():
     np.testing.assert_allclose(found.pairs["b", "c"], parts[1] / np.sum(parts), rtol=1e-10)
     np.testing.assert_allclose([found.first["a"], found.total["c"]], parts / np.sum(parts), rtol=1e-10)
     np.testing.assert_allclose(found.derivatives["deviation"]["a"]["deviation"], 0.5 / found.deviation, rtol=1e-9)
+    np.testing.assert_allclose(found.derivatives["mean"]["a"]["mean"], 1.0, rtol=1e-9)
     assert "share together of b, c" in repr(found)
 
 
