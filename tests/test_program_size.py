@@ -28,6 +28,7 @@ from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from jaxmbs.runtime.tape import is_available
 from tests.compilations import compiled
+from tests.elements.test_elements import CASES
 from tests.flexible.beams import elastic_beam
 from tests.marks import cases
 from tests.models import chain_of_bars, four_bar_builder
@@ -477,3 +478,26 @@ def test_first_answers(name):
     assert all(a <= b for a, b in zip(size, most, strict=True)), size
     if jax.__version_info__ < (0, 11):
         assert size[0] > 0.9 * most[0], f"{size[0]} equations; lower the ceiling"
+
+
+# Stiffness and mass of one element.  Shells of three nodes have a shear angle of each side and its share.
+ELEMENTS = {
+    **dict(mass=10, mass_with_arm=30, spring=40, ground_spring=10, rod=45, lumped_rod=45, beam=540, thick_beam=610),
+    **dict(triangle=1010, weak_triangle=910, layered_triangle=1250, shear_panel=560, quadrilateral=880),
+    **dict(
+        residual_quadrilateral=1150, layered_quadrilateral=920, quadratic_triangle=820, quadratic_quadrilateral=580
+    ),
+    **dict(hexahedron=375, tetrahedron=240, wedge=375),
+    **dict.fromkeys(("quadratic_tetrahedron", "quadratic_wedge", "quadratic_hexahedron"), 235),
+}
+
+
+@pytest.mark.slow
+def test_equations_of_elements():
+    """Every kind of element has a ceiling on the equations of its matrices."""
+    assert set(ELEMENTS) == set(CASES)
+    found = {
+        name: equations(lambda element, nodes: (element.stiffness(nodes), element.mass(nodes)), element, nodes)
+        for name, (element, nodes, _) in CASES.items()
+    }
+    assert not {name: count for name, count in found.items() if count > ELEMENTS[name]}

@@ -104,6 +104,7 @@ def test_lumped_plates_and_solids(tmp_path):
     np.testing.assert_allclose(weight, -np.trace(M) / 3, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_element_with_nodes_on_edges_may_have_no_density(tmp_path):
     """A tetrahedron of ten nodes: zero masses, and the slope by the density is the volume."""
     places = ["0.,0.,0.", "1.,0.,0.", "0.,1.,0.", "0.,0.,1.", "0.5,0.,0.", "0.5,0.5,0.", "0.,0.5,0."]
