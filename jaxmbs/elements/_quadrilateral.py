@@ -38,7 +38,6 @@ class QuadrilateralShell(AbstractShell):
     def drilling_factor(self) -> Array:
         """Modulus of the drilling rotation over the shear modulus."""
 
-    residual_bending: eqx.AbstractVar[bool]
     num_nodes = 4
     force_labels = AbstractShell.force_labels + ("Qx", "Qy")
 
@@ -82,7 +81,7 @@ class QuadrilateralShell(AbstractShell):
         weight, section = det * _WEIGHTS.astype(xy.dtype), self.section
         curvature, middle = _curvatures(slopes), _curvatures(self._slopes(xy, _DN0)[0])[0]
         shear = self._shear(xy, _POINTS)
-        if self.residual_bending:
+        if getattr(self, "residual_bending", False):
             tangents = _DN0[0].astype(xy.dtype) @ xy
             mean = self._shear(xy, _CENTRE)[0]
             return residual_bending(weight, (curvature, middle), (shear, mean), tangents, section), middle

@@ -171,21 +171,21 @@ class Deck(Reported, eqx.Module):
         (rows,) = jax.vjp(self.displacements, jnp.zeros(system.num_rows))[1](forces)
         return self.displacements(equilibrium(system, rows).displacement) + held
 
-    def forces(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
-        """Forces (elements, labels) by group at displacements u, as `fem.element_forces` has them, of warmed elements
-        less what free ones have."""
+    def forces(self, u: AnyArray, temperature: str = "") -> dict[str, Array]:
+        """Forces (elements, labels) by group at displacements u (nodes, 6), as `fem.element_forces` has them, of
+        warmed elements less what free ones have."""
         return recover(self, u, self._warm(temperature), "forces")
 
-    def stresses(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+    def stresses(self, u: AnyArray, temperature: str = "") -> dict[str, Array]:
         """Stresses (elements, labels) by group, in the middle of plates and solids, of warmed elements less what free
         ones have."""
         return recover(self, u, self._warm(temperature), "stresses")
 
-    def corner_stresses(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+    def corner_stresses(self, u: AnyArray, temperature: str = "") -> dict[str, Array]:
         """Stresses (elements, corners, labels) of plates of one material and of solids, likewise."""
         return recover(self, u, self._warm(temperature), "corner_stresses")
 
-    def ply_stresses(self, u: Float[Array, "nodes 6"], temperature: str = "") -> dict[str, Array]:
+    def ply_stresses(self, u: AnyArray, temperature: str = "") -> dict[str, Array]:
         """Stresses 11 22 12 (elements, plies, 3 heights, 3) of the plies of each PCOMP and PCOMPG, in their own axes,
         at their lower face, middle and upper face, less what free ones have."""
         return ply_stresses(self, u, self._warm(temperature))

@@ -6,9 +6,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ...elements._base import as_real
 from ...elements._shell_section import strain_rotation
 from ...errors import ModelError
 from ...fem._loads import _scatter_to_nodes
+from ...typing import AnyArray
 from ._lumped import MasslessGroup
 from ._materials import Material, SolidMaterial
 from ._shell_groups import ShellGroup
@@ -58,9 +60,9 @@ def thermal_forces(deck: Any, temperatures: Float[Array, " nodes"]) -> Float[Arr
     return total
 
 
-def recover(deck: Any, u: Float[Array, "nodes 6"], temperatures: Array | None, what: str) -> dict[str, Array]:
+def recover(deck: Any, u: AnyArray, temperatures: Array | None, what: str) -> dict[str, Array]:
     """`forces`, `stresses` or `corner_stresses` of all elements that have them, less those of free motions."""
-    structure = deck.structure
+    structure, u = deck.structure, as_real(u)
     free = {} if temperatures is None else free_motions(deck, temperatures)
     found = {}
     for name, group in structure.groups.items():
@@ -73,7 +75,7 @@ def recover(deck: Any, u: Float[Array, "nodes 6"], temperatures: Array | None, w
     return found
 
 
-def ply_stresses(deck: Any, u: Float[Array, "nodes 6"], temperatures: Array | None) -> dict[str, Array]:
+def ply_stresses(deck: Any, u: AnyArray, temperatures: Array | None) -> dict[str, Array]:
     """Stresses (elements, plies, 3, 3) of the plies of all PCOMP and PCOMPG, as `Laminate.ply_stresses` has them."""
     numbers, found = deck.numbers, {}
     for name, forces in recover(deck, u, temperatures, "forces").items():
