@@ -25,7 +25,7 @@ from ..typing import ArrayLike, WordedError
 from ._harmonic_cycles import HarmonicCycles
 
 _MOST_STEPS, _LEAST_LENGTH = 40, 1e-4
-_MOST_SAMPLES = 1_000_000
+_MOST_SAMPLES = 100_000
 _CLOSED = 1e-9  # residual over the size, up to which a search has ended
 
 
