@@ -24,12 +24,12 @@ class StabilityChange(NamedTuple):
 
     Attributes:
         kind: "fold", "period doubling", "torus" or "branch point", where another branch crosses.
-        value: of the parameter; index: of the point along the branch.
+        value: of the parameter; place: number of the point along the branch.
     """
 
     kind: str
     value: float
-    index: int
+    place: int
 
     def __str__(self) -> str:
         return f"{self.kind} at {format_number(self.value)}"

@@ -79,18 +79,20 @@ def cycles_along(
     Source: Keller (1977); Seydel, Practical bifurcation and stability analysis (2010), chapters 4 and 7.
     """
     first, last = _range(values, at, most_points, longest_step)
-    at = first if at is None else float(at)
-    system, cycle = system_of(jnp.asarray(at)), {"turns": turns, "held": held, "segments": segments, "steps": steps}
-    flow = {"solver": solver, "rtol": rtol, "atol": atol, "event": event, "formulation": formulation}
+    at = first if at is None else float(np.asarray(at))
+    cycle: dict[str, Any] = {"turns": turns, "held": held, "segments": segments, "steps": steps}
+    flow: dict[str, Any] = {"solver": solver, "rtol": rtol, "atol": atol, "event": event, "formulation": formulation}
     flow["max_steps"] = max_steps
-    period_of = (lambda value: periods * period(value)) if callable(period) else lambda value: periods * period
+    one: Any = period if callable(period) else lambda value: period
+    period_of = lambda value: periods * one(value)
+    system = system_of(jnp.asarray(at))
     begin = periodic(system, as_array(period_of(at)), near, free, **cycle, **flow)
     options = CycleOptions(turns, held, free is not None, segments, steps)
     problem = problem_of(system, begin[0], flow_of(begin[0], **flow), begin.period, options)
     span = jnp.asarray(abs(last - first), begin.period.dtype)
     given = None if free else lambda value: as_array(period_of(value)).astype(span.dtype)
     family = Family(problem, span, system_of, given)
-    walk = _Continuation(family, system, (first, last), float(longest_step), most_points, name)
+    walk = _Continuation(family, system, (first, last), float(np.asarray(longest_step)), most_points, name)
     return walk.from_cycle(begin, at)
 
 
@@ -126,8 +128,8 @@ class _Continuation:
         if at not in self.ends and ended != _CLOSED:
             back, earlier, more, also = self._one_way(begin, at, -ahead)
             number = len(back) - 1
-            moved = [point._replace(index=number - point.index) for point in reversed(more)]
-            points = moved + [point._replace(index=point.index + number) for point in points]
+            moved = [point._replace(place=number - point.place) for point in reversed(more)]
+            points = moved + [point._replace(place=point.place + number) for point in points]
             back = [place._replace(tangent=-place.tangent) for place in back]
             places, cycles = [*back[:0:-1], *places], [*earlier[:0:-1], *cycles]
             ended = f"{also}; {ended}"

@@ -108,9 +108,8 @@ def _by_design_points(
     n = len(variables.names)
     search = jit(functools.partial(_search, traced, question), compile=question.compile)
     found = jax.tree.map(np.asarray, search(variables, jnp.asarray(_first_points(n, question))))
-    is_lost = ~np.isin(
-        found.reason[:, 0], (CONVERGED, NOT_FINITE)
-    )  # without a number at the medians no side is known
+    # without a number at the medians no side is known
+    is_lost = ~np.isin(found.reason[:, 0], (CONVERGED, NOT_FINITE))
     if question.starts is None and np.any(is_lost):
         return _by_design_points(traced, variables, question._replace(starts=_MORE_STARTS))
     points, which, faults = distinct_points(found, question.system)

@@ -44,7 +44,7 @@ def plot_branches(
             words = None if point.kind in marked else point.kind
             marked.add(point.kind)
             style = {"color": color, "markerfacecolor": "white", "linestyle": "none", "zorder": 3}
-            ax.plot(x[point.index], y[point.index], marker=_MARKS[point.kind], label=words, **style)
+            ax.plot(x[point.place], y[point.place], marker=_MARKS[point.kind], label=words, **style)
     words = label or (f"largest {of}" if isinstance(of, str) else "")
     return format_axes(ax, branches[0].name, words, "beside" if marked else None)
 
@@ -52,7 +52,7 @@ def plot_branches(
 def _neighbours(branch, shown):
     """True (K - 1,) for intervals between a point of the branch, of either kind of stability, and such a cycle."""
     marked = np.zeros(len(shown), bool)
-    marked[[point.index for point in branch.points]] = True
+    marked[[point.place for point in branch.points]] = True
     return (marked[:-1] & shown[1:]) | (shown[:-1] & marked[1:])
 
 

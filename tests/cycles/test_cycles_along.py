@@ -56,7 +56,7 @@ def test_three_cycles_at_one_frequency_around_two_folds():
     np.testing.assert_allclose(sorted(point.value for point in both.points), sorted(FOLDS), atol=1e-6)
     assert {float(both.values[0]), float(both.values[-1])} == {0.5, 2.5} and "back" not in both.ended
     for point in both.points:
-        np.testing.assert_allclose(both.values[point.index], point.value)
+        np.testing.assert_allclose(both.values[point.place], point.value)
 
 
 class Swing(eqx.Module):
