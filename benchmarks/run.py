@@ -37,6 +37,7 @@ NAMES = (
     "joint_friction",
     "cables",
     "validity",
+    "vehicles",
     "qualification",
     "identify_arm",
     "kinds",

@@ -36,6 +36,7 @@ PACKAGES = {
     "openmdao_component": ("openmdao",),
     "published_decks": (),
     "validity": (),
+    "vehicles": (),
     "identify_arm": ("mujoco", "plotly", "tabulate"),
     "cables": (),
     "contact": (),
@@ -50,7 +51,7 @@ PACKAGES = {
     "study_store": ("xarray", "zarr"),
 }
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
-LONG += ("validity", "cold_start", "compiler_tricks", "energy_drift")
+LONG += ("vehicles", "validity", "cold_start", "compiler_tricks", "energy_drift")
 LONG += ("openmdao_component", "fmu_calls")
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("cables", "contact", "hydraulic_arm", "joint_friction", "kinds", "long_run_energy", "notebooks")

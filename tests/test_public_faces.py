@@ -140,8 +140,8 @@ FACES = {
         SteerGain StepResponse Strut SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre
         WEIGHTINGS WeightingFilter brake_in_turn car double_wishbone five_link hardpoint_loads kc_rig
         load_cases mcpherson mount_anti_roll_bar mount_differential mount_solid_axle mount_steering
-        mount_suspension mount_twist_beam mount_wheel read_tir ride sine_response slopes_over
-        step_response trailing_arm weighting wheel_inputs
+        mount_suspension mount_twist_beam mount_wheel read_tir ride sine_steer_response slopes_over
+        step_steer_response trailing_arm weighting wheel_inputs
     """,
     "jaxmbs.coupling": """
         BaseMotion Bond BondLoad BondLoads ComponentNetwork Components CoupledResponse Determinacy

@@ -16,6 +16,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.assembly import State
+from jaxmbs.design._chaos_fit import ChaosFit
 from jaxmbs.forces import Margin, Reading
 from jaxmbs.quantities import Axis, Quantity, along_freedoms, entries, matrix, numbered
 from jaxmbs.reports import Report, Reported, failures
@@ -60,6 +61,11 @@ def friction():
     return mbs.dynamics.FrictionLoads(
         by, {"pin": numbers(3, 1)}, by, numbers(3), {"pin": jnp.array([False, True, False])}, marks[1], marks[0], T
     )
+
+
+def chaos_fit():
+    """A polynomial that nobody asks."""
+    return ChaosFit(*[None] * len(ChaosFit._fields))
 
 
 def optimum():
@@ -226,7 +232,7 @@ MADE = {
         None,
     ),  # fmt: skip
     "PolynomialChaos": lambda: mbs.design.PolynomialChaos(
-        1.0, 0.1, {"a": 1.0}, {"a": 1.0}, {}, {"mean": {"a": {"mean": 1.0}}}, 1e-3, 20, 0, 3, None
+        1.0, 0.1, {"a": 1.0}, {"a": 1.0}, {}, {"mean": {"a": {"mean": 1.0}}}, 1e-3, 20, 0, 3, chaos_fit()
     ),
     "Tolerance": lambda: mbs.design.Tolerance("mass", 0.1, 2.0, 1.0),
     "Uncertainty": lambda: mbs.design.Uncertainty(1.0, 0.1, 1.2, 0, np.asarray(numbers(3))),
@@ -279,6 +285,10 @@ MADE = {
     ),
     "Ride": lambda: mbs.vehicles.Ride(numbers(2, 2) @ numbers(2, 2).T, ("seat", "seat Wk")),
     "SingleTrack": lambda: mbs.vehicles.SingleTrack(1e3, 1.5e3, 1.2, 1.4, PLAIN_TYRE, PLAIN_TYRE),
+    "BrakeInTurn": lambda: mbs.vehicles.BrakeInTurn(*map(jnp.asarray, (1.1, 1.2, 0.05))),
+    "SteadyTurn": lambda: mbs.vehicles.SteadyTurn(*map(jnp.asarray, (0.02, 0.01, 0.3, 0.002))),
+    "SteerGain": lambda: mbs.vehicles.SteerGain(jnp.asarray(4.0), jnp.asarray(-0.2)),
+    "StepResponse": lambda: mbs.vehicles.StepResponse(*map(jnp.asarray, (0.3, 4.0, 0.2, 0.33, 0.4, 0.1))),
     "SineResponse": lambda: mbs.qualification.SineResponse(
         F, numbers(3), numbers(3), complexes(3, 2), jnp.array([-1, 0, -1]), jnp.asarray(2.0), ("cap",), ("a", "b")
     ),
@@ -317,6 +327,7 @@ WITHOUT = {
     """,
     "made by reading a file": "Deck",
     "a line in the table of its branch": "StabilityChange",
+    "names, and lengths of a drawing": "MountedParts Lane",
     "no result": "Status PsdTable",
 }
 #: Numbers of the user, whose units are not known, or counts.

@@ -33,7 +33,7 @@ _LEAST_SIZE = 1e-6  # of the motion, of the length of the system
 
 def cycles_along(
     system_of: Callable[[Any], Any],
-    values: tuple[ArrayLike, ArrayLike],
+    values: WordedError[tuple[ArrayLike, ArrayLike]],
     period: WordedError[ArrayLike | Callable[[Any], Any]],
     near: WordedError[State | Motion | None] = None,
     at: ArrayLike | None = None,
@@ -102,8 +102,11 @@ def _range(values, at, most_points, longest_step):
     ends = np.asarray(values, float) if kinds <= set("iuf") else np.zeros(0)
     faults = faults_if(
         (ends.shape != (2,) or not np.all(np.isfinite(ends)), "values= takes two numbers, the first and the last"),
-        (ends.shape == (2,) and ends[0] == ends[-1], "values= must differ"),
-        (at is not None and not np.min(ends) <= float(at) <= np.max(ends), f"at={at} must lie between the values"),
+        (ends.shape == (2,) and bool(ends[0] == ends[-1]), "values= must differ"),
+        (
+            at is not None and not bool(np.min(ends) <= float(at) <= np.max(ends)),
+            f"at={at} must lie between the values",
+        ),
         (not 0.0 < float(longest_step) <= 1.0, f"longest_step={longest_step} must be above 0, at most 1"),
     )
     faults += count_faults("most_points", most_points, 2) or faults_if(

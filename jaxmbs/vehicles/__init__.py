@@ -15,9 +15,9 @@ if TYPE_CHECKING:
         SteerGain,
         StepResponse,
         brake_in_turn,
-        sine_response,
+        sine_steer_response,
         slopes_over,
-        step_response,
+        step_steer_response,
     )
     from ._lane_change import Lane, LaneChange, PathFollower
     from ._load_cases import LoadTable, load_cases
@@ -105,9 +105,9 @@ __all__ = [
     "mount_wheel",
     "read_tir",
     "ride",
-    "sine_response",
+    "sine_steer_response",
     "slopes_over",
-    "step_response",
+    "step_steer_response",
     "trailing_arm",
     "weighting",
     "wheel_inputs",

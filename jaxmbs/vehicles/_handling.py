@@ -1,7 +1,8 @@
 """Numbers of driving manoeuvres from histories: step and sine steer, brake in a turn, slopes of steady turns."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -10,10 +11,12 @@ from ..checks import any_concrete, shape_of
 from ..errors import ModelError
 from ..forces._fields import number
 from ..math import _square as square
+from ..quantities import Quantity
+from ..reports import Report, Reported
 from ..typing import ArrayLike, Scalar, ScalarLike
 
 
-class StepResponse(NamedTuple):
+class StepResponse(Reported, eqx.Module):
     """Response to a step of the steer angle.
 
     Attributes: steady: value at the end; gain: that over the steer angle; response_time: from half of the steer to
@@ -28,8 +31,20 @@ class StepResponse(NamedTuple):
     peak_time: Scalar
     overshoot: Scalar
 
+    def report(self) -> Report:
+        return Report(
+            [
+                Quantity("steady", self.steady, ""),
+                Quantity("gain", self.gain, ""),
+                Quantity("response time", self.response_time, "s"),
+                Quantity("peak", self.peak, ""),
+                Quantity("peak time", self.peak_time, "s"),
+                Quantity("overshoot", self.overshoot, ""),
+            ]
+        )
 
-def step_response(
+
+def step_steer_response(
     t: ArrayLike, response: ArrayLike, steer: ScalarLike, start: ScalarLike = 0.0, before: ScalarLike = 0.0
 ) -> StepResponse:
     """Gain, response time, peak and overshoot of a yaw rate or a lateral acceleration after a step of the steer.
@@ -60,14 +75,22 @@ def step_response(
     return StepResponse(*where, peak / steady - 1.0)
 
 
-class SteerGain(NamedTuple):
+class SteerGain(Reported, eqx.Module):
     """Response to a sinusoidal steer angle: gain over the steer angle, and phase by which it leads [rad]."""
 
     gain: Scalar
     phase: Scalar
 
+    def report(self) -> Report:
+        return Report(
+            [
+                Quantity("gain", self.gain, ""),
+                Quantity("phase", self.phase, "rad"),
+            ]
+        )
 
-def sine_response(t: ArrayLike, steer: ArrayLike, response: ArrayLike, frequency: ScalarLike) -> SteerGain:
+
+def sine_steer_response(t: ArrayLike, steer: ArrayLike, response: ArrayLike, frequency: ScalarLike) -> SteerGain:
     """Gain and phase of a response to a sinusoidal steer angle, by least squares over whole periods.
 
     Args:
@@ -104,7 +127,7 @@ def slopes_over(lateral_acceleration: ArrayLike, values: ArrayLike) -> Array:
     return jnp.concatenate([ends[0], inner, ends[1]])
 
 
-class BrakeInTurn(NamedTuple):
+class BrakeInTurn(Reported, eqx.Module):
     """Braking in a turn: yaw rate over that of the same path at the speed, and greatest slip angle after its start.
 
     Attributes: yaw_ratio: one second after the start, above one: into the turn; greatest_yaw_ratio; slip_angle:
@@ -114,6 +137,15 @@ class BrakeInTurn(NamedTuple):
     yaw_ratio: Scalar
     greatest_yaw_ratio: Scalar
     slip_angle: Scalar
+
+    def report(self) -> Report:
+        return Report(
+            [
+                Quantity("yaw ratio", self.yaw_ratio, ""),
+                Quantity("greatest yaw ratio", self.greatest_yaw_ratio, ""),
+                Quantity("slip angle", self.slip_angle, "rad"),
+            ]
+        )
 
 
 def brake_in_turn(

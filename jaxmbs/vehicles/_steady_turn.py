@@ -1,19 +1,22 @@
 """Steady turns of a single-track car with whole curves of its tyres, by Newton's method in steer and slip."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import lax
 
 from ..math import _square as square
+from ..quantities import Quantity
+from ..reports import Report, Reported
 from ..typing import Scalar
 
 _ROUNDS = 30  # of Newton's method, from the linear car
 _TOLERANCE = 1e-9  # of the balance, over the weight
 
 
-class SteadyTurn(NamedTuple):
+class SteadyTurn(Reported, eqx.Module):
     """A steady turn.
 
     Attributes: steer: angle of the front wheels [rad]; side_slip: lateral over forward speed of the centre of mass;
@@ -25,6 +28,16 @@ class SteadyTurn(NamedTuple):
     side_slip: Scalar
     yaw_rate: Scalar
     understeer: Scalar
+
+    def report(self) -> Report:
+        return Report(
+            [
+                Quantity("steer", self.steer, "rad"),
+                Quantity("side slip", self.side_slip, ""),
+                Quantity("yaw rate", self.yaw_rate, "rad/s"),
+                Quantity("understeer gradient", self.understeer, "rad s^2/m"),
+            ]
+        )
 
 
 def steady_turn(car: Any, speed: Any, acceleration: Any) -> SteadyTurn:

@@ -43,7 +43,7 @@ def test_step_response_of_a_linear_car():
     whole = np.block([[A, B[:, None]], [np.zeros((1, 3))]])
     rate = lambda t: 0.02 * scipy.linalg.expm(whole * t)[1, 2]
     t = np.linspace(0.0, 4.0, 801)
-    found = vehicles.step_response(t, [-rate(x) for x in t], -0.02)
+    found = vehicles.step_steer_response(t, [-rate(x) for x in t], -0.02)
     steady = -0.02 * np.linalg.solve(A, B)[1]
     best = minimize_scalar(lambda x: -rate(x), bounds=(0.05, 1.5), method="bounded", options={"xatol": 1e-10})
     np.testing.assert_allclose([found.steady, found.gain], [-steady, steady / 0.02], rtol=1e-5)
@@ -54,8 +54,8 @@ def test_step_response_of_a_linear_car():
 
 def test_sine_response_and_slopes():
     t = np.linspace(0.0, 2.0, 201)
-    found = vehicles.sine_response(t, 0.1 * np.sin(np.pi * t), 0.3 + 0.05 * np.sin(np.pi * t - 0.4), 0.5)
-    np.testing.assert_allclose(found, [0.5, -0.4], rtol=2e-3)
+    found = vehicles.sine_steer_response(t, 0.1 * np.sin(np.pi * t), 0.3 + 0.05 * np.sin(np.pi * t - 0.4), 0.5)
+    np.testing.assert_allclose([found.gain, found.phase], [0.5, -0.4], rtol=2e-3)
     a = np.array([0.0, 0.5, 1.5, 3.0, 4.0])
     np.testing.assert_allclose(vehicles.slopes_over(a, 2.0 + a - 0.1 * a**2), 1.0 - 0.2 * a, atol=1e-12)
 
@@ -65,7 +65,7 @@ def test_brake_in_turn():
     speed = 20.0 - 5.0 * np.maximum(t - 1.0, 0.0)
     yaw = speed / 50.0 * (1.0 + 0.1 * np.maximum(t - 1.0, 0.0))
     found = vehicles.brake_in_turn(t, yaw, speed, -0.01 * t, 50.0, 1.0)
-    np.testing.assert_allclose(found, [1.1, 1.2, 0.03], rtol=1e-9)
+    np.testing.assert_allclose(jax.tree.leaves(found), [1.1, 1.2, 0.03], rtol=1e-9)
     with pytest.raises(mbs.ModelError, match="histories"):
         vehicles.brake_in_turn(t, yaw[:-1], speed, yaw, 50.0, 1.0)
 

@@ -122,8 +122,12 @@ def branch():
     states = SimpleNamespace(coordinates=(1.0 + along)[:, None, None], structure=(("x", "", 1, 1, ("",)),))
     points = [mbs.cycles.StabilityChange(kind, values[k], k) for kind, k in (("fold", 11), ("period doubling", 28))]
     folded = (along > along[11]) & (along < along[28])
-    cycles = SimpleNamespace(states=states, stable=~folded)
-    return mbs.cycles.Branch("frequency [rad/s]", values, cycles, tuple(points), "last value reached", None)
+    cycles = SimpleNamespace(states=states, stable=jnp.asarray(~folded))
+    made = object.__new__(mbs.cycles.Branch)  # without cycles that anyone could ask
+    fields = {"name": "frequency [rad/s]", "values": values, "cycles": cycles, "points": tuple(points)}
+    for name, value in fields.items():
+        object.__setattr__(made, name, value)
+    return made
 
 
 def limit(name, after, bound):
