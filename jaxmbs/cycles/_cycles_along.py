@@ -104,7 +104,7 @@ def _range(values, at, most_points, longest_step):
         (ends.shape != (2,) or not np.all(np.isfinite(ends)), "values= takes two numbers, the first and the last"),
         (ends.shape == (2,) and bool(ends[0] == ends[-1]), "values= must differ"),
         (
-            at is not None and not bool(np.min(ends) <= float(at) <= np.max(ends)),
+            at is not None and ends.size == 2 and not min(ends) <= float(at) <= max(ends),
             f"at={at} must lie between the values",
         ),
         (not 0.0 < float(longest_step) <= 1.0, f"longest_step={longest_step} must be above 0, at most 1"),
