@@ -32,7 +32,7 @@ from ._balance import search_balance, still_columns
 from ._equilibrium_result import Equilibrium, has_negative_curvature
 from ._load_following import follow_load
 from ._steep_laws import is_steep
-from ._unheld import neutral_coordinates, unheld_coordinates
+from ._unheld import leaves_internal_states_open, neutral_coordinates, unheld_coordinates
 from ._unknowns import at_unknowns, unknowns_of
 
 _MAX_SETS = 3  # independent sets tried, each from the pose found with the one before
@@ -143,7 +143,9 @@ def _with_neutral_motions(system, state, moving, held, found):
     shortest steps, which leave such motions as they are: the slope along them has no inverse."""
     if not bool(found.ok):
         other = _equilibrium_on_sets(system, state, moving, held, least=True)
-        if not bool(other.ok):
+        here = with_mobility_at(system, other.state)
+        columns = _columns(here, moving) + _held_columns(here.topology, held)
+        if not bool(other.ok) or leaves_internal_states_open(here, other.state, columns):
             return found
         found = dataclasses.replace(other, is_steady=found.is_steady)
     if bool(found.stable) or bool(found.is_negative):

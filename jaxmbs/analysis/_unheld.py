@@ -7,7 +7,7 @@ from ..constraints._kic import independent_columns
 from ..constraints._mobility import with_mobility_at
 from ..model._system import System
 from ..runtime import jit
-from ._balance import balance
+from ._balance import balance, unknown_columns
 from ._linearise import column_names
 from ._unknowns import unknowns_of
 
@@ -40,6 +40,23 @@ def neutral_coordinates(system: System, K: np.ndarray) -> list[str]:
     _, values, right = np.linalg.svd(K / np.outer(size, size))
     free = values <= _FREE * max(values[0], 1e-300)
     return _named(system, right[free] / size)
+
+
+def leaves_internal_states_open(system: System, state, moving) -> bool:
+    """True if some internal state may have any value at a rest with concrete numbers: what is trapped, for example.
+
+    Args: moving: columns that keep their values.
+    """
+    system = with_mobility_at(system, state)
+    still = ~np.isin(unknown_columns(system), moving)
+    K, first = np.asarray(_balance_at(system, state).slope), len(independent_columns(system))
+    K, is_internal = K[np.ix_(still, still)], (np.arange(len(K)) >= first)[still]
+    if not np.any(is_internal) or not np.all(np.isfinite(K)):
+        return False
+    size = _sizes(K)
+    _, values, right = np.linalg.svd(K / np.outer(size, size))
+    free = values <= _FREE * max(values[0], 1e-300)
+    return bool(np.any(np.abs(right[free][:, is_internal]) > _SHARE))
 
 
 def _sizes(K):

@@ -41,7 +41,8 @@ def row_count(name: str, law: AbstractRows, psi: AnyArray, u: AnyArray, frames: 
         given = (np.broadcast_to(np.eye(3), (frames, 3, 3)), np.zeros((frames, 3)), q)
     function = law.called if law.takes else law.slip if law.is_nonholonomic else law.value
     try:
-        found = jax.eval_shape(function, *given, 0.0)
+        # within a function of its own: JAX compares those it has seen, and arrays in them have no truth
+        found = jax.eval_shape(lambda *x: function(*x), *given, 0.0)
     except Exception as error:  # noqa: BLE001 - it is the user's function: anything may come
         return 0, [f"{where} cannot be evaluated: {explain_error(error)}"]
     if not hasattr(found, "dtype") or not jnp.issubdtype(found.dtype, jnp.floating):

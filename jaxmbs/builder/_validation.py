@@ -194,7 +194,7 @@ def _drive_faults(drive):
     """Faults of a function of time: of its numbers, and those that one abstract call shows."""
     try:
         signal = as_signal(drive)
-        shape = jax.eval_shape(signal, jnp.zeros(())).shape
+        shape = jax.eval_shape(lambda t: signal(t), jnp.zeros(())).shape
     except Exception as error:  # noqa: BLE001 - the user's own code
         return [f"it cannot be evaluated: {explain_error(error)}"]
     faults = signal.faults() if hasattr(signal, "faults") else []

@@ -24,10 +24,22 @@ def with_linear_solver(system: System, solver: str) -> System:
     if solver == "frontal" and system.elastic:
         raise ModelError(["linear_solver='frontal' is for rigid bodies; take 'multifrontal' for elastic ones"])
     if solver == "auto":
-        sparse, size = _block_sparse(system), system.topology.num_velocities
-        least = tuning.FRONTAL_VELOCITIES if sparse == "frontal" else tuning.MULTIFRONTAL_VELOCITIES
-        solver = sparse if system.has_constraints and size >= least else "dense"
+        sparse = _block_sparse(system)
+        pays = _front_pays if sparse == "frontal" else _factor_pays
+        solver = sparse if system.has_constraints and pays(system.topology) else "dense"
     return dataclasses.replace(system, topology=dataclasses.replace(system.topology, linear_solver=solver))
+
+
+def _front_pays(top):
+    """Dense matrices cost by the cube of velocities and rows, fronts by the number of bodies."""
+    size = top.num_velocities
+    return size >= tuning.MANY_VELOCITIES or (
+        size >= tuning.FRONTAL_VELOCITIES and top.num_rows >= tuning.FRONTAL_ROWS
+    )
+
+
+def _factor_pays(top):
+    return top.num_velocities >= tuning.MULTIFRONTAL_VELOCITIES
 
 
 def linear_solver(system: System) -> str:

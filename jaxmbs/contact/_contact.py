@@ -83,7 +83,7 @@ class Contact(AbstractPoseLaw):
         """The bends of bristles, where the friction has them."""
         if not self.has_bristles:
             return {}
-        points = jax.eval_shape(self.pair.touch, np.eye(3), np.array((0.0, 0.0, 1.0))).depth.shape
+        points = jax.eval_shape(lambda *x: self.pair.touch(*x), np.eye(3), np.array((0.0, 0.0, 1.0))).depth.shape
         return {"bristle": InternalState((*points, 3), "m", self.friction.bend_scale)}
 
     @property

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -21,6 +22,7 @@ from ._limit_state import read_variables, variables_of
 from ._percentile import percentile
 
 _OVERSAMPLING = 2  # evaluations for each term
+_MOST_TERMS = 5000  # of a polynomial: seconds of least squares
 
 
 def moments(
@@ -49,6 +51,8 @@ def moments(
     """
     variables = read_variables(variables)
     faults = count_faults("degree", degree, 1)
+    if not faults and math.comb(len(variables.names) + degree, degree) > _MOST_TERMS:
+        faults = [f"degree={degree} of {len(variables.names)} variables has more than {_MOST_TERMS} terms"]
     if faults:
         raise ModelError(faults, "the question")
 

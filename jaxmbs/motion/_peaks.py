@@ -71,7 +71,7 @@ def check_one_motion(system: System, motion: Motion) -> None:
 def _peak(system, motion, quantity, has_jumps):
     """One program, with the quantity in it twice: at the saved states, and in the search between them."""
     state = _shapes(motion)
-    shape = jax.eval_shape(quantity, state).shape
+    shape = jax.eval_shape(lambda x: quantity(x), state).shape
     # the quantity may know traced numbers by itself, such as those of a system: they become arguments
     entries = eqx.filter_closure_convert(lambda state: jnp.reshape(quantity(state), -1), state)
     values = map_chunked(stop_gradients(entries), stop_gradients(motion.states))

@@ -44,6 +44,6 @@ class Events(eqx.Module):
 def check_condition(condition: Any, state: Any, name: str = "the event") -> None:
     """Raises: TypeError unless it is a function of a state to one real number."""
     with tracer_errors_in_words():
-        found = jax.eval_shape(condition, state)
+        found = jax.eval_shape(lambda x: condition(x), state)
     if not (hasattr(found, "dtype") and found.shape == () and jnp.issubdtype(found.dtype, jnp.floating)):
         raise TypeError(f"{name} must return one real number (), got {found}")

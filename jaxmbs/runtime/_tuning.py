@@ -72,6 +72,9 @@ WHOLE_SADDLE = 16
 #: Velocities of a mechanism with loops from which on its saddle systems are solved node by node with a front, or by
 #: the multifrontal factor, not as dense matrices (`closed_loop.py`).
 FRONTAL_VELOCITIES, MULTIFRONTAL_VELOCITIES = 24, 250
+#: Rows from which a front pays, and velocities from which it does so with any number of rows: a step of a car of 35
+#: velocities and 21 rows takes four times as long with a front, one of 20 four-bars (41, 100) half as long.
+FRONTAL_ROWS, MANY_VELOCITIES = 48, 96
 #: Slots of a front, and rows that read any column, up to which that is done node by node (`closed_loop.py`).
 FRONT_WIDTH, BORDER_ROWS = 8, 8
 #: Bonds of a network of components and its coordinates from which on its matrices are stored in blocks and solved by

@@ -245,7 +245,7 @@ def against_hard_constraint(imported, model, q, v, guess):
     state = mbs.State.at(system, q, v, guess=guess)
     assert state.ok
     _leave_out(model, imported)
-    model.opt.disableflags &= ~mujoco.mjtDisableBit.mjDSBL_EQUALITY
+    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_EQUALITY)
     data = mujoco.MjData(model)
     q, v = system.coordinates(state), system.velocities(state)
     order, own = [], []

@@ -68,9 +68,9 @@ class DeckContext:
     def read_numbers(self, materials: CardReaders, properties: CardReaders) -> None:
         """Read all materials, then the properties, which refer to them."""
         read = {*materials, *properties, *HARMLESS}
-        self._unread = {
-            card.text(1) for name, own in self._found.items() if name not in read and name[:1] in "PM" for card in own
-        }
+        refused = {name for name in self._found if name.startswith(("P", "MAT")) and name not in read}
+        refused = {name for name in refused if not name.startswith(("PARAM", "PLOAD", "PLOT"))}
+        self._unread = {card.text(1) for name in refused for card in self._found[name]}  # are told by themselves
         for into, readers in ((self.materials, materials), (self.properties, properties)):
             first: dict[str, Card] = {}
             for kind, make in readers.items():

@@ -183,6 +183,7 @@ WRONG = {
     "RBE2 7 .* it has no dependent GRID": "RBE2,7,1,123456,50,THRU,60\n",
     "there is no GRID 50": "RBAR,7,1,50,123456\n",
     "there is no PBAR 3 or PBARL 3": "CBAR,2,3,1,2,0.,1.,0.\nCBAR,3,3,2,1,0.,1.,0.\n",
+    "there is no PROD 9": "CROD,5,9,1,2\nMPC,9,2,1,1.,1,1,-1.\n",  # a set of another card has its number
     "there is no PBAR 4 or PBARL 4, but a PBEAM 4": "PBEAM,4,1,1.,1.,1.,,1.\nCBAR,2,4,1,2,0.,1.,0.\n",
     "there is no MAT1 5": "CONROD,7,1,2,5,1.\n",
     "BAROR .* duplicate BAROR": "BAROR,,1\nBAROR,,1\n",
