@@ -23,8 +23,14 @@ BARE = frozenset(
 #: Of public names every single participle is refused, apart from those that are the field's nouns or states.
 TERMS = frozenset({"bed", "embed", "feed", "seed", "shed", "speed"})
 #: Where a word of the list is a term of the field: room -> words.
-FIELD = {"blocksparse": {"front"}, "ode": {"stage"}, "contact": {"hunt"}, "runtime": {"stage"}}
-# the multifrontal method, Runge-Kutta methods, Hunt and Crossley, a method that tracers of JAX have
+FIELD = {
+    "blocksparse": {"front"},
+    "ode": {"stage"},
+    "contact": {"hunt"},
+    "runtime": {"stage"},
+    "vehicles": {"lane", "lanes"},
+}
+# the multifrontal method, Runge-Kutta methods, Hunt and Crossley, a method that tracers of JAX have, lanes of a road
 #: Phrases of messages that say "is", "our" or "reports" in another way.
 PHRASES = re.compile(
     r"\b(of ours|of one's own|is told|are told|stands (?:at|in|on|beside|for|here)\b|tells (?:what|which|how)|"

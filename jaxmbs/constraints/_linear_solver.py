@@ -25,12 +25,12 @@ def with_linear_solver(system: System, solver: str) -> System:
         raise ModelError(["linear_solver='frontal' is for rigid bodies; take 'multifrontal' for elastic ones"])
     if solver == "auto":
         sparse = _block_sparse(system)
-        pays = _front_pays if sparse == "frontal" else _factor_pays
+        pays = _frontal_pays if sparse == "frontal" else _factor_pays
         solver = sparse if system.has_constraints and pays(system.topology) else "dense"
     return dataclasses.replace(system, topology=dataclasses.replace(system.topology, linear_solver=solver))
 
 
-def _front_pays(top):
+def _frontal_pays(top):
     """Dense matrices cost by the cube of velocities and rows, fronts by the number of bodies."""
     size = top.num_velocities
     return size >= tuning.MANY_VELOCITIES or (
