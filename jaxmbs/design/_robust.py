@@ -51,8 +51,9 @@ def moments(
     """
     variables = read_variables(variables)
     faults = count_faults("degree", degree, 1)
-    if not faults and math.comb(len(variables.names) + degree, degree) > _MOST_TERMS:
-        faults = [f"degree={degree} of {len(variables.names)} variables has more than {_MOST_TERMS} terms"]
+    terms = 0 if faults else math.comb(len(variables.names) + degree, degree)
+    if terms > _MOST_TERMS:
+        faults = [f"degree={degree} makes {terms} terms, more than {_MOST_TERMS}"]
     if faults:
         raise ModelError(faults, "the question")
 
