@@ -173,7 +173,7 @@ def test_names_are_found_behind_the_right_door(rotors):
     ):
         with pytest.raises(mbs.UnknownNameError, match=right):
             wrong()
-    assert "multipliers" in repr(loads.row("coupler")) and "0.7" in repr(loads.law("wind"))
+    assert "multiplier " in repr(loads.row("coupler")) and "0.7" in repr(loads.law("wind"))
 
 
 @pytest.mark.long
