@@ -1,5 +1,6 @@
 """Systems without freedom: whether a start belongs to them, counted where it is known."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -54,7 +55,7 @@ def check_prescribed(system: System, state: State) -> None:
 
 
 def with_freedoms_told(system: System, state: State, motion: Motion) -> Motion:
-    """The motion without freedom, INCONSISTENT where its rows leave a freedom open at the start as at the end.
+    """The motion without freedom, INCONSISTENT where its rows leave a freedom open at the start and whenever saved.
 
     For traces, in which `is_prescribed` cannot look: a pose that has lost rank alone is passed through, a branch with
     a freedom of its own keeps it, and velocities that no row gives would stay zero.
@@ -62,7 +63,8 @@ def with_freedoms_told(system: System, state: State, motion: Motion) -> Motion:
     counted, change = system.topology.analysis, state.rank_change
     if runs_on_host(system, state) or counted is None or (is_concrete(change) and np.all(np.asarray(change) >= 0)):
         return motion
-    is_open = (change < 0) & (_rank(system, motion.end) < counted.rank)
+    along = jax.vmap(lambda state: _rank(system, state))(motion.states)
+    is_open = (change < 0) & jnp.all(along < counted.rank) & (_rank(system, motion.end) < counted.rank)
     code = jnp.where(is_open & succeeded(motion.result), Status.INCONSISTENT, motion.result)
     return replace_field(motion, "result", code)
 

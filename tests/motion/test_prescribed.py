@@ -72,3 +72,29 @@ def test_a_start_that_is_free_where_the_drives_leave_nothing_open(rate):
         known = motion(3.0)
     angle = first.coordinates(known.end)["foot 0"]
     np.testing.assert_allclose(angle, fall(rate, np.array([0.05, 0.1]))[-1], atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_turn_from_a_singular_pose_to_itself():
+    """Two equal cranks that are driven through the pose in which all lies along a line, where it begins and ends."""
+
+    def build(length, like=None):
+        b = mbs.SystemBuilder()
+        b.body("left", 1.0, com=(0.1, 0, 0), inertia=0.1)
+        b.body("right", 1.0, com=(0.1, 0, 0), inertia=0.1)
+        b.body("bar", 1.0, com=(0.5, 0, 0), inertia=0.1)
+        b.joint("left foot", PIN, "ground", "left", drive=drive)
+        b.joint("right foot", PIN, "ground", "right", parent_frame=(1.0, 0, 0))
+        b.joint("left head", PIN, "left", "bar", parent_frame=(length, 0, 0))
+        b.joint("right head", PIN, "right", "bar", parent_frame=(length, 0, 0), child_frame=(1.0, 0, 0))
+        return b.build(like=like, guess={"left foot": 0.7, "right foot": 0.7, "left head": -0.7})
+
+    drive = mbs.Harmonic(np.pi, np.pi, 2 * np.pi, -np.pi / 2)  # at rest at both ends
+    first = build(0.2)
+
+    def motion(length):
+        system = build(length, like=first)
+        return mbs.simulate(system, mbs.State.at(system), ts=np.linspace(0.0, 0.5, 6), throw=False)
+
+    found = mbs.jit(motion)(0.2)
+    assert found.ok, found.status
