@@ -78,6 +78,12 @@ def import_when_asked(
     sys.modules[room].__class__ = Room
 
 
+def is_instance(thing: Any, module: str, name: str) -> bool:
+    """True for an object of a class of this module; while nobody has imported that, there are none."""
+    kind = getattr(sys.modules.get(module), name, None)
+    return isinstance(kind, type) and isinstance(thing, kind)
+
+
 @contextlib.contextmanager
 def _collection_paused() -> Iterator[None]:
     """Pause Python's garbage collector while files are imported: hardly anything that they make is garbage, and

@@ -1,29 +1,32 @@
 """Verbs of either noun: `help` shows the call of each function behind one; `test_typing.py` has what types see."""
 
+import copy
 import inspect
+import pickle
+import pydoc
 
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs.coupling import MeasuredNetwork
-from jaxmbs.verbs import _check, _equilibrium, _frequency_response, _modes, _random_response, _reactions, _simulate
+from jaxmbs import analysis, coupling, linear, motion, qualification, reaction, vibration
+from jaxmbs.verbs._check import describe
 
 VERBS = {
-    "check": (_check.describe, _check.linear_check),
-    "equilibrium": (_equilibrium.mechanism_equilibrium, _equilibrium.linear_equilibrium),
+    "check": (describe, linear.check),
+    "equilibrium": (analysis.equilibrium, linear.equilibrium),
     "frequency_response": (
-        _frequency_response.mechanism_response,
-        _frequency_response.linear_response,
-        MeasuredNetwork.frequency_response,
+        analysis.frequency_response,
+        vibration.frequency_response,
+        coupling.MeasuredNetwork.frequency_response,
     ),
-    "modes": (_modes.mechanism_modes, _modes.linear_modes),
+    "modes": (analysis.modes, vibration.modes),
     "random_response": (
-        _random_response.random_response_of_mechanism,
-        _random_response.linear_random,
-        _random_response.random_response_of_measured,
+        qualification._state_response.random_response_of_mechanism,
+        qualification.random_response,
+        qualification._state_response.random_response_of_measured,
     ),
-    "reactions": (_reactions.mechanism_reactions, _reactions.network_reactions, MeasuredNetwork.reactions),
-    "simulate": (_simulate.mechanism_simulate, _simulate.linear_simulate),
+    "reactions": (reaction.reactions, coupling.reactions, coupling.MeasuredNetwork.reactions),
+    "simulate": (motion.simulate, vibration.simulate),
 }
 
 
@@ -50,3 +53,12 @@ def test_signatures_show_the_arguments_of_every_noun_by_name(name):
 def test_completion_of_simulate_shows_times():
     shown = str(inspect.signature(mbs.simulate))
     assert shown.startswith("(system, state=Ellipsis, t1=None, ts=None, dt=None, solver=None")
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_tools_of_python_take_verbs_as_functions(name):
+    verb = getattr(mbs, name)
+    assert inspect.isroutine(verb) and verb.__name__ == name and copy.deepcopy(verb) is verb
+    assert pickle.loads(pickle.dumps(verb)) is verb
+    text = pydoc.plain(pydoc.render_doc(verb))
+    assert f"{name}(system" in text and inspect.getdoc(VERBS[name][1]).splitlines()[0] in text

@@ -60,7 +60,7 @@ def explain_arguments(module: dict[str, Any], names: Sequence[str] = ()) -> None
             continue
         if inspect.isfunction(item) and not hasattr(item, "_is_explained"):
             # where it is defined, too: pickles look there
-            module[name] = vars(sys.modules[item.__module__])[item.__name__] = _explained(item, item.__name__)
+            module[name] = vars(sys.modules[item.__module__])[item.__name__] = as_public_call(item, item.__name__)
         elif inspect.isclass(item) and not issubclass(item, BaseException):
             _explain_construction(item)
 
@@ -70,10 +70,10 @@ def _explain_construction(kind):
     method = "__new__" if issubclass(kind, tuple) else "__init__"
     function = vars(kind).get(method)
     if inspect.isfunction(function) and not hasattr(function, "_is_explained"):
-        setattr(kind, method, _explained(function, kind.__name__))
+        setattr(kind, method, as_public_call(function, kind.__name__))
     for name, item in list(vars(kind).items()):
         if isinstance(item, classmethod) and not (name.startswith("_") or hasattr(item.__func__, "_is_explained")):
-            setattr(kind, name, classmethod(_explained(item.__func__, f"{kind.__name__}.{name}")))
+            setattr(kind, name, classmethod(as_public_call(item.__func__, f"{kind.__name__}.{name}")))
     if getattr(kind, "_computes", False):
         for base in kind.__mro__:
             if base.__module__.partition(".")[0] == _HERE.name:
@@ -86,11 +86,11 @@ def _explain_methods(base, owner):
         function = item.fget if isinstance(item, property) else item
         if name.startswith("_") or not inspect.isfunction(function) or hasattr(function, "_is_explained"):
             continue
-        explained = _explained(function, f"{owner}.{name}", _CALLED_OFTEN)
+        explained = as_public_call(function, f"{owner}.{name}", _CALLED_OFTEN)
         setattr(base, name, property(explained, doc=item.__doc__) if isinstance(item, property) else explained)
 
 
-def _explained(function: Callable, name: str, count: int = 0) -> Callable:
+def as_public_call(function: Callable, name: str, count: int = 0) -> Callable:
     """The function, whose raw errors name the arguments that are wrong.
 
     Args: count: calls that are taken as made already.

@@ -237,3 +237,8 @@ def _of_each(group, function, R, x, psi):
         frames = [y[0] for y in at_frames(group, R, x)] if group.frames[0] else _no_frames(psi)
         return jax.tree.map(lambda value: value[None], function(law, *frames, psi))
     return jax.vmap(function)(group.law, *at_frames(group, R, x), _gathered(psi, group.coordinates))
+
+
+def is_rheonomic(system: System) -> bool:
+    """True if some constraint row may depend on time."""
+    return bool(system.paths) or depend_on_time(system)

@@ -4,6 +4,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from ..typing import ArrayLike
+
 
 def nan_where(lost: Array, x: Array) -> Array:
     """x (n, ...) or (), NaN where `lost` (n,) or () holds; derivatives as in `value_where`."""
@@ -43,3 +45,9 @@ def _value_where_jvp(primals, tangents):
 def _expand_to(lost, x):
     """`lost` with as many axes as x."""
     return jnp.reshape(lost, jnp.shape(lost) + (1,) * (x.ndim - jnp.ndim(lost)))
+
+
+def masked(mask: Array, x: Array, value: ArrayLike) -> Array:
+    """x with the entries of its first axis where `mask` holds replaced by `value`."""
+    mask = mask.reshape(mask.shape + (1,) * (x.ndim - 1))
+    return jnp.where(mask, jnp.broadcast_to(jnp.asarray(value, x.dtype), x.shape), x)

@@ -7,16 +7,15 @@ from jax import Array
 
 from ..assembly._state import State
 from ..constraints import _constraints as constraints
+from ..constraints._rows import is_rheonomic
 from ..dynamics._efforts import element_names
 from ..dynamics._energy import energies
 from ..flexible._stiffening import squared_spins, stiffening_errors
 from ..kinematics._configuration import Configuration, VelocityKinematics
-from ..math._nan import nan_slope_where, nan_where
+from ..math._nan import masked, nan_slope_where, nan_where
 from ..named_arrays import NamedRows
-from ..ode._integrate import masked
 from ..status import Status, succeeded
 from ._diagnostics import Diagnostics
-from ._formulation import is_rheonomic
 
 #: Largest residual [m, rad] of constraints that count as satisfied: a thousand times the default tolerance of a step,
 #: a thousandth of what a drawing's tolerance is in a mechanism of a metre.

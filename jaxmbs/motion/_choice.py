@@ -8,7 +8,6 @@ nothing; only then the slopes of the rates are computed, with their eigenvalues,
 
 from typing import Any, NamedTuple
 
-import diffrax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -18,11 +17,10 @@ from ..friction._joint_friction import bristle_groups, without_friction
 from ..kinematics._configuration import at_state
 from ..model._changes import with_changes
 from ..ode._options import RTOL, Options
-from ..ode._rosenbrock import Rodas5P
 from ..runtime import jit, not_tracing
 from ..tables import format_number
 from ._fastest_decay import fastest_decay
-from ._formulation import num_powers
+from ._options import class_of, follows_rows
 
 #: Radius of the region of stability of Dopri8: its steps on a decay are this over the rate.
 _RADIUS = 5.0
@@ -42,7 +40,7 @@ _MANY = 120
 
 
 class Choice(NamedTuple):
-    """A solver and why it was chosen, empty where it was named."""
+    """A solver, None for Dopri8, and why it was chosen, empty where it was named."""
 
     solver: Any
     reason: str = ""
@@ -50,7 +48,7 @@ class Choice(NamedTuple):
     def in_words(self, options: Options, formulation: Any) -> str:
         """The solver with its tolerances or its step, and why it was chosen."""
         words = options.in_words
-        if formulation.follows_rows:
+        if follows_rows(formulation):
             words = f"the constraints alone give the motion, nothing is integrated but the work: {words}"
         return f"{words}; chosen as {self.reason}" if self.reason else words
 
@@ -63,17 +61,16 @@ def choose_solver(system: Any, state: Any, span: Any, landings: int, rtol: Any, 
 
     Within a trace, where numbers are not known, it is Dopri8.
     """
-    explicit = diffrax.Dopri8()
-    if formulation.follows_rows:
-        return Choice(explicit)
+    if follows_rows(formulation):
+        return Choice(None)
     if not not_tracing() or not is_concrete(system, state, span, rtol):
-        return Choice(explicit, "within a trace no number is known")
+        return Choice(None, "within a trace no number is known")
     length = float(np.asarray(span[1]) - np.asarray(span[0]))
     if not _may_be_stiff(system, length):
-        return Choice(explicit, "nothing dies out much faster than the motion lasts")
+        return Choice(None, "nothing dies out much faster than the motion lasts")
     unknowns = system.topology.num_coordinates + system.topology.num_velocities + system.topology.num_internal
     if unknowns > _MANY:
-        return Choice(explicit, f"{unknowns} unknowns are many for an implicit solver")
+        return Choice(None, f"{unknowns} unknowns are many for an implicit solver")
     roots = _eigenvalues(system, state, formulation)
     relative = RTOL[state.coordinates.dtype.itemsize] if rtol is None else np.max(np.asarray(rtol))
     return _cheaper(roots, length, landings, float(relative), unknowns)
@@ -90,10 +87,12 @@ def _cheaper(roots: np.ndarray, length: float, landings: int, rtol: float, unkno
     implicit = finer * (_FIRST_STEPS + _IMPLICIT_STEPS * lasting)
     words = f"the fastest motion at the start, {format_number(fastest)} 1/s,"
     if not size.size or not gone[np.argmax(size)]:
-        return Choice(diffrax.Dopri8(), f"{words} lasts: both kinds of solver must follow it")
+        return Choice(None, f"{words} lasts: both kinds of solver must follow it")
     work = max(explicit, landings) * _EXPLICIT_RATES, max(implicit, landings) * (_IMPLICIT_RATES + 0.5 * unknowns)
     if explicit < _FEW_STEPS or work[0] < work[1]:
-        return Choice(diffrax.Dopri8(), f"{words} dies out, and bounds its steps too little for an implicit one")
+        return Choice(None, f"{words} dies out, and bounds its steps too little for an implicit one")
+    from ..ode._rosenbrock import Rodas5P
+
     return Choice(Rodas5P(), f"{words} dies out and would bound the steps of Dopri8 all along")
 
 
@@ -123,8 +122,10 @@ def _difference_step(dtype) -> float:
 def _rates_around(system, state, formulation):
     """Rates (1 + n, n) of coordinates, second half and internal states at a state, and beside it along each of them:
     differences are traced in a third of the time that derivatives are."""
+    from ._formulation import num_powers
+
     system = with_changes(system, state)
-    equations, p0 = formulation.begin(system, at_state(system, state), state.velocities, state.internal)
+    equations, p0 = class_of(formulation).begin(system, at_state(system, state), state.velocities, state.internal)
     start, no_work = jnp.concatenate([state.coordinates, p0]), jnp.zeros(num_powers(system), p0.dtype)
     n = state.coordinates.size
 

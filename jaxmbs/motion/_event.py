@@ -1,9 +1,8 @@
 """Events of a motion: functions of a state whose zeros end it, or act on it and let it go on."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,9 +10,13 @@ import numpy as np
 
 from ..assembly._state import State
 from ..checks import is_concrete
+from ..lazy import is_instance
 from ..model._entry_points import check_system
 from ..model._system import System
 from ..ode._events import Events, check_condition
+
+if TYPE_CHECKING:
+    import diffrax
 
 
 class Event(eqx.Module):
@@ -47,7 +50,10 @@ class Event(eqx.Module):
 
 
 #: Those that `simulate` takes.
-EventLike = Event | Callable | diffrax.Event
+if TYPE_CHECKING:
+    EventLike: TypeAlias = Event | Callable | diffrax.Event
+else:
+    EventLike = Any  # diffrax is imported where a motion is traced
 
 
 class Actions(eqx.Module):
@@ -94,7 +100,7 @@ def _as_list(event):
     """Events of what was given as one: several of a tree of functions in a `diffrax.Event`."""
     if isinstance(event, Event):
         return [event]
-    if isinstance(event, diffrax.Event):
+    if is_instance(event, "diffrax", "Event"):
         return _of_diffrax(event)
     if not callable(event):
         raise TypeError(

@@ -1,6 +1,6 @@
 """Record of the events of a motion."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -10,11 +10,13 @@ from jax import Array
 from jaxtyping import Float, Int
 
 from ..assembly._state import State
-from ..ode._problem import LoopState
 from ..quantities import Axis, Quantity
 from ..reports import Report, Reported
 from ..tables import format_number
 from ._diagnostics import Diagnostics
+
+if TYPE_CHECKING:
+    from ..ode._problem import LoopState
 
 
 def _table_parts(record):
@@ -87,7 +89,7 @@ def _every_second(states, first):
 
 
 def event_record(
-    names: tuple[str, ...], account: Any, final: LoopState, reached: Array, ended: Array, sides: EventSides | None
+    names: tuple[str, ...], account: Any, final: "LoopState", reached: Array, ended: Array, sides: EventSides | None
 ) -> EventRecord:
     """The record from the account of the actions, None where none act, and the event at the end, if one `ended` the
     motion there."""

@@ -4,7 +4,7 @@ Between two neighbours of these rows a motion is smooth.  The two sides of an ev
 time at which an event acts the state is that after it.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -12,11 +12,13 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..assembly._state import State
-from ..ode._integrate import masked
-from ..ode._problem import LoopState
+from ..math._nan import masked
 from ..runtime import map_chunked
 from ._diagnostics import Diagnostics
 from ._event_record import EventSides
+
+if TYPE_CHECKING:
+    from ..ode._problem import LoopState
 
 
 def num_actions(numbers: Array) -> Array:
@@ -24,7 +26,7 @@ def num_actions(numbers: Array) -> Array:
     return jnp.sum(numbers > 0.5, axis=-1, dtype=jnp.int32)
 
 
-def with_rows_after_events(final: LoopState, ts: Array, count: Array) -> LoopState:
+def with_rows_after_events(final: "LoopState", ts: Array, count: Array) -> "LoopState":
     """The loop's final state with the row after the event, the last of several, at saved times (T,) that are its."""
     jumps: Any = final.jumps
     index = jnp.arange(len(jumps.times), dtype=jnp.int32)
@@ -34,7 +36,7 @@ def with_rows_after_events(final: LoopState, ts: Array, count: Array) -> LoopSta
     return eqx.tree_at(lambda s: s.ys, final, ys)
 
 
-def rows_of_sides(equations: Any, final: LoopState, account: Any, end: tuple) -> tuple[tuple, Array]:
+def rows_of_sides(equations: Any, final: "LoopState", account: Any, end: tuple) -> tuple[tuple, Array]:
     """Rows (time, y) of both sides of every event in turn (2 n, ...), those that did not come as the `end`, and True
     (n,) for events that came.
 

@@ -18,7 +18,7 @@ from ..constraints import _closures as closures
 from ..constraints import _constraints as constraints
 from ..constraints._linear_rows import metric, metric_matrix
 from ..constraints._linear_solver import linear_solver
-from ..constraints._rows import depend_on_time
+from ..constraints._rows import is_rheonomic
 from ..constraints._saddle_operator import constraint_operator
 from ..dynamics._corners import sides_of_corners
 from ..dynamics._newton_euler import accelerations, all_efforts
@@ -320,11 +320,6 @@ def _drive_power(system, at, multipliers):
 def _has_converged(gaps):
     """True if the first of two Newton steps nearly closed the rows; where the mechanism is locked it never does."""
     return gaps[1] <= _CONVERGING * gaps[0] + _ROUNDING[gaps.dtype.itemsize]
-
-
-def is_rheonomic(system: System) -> bool:
-    """True if some constraint row may depend on time."""
-    return bool(system.paths) or depend_on_time(system)
 
 
 def num_powers(system: System) -> int:

@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from .. import dynamics  # by its room: few motions are asked for states between the saved ones
 from ..assembly._assembly import closing_step, consistent_velocities
 from ..assembly._state import State
-from ..dynamics._newton_euler import forward_dynamics
 from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._poses import coordinate_rate, node_parameters, normalise
 from ..model._changes import Changes, with_changes
@@ -37,7 +37,7 @@ def knots_of(system: System, states: State) -> Knots:
     top = system.topology
 
     def at(state):
-        a, _ = forward_dynamics(system, state)
+        a, _ = dynamics.forward_dynamics(system, state)
         psi, u = state.coordinates, state.velocities
         rate = coordinate_rate(top, psi, u)
         found = psi, *jax.jvp(lambda psi, u: coordinate_rate(top, psi, u), (psi, u), (rate, a))

@@ -13,13 +13,13 @@ from ..constraints._host_rows import evaluate_rows, runs_on_host, step_on_host
 from ..constraints._linear_rows import linear_rows
 from ..constraints._mobility import row_spaces
 from ..constraints._rank import constraint_rank
+from ..constraints._rows import is_rheonomic
 from ..errors import ModelError
 from ..kinematics._configuration import at_state
 from ..model._internal_states import replace_field
 from ..model._system import System
 from ..runtime import jit
 from ..status import Status, succeeded
-from ._formulation import is_rheonomic
 from ._motion import Motion
 
 _STEP = 0.05  # [rad] to another pose of the same branch

@@ -11,9 +11,9 @@ from jax import Array, lax
 from ..assembly._state import State
 from ..constraints._closures import with_directions
 from ..dynamics._validity import has_ends, is_outside
-from ..math._nan import nan_where
+from ..math._nan import masked, nan_where
 from ..model._changes import Changes
-from ..ode._integrate import Arguments, end_of_motion, masked, saved_rows, status_of
+from ..ode._integrate import Arguments, end_of_motion, saved_rows, status_of
 from ..ode._problem import LoopState
 from ..runtime import map_chunked
 from ..status import Status, succeeded

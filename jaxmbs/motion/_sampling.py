@@ -12,10 +12,9 @@ from jaxtyping import Array, Float
 from ..assembly._state import State
 from ..checks import is_concrete
 from ..kinematics._configuration import at_state, with_velocities
-from ..math._nan import nan_where
+from ..math._nan import masked, nan_where
 from ..model._changes import with_changes
 from ..model._system import System
-from ..ode._integrate import masked
 from ..ode._samples import SampleClock
 from ..runtime import as_array
 from ..signal_flow._sampling import sample_periods, sampled_values

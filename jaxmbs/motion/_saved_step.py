@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from ..assembly._state import State
-from ..ode._integrate import masked
+from ..math._nan import masked
 from ..ode._problem import LoopState
 
 

@@ -1,53 +1,37 @@
-"""`simulate` of mechanisms: a formulation integrated with projection, and the motion's accounts and result code."""
+"""`simulate` of mechanisms: its options, and the verdict on the motion."""
 
 import dataclasses
 import functools
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
-import optimistix
-from jax import lax
 
 from ..assembly._state import State
 from ..checks import as_flag, is_concrete
-from ..constraints import _closures as closures
 from ..constraints._mobility import with_mobility_at
-from ..dynamics._corners import has_corners
 from ..errors import SimulationError
 from ..flexible._stiffening import warn_of_stiffening
-from ..kinematics._configuration import at_state
-from ..model._changes import Changes, check_in_force, with_changes
+from ..model._changes import check_in_force, with_changes
 from ..model._entry_points import check_single_state
 from ..model._internal_states import replace_field
 from ..model._system import System
-from ..ode._integrate import Arguments, attach_time_derivative, integrate_equations
-from ..ode._loop import stop_gradients
-from ..ode._options import LOOPS, check_memory, check_options, make_options, solver_or_default
-from ..ode._save_times import save_times, valid_times
+from ..ode._options import LOOPS, check_options, make_options
+from ..ode._save_times import save_times
 from ..reports import Note
 from ..runtime import as_host_array, jit, note, progress_bar
 from ..signal_flow._sampling import refuse_sampled, sample_periods
 from ..status import succeeded
 from ..typing import ArrayLike, WordedError
-from ._accounts import CLOSED, gap
 from ._choice import Choice, choose_solver
-from ._event import Actions, EventLike, as_events
-from ._failure import explain
-from ._formulation import Formulation, num_powers
-from ._formulations import Independent, Prescribed, Velocity
-from ._hybrid import HybridEquations
-from ._jam import with_jam
+from ._event import EventLike, as_events
 from ._motion import Motion
-from ._options import choose_formulation
+from ._options import choose_formulation, class_of, follows_rows
 from ._prescribed import check_prescribed, is_prescribed, with_freedoms_told
-from ._result import motion_of
 from ._sampling import Sampling
-from ._saved_step import SavedStep, with_internal_values, with_saved_steps
-from ._stiffest_mode import advise
+
+if TYPE_CHECKING:
+    from ._formulation import Formulation
 
 #: Default absolute tolerance of a step by the size of a number [bytes], of coordinates and velocities [m, rad, s]:
 #: they are near one, so it is that of the relative tolerance; in single precision a few ten roundings.
@@ -65,7 +49,7 @@ def simulate(
     rtol: ArrayLike | None = None,
     atol: ArrayLike | None = None,
     gradient: Any = "reverse",
-    formulation: str | type[Formulation] | None = None,
+    formulation: "str | type[Formulation] | None" = None,
     event: WordedError[EventLike | Sequence[EventLike] | None] = None,
     interpolate: bool = False,
     loop: str = "jaxmbs",
@@ -120,27 +104,31 @@ def simulate(
     """
     check_single_state(system, state)
     check_in_force(system, state)
-    system, named = with_changes(system, state), solver_or_default(solver)
-    system, chosen = _with_formulation(system, state, formulation, named, dt)
+    system = with_changes(system, state)
+    system, chosen = _with_formulation(system, state, formulation, solver, dt)
     events = as_events(event, system, state, max_events)
-    check_options(named, controller, dt, rtol, atol, gradient, loop)
-    _check_formulation(system, state, chosen, named, events, loop)
+    check_options(solver, controller, dt, rtol, atol, gradient, loop)
+    _check_formulation(system, state, chosen, solver, events, loop)
     ts = save_times(state.t, t1, ts)
     t1 = ts[-1] if t1 is None else as_host_array(t1)
-    choice, landings = Choice(named), 0 if interpolate else ts.size
+    choice, landings = Choice(solver), 0 if interpolate else ts.size
     if solver is None and dt is None and controller is None and loop == LOOPS[0]:
         choice = choose_solver(system, state, (state.t, t1), landings, rtol, chosen)
     given = {"dt": dt, "rtol": rtol, "gradient": gradient, "max_steps": max_steps, "loop": loop}
     options = _options(system, state, t1, chosen, events, landings, atol, progress)(
         choice.solver, controller, **given
     )
-    advice = functools.partial(advise, system, state, choice.solver)
+    advice = functools.partial(_advise, system, state, choice.solver)
     with progress_bar("simulate", state.t, t1, progress, advice):
         motion = _integrate(system, state, ts, t1, chosen, events, options)
-    motion = with_freedoms_told(system, state, motion) if chosen is Prescribed else motion
+    motion = with_freedoms_told(system, state, motion) if chosen == "prescribed" else motion
     if sample_periods(system) is not None:
         motion = replace_field(motion, "sampling", Sampling.of(state.t, options, chosen, _integrate))
-    motion = dataclasses.replace(with_jam(system, motion), solver=Note(choice.in_words(options, chosen)))
+    if system.friction is not None:
+        from ._jam import with_jam
+
+        motion = with_jam(system, motion)
+    motion = dataclasses.replace(motion, solver=Note(choice.in_words(options, chosen)))
     return _with_verdict(system, motion, state.t, throw, choice.solver)
 
 
@@ -150,7 +138,7 @@ def _options(system, state, t1, formulation, events, landings, atol, progress):
         make_options,
         span=(state.t, t1),
         atol=ATOL[state.coordinates.dtype.itemsize] if atol is None else atol,
-        lands_on_times=landings > 0 and not formulation.follows_rows,
+        lands_on_times=landings > 0 and not follows_rows(formulation),
         progress=progress is not None and as_flag("progress", progress),
         has_event=events is not None,
         max_actions=0 if events is None else events[0].max_actions,
@@ -164,32 +152,41 @@ def _with_formulation(system, state, formulation, solver, dt):
     Systems without freedom follow their rows.  Friction needs the accelerations, all that `Velocity` needs.
     """
     if formulation is None and is_prescribed(system, state):
-        formulation = Prescribed
+        formulation = "prescribed"
     elif formulation is None and system.friction is not None:
-        formulation = Velocity
-    if formulation in ("independent", Independent):
-        system = with_mobility_at(system, state)
-    return system, choose_formulation(formulation, solver, dt)
+        formulation = "velocity"
+    chosen = choose_formulation(formulation, solver, dt)
+    return with_mobility_at(system, state) if chosen == "independent" else system, chosen
 
 
 def _check_formulation(system, state, chosen, solver, events, loop):
     """Raises: ModelError, ValueError for a formulation, solver or loop that constraints, actions of events or sampled
     blocks do not go with."""
-    if chosen is Prescribed:
+    if chosen == "prescribed":
         check_prescribed(system, state)
-    if system.has_constraints:
-        check_memory(solver, "the projection onto the constraints")
-    if events is not None and any(events[0].acts):
-        check_memory(solver, "the action of an event")
+    acts, samples = events is not None and any(events[0].acts), sample_periods(system) is not None
+    if acts:
         _check_acting(chosen, loop)
-    if sample_periods(system) is not None:
-        _check_sampling(system, solver, loop)
+    if samples and loop != LOOPS[0]:
+        refuse_sampled(system, f"loop={loop!r}")
+    if solver is not None:
+        from ..ode._named_solver import check_memory  # with all of diffrax
+
+        moved = {
+            "the projection onto the constraints": system.has_constraints,
+            "the action of an event": acts,
+            "the sample of a block": samples,
+        }
+        for why in (why for why, happens in moved.items() if happens):
+            check_memory(solver, why)
 
 
 def _with_verdict(system, motion, t0, throw, solver):
     """The motion.  Raises: SimulationError where it failed, if it shall throw; warns of stiffening."""
     note(lambda: motion.result)
     if throw and is_concrete(motion.result) and not np.all(succeeded(np.asarray(motion.result))):
+        from ._failure import explain
+
         raise SimulationError(explain(system, motion, float(np.asarray(t0)), solver), motion)
     warn_of_stiffening(motion.diagnostics.stiffening)
     return motion
@@ -197,90 +194,14 @@ def _with_verdict(system, motion, t0, throw, solver):
 
 @jit
 def _integrate(system, state, ts, t1, formulation, events, options, samples_start=None):
-    at = at_state(system, state)
-    if system.rows:  # slopes and residuals of the same rows
-        at = closures.residual_and_directions(system, at)[1]
-    equations, p0 = formulation.begin(system, at, state.velocities, state.internal)
-    no_work = jnp.zeros(num_powers(system), p0.dtype)
-    open_at_start = lax.stop_gradient(jnp.maximum(state.residual, gap(system, at)))
-    ts, valid = valid_times(ts, state.t, t1)
-    valid = valid & (open_at_start <= CLOSED) & jnp.all(jnp.isfinite(state.coordinates))
-    valid = valid & jnp.all(jnp.isfinite(state.velocities))
-    if state.internal is not None:
-        valid = valid & state.internal.ok
-    names = () if events is None else events[1].names
-    places = _changed_places(system, state, events)
-    if events is not None:
-        equations, events = _with_events(equations, events, _state_of(system, state, places), places)
-        no_work = jnp.zeros(equations.size, p0.dtype) if any(events.acts) else no_work
-    args = Arguments(equations, events)
-    problem, final, y0 = integrate_equations(
-        args,
-        (state.coordinates, p0, no_work),
-        (state.t, ts, t1),
-        valid,
-        options,
-        has_projection=system.has_constraints,
-        saves_projection=system.has_constraints
-        and formulation.keeps_momenta
-        and options.lands_on_times
-        and events is None
-        and options.loop == "jaxmbs",
-        projection_is_error=formulation.follows_rows,
-        projects_error=equations.projects_error and options.dt is None,
-        norm=optimistix.rms_norm if formulation.follows_rows else None,
-        has_corners=has_corners(system),
-        periods=sample_periods(system),
-        samples_start=samples_start,
-    )
-    if problem.saves_projection:  # rows of velocities, which need no formulation to be read
-        args, t0 = Arguments(Velocity(system, at.P, jnp.ones_like(p0))), stop_gradients(state.t)
-        start = (state.coordinates, with_internal_values(state), no_work)
-        y0 = attach_time_derivative(start, 2.0 * t0 - state.t, t0, args.equations)
-        final = with_saved_steps(final, SavedStep(*y0), problem.times <= t0, final.t > t0)
-    return motion_of(args, state, y0, final, (ts, t1), open_at_start, options.lands_on_times, names, places)
+    from ._program import integrate  # and with it what is needed to trace a motion, not to take one from the store
 
-
-def _changed_places(system, state, events):
-    """Places of the leaves of the system that events change, or have changed before the start."""
-    numbers, structure = jax.tree.flatten(system)
-    others = [] if events is None else [other for other in events[1].systems if other is not None]
-    found = set() if state.changes is None else set(state.changes.places)
-    for other in others:
-        leaves = structure.flatten_up_to(other)
-        found |= {k for k, x in enumerate(leaves) if x is not None and eqx.is_inexact_array(numbers[k])}
-    return tuple(sorted(found))
-
-
-def _with_events(equations, events, state, places):
-    """The equations with the actions, and the events; arrays that their functions close over are arguments."""
-    if places and not any(events[0].acts):
-        asked = tuple(_WithChanges(f, state.changes) for f in events[0].conditions)
-        events, state = (
-            (dataclasses.replace(events[0], conditions=asked), events[1]),
-            replace_field(state, "changes", None),
-        )
-    events, actions = events[0].closed_over(state), events[1]
-    if not any(events.acts):
-        return equations, events
-    converted = tuple(f if f is None else eqx.filter_closure_convert(f, state) for f in actions.actions)
-    actions = Actions(converted, actions.systems, actions.names)
-    return HybridEquations.of(equations, actions, events.max_actions, places), events
-
-
-class _WithChanges(eqx.Module):
-    """A condition as a function of a state whose changes do not change."""
-
-    condition: Callable
-    changes: Changes
-
-    def __call__(self, state):
-        return self.condition(replace_field(state, "changes", self.changes))
+    return integrate(system, state, ts, t1, class_of(formulation), events, options, samples_start)
 
 
 def _check_acting(formulation, loop):
     """Raises: ValueError for what cannot go on after the action of an event."""
-    if formulation.follows_rows:
+    if follows_rows(formulation):
         raise ValueError(
             "an action changes velocities, and this mechanism has none that are free: its drives give all"
         )
@@ -288,14 +209,7 @@ def _check_acting(formulation, loop):
         raise ValueError(f"loop={loop!r} has no events that act: diffrax's loop ends at an event; take loop='jaxmbs'")
 
 
-def _check_sampling(system, solver, loop):
-    """Raises: ValueError for a solver that samples would leave behind, ModelError for diffrax's loop."""
-    check_memory(solver, "the sample of a block")
-    if loop != "jaxmbs":
-        refuse_sampled(system, f"loop={loop!r}")
+def _advise(system, state, solver):
+    from ._stiffest_mode import advise
 
-
-def _state_of(system, state, places):
-    """The state as one of the system: one written by hand does not know the joints."""
-    parts, changes = (state.t, state.coordinates, state.velocities), Changes.of(system, places)
-    return State(*parts, structure=system.topology.structure, internal=state.internal, changes=changes)
+    return advise(system, state, solver)

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .. import analysis  # by its room, so that only motions that are slow or fail import it
+from ..analysis._linearise import linearise
 from ..assembly._state import State
 from ..constraints._kic import velocity_map
 from ..constraints._mobility import with_mobility_at
@@ -16,7 +16,7 @@ from ..kinematics._element_flows import element_flows
 from ..kinematics._poses import coordinate_rate
 from ..model._changes import with_changes
 from ..model._system import System
-from ..ode._options import is_implicit
+from ..ode._named_solver import is_implicit
 from ..runtime import jit
 from ..signal_flow._acting_laws import acting_laws
 from ..signal_flow._signals import with_signals
@@ -40,7 +40,7 @@ def describe_stiffest_mode(system: System, state: State, step: float, solver: An
     system = with_mobility_at(system, state)
     if not system.topology.mobility or not np.isfinite(state.velocities).all():
         return ""
-    found = analysis.linearise(system, state)
+    found = linearise(system, state)
     roots, shapes = np.linalg.eig(np.asarray(found.state_space.A))
     rates = np.abs(roots)
     k = np.argmax(rates)

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ..assembly._state import State
 from ..checks import distinct_names, place_of
 from ..constraints._mobility import with_mobility_at
+from ..constraints._rows import is_rheonomic
 from ..dynamics._efforts import element_names
 from ..kinematics._configuration import at_state
 from ..kinematics._poses import node_parameters, normalise
@@ -25,8 +26,8 @@ from ..signal_flow._signals import signals_at, with_inputs
 from ..tables import sentence_repr
 from ..typing import ArrayLike, ScalarLike
 from ._accounts import gap
-from ._formulation import Formulation, is_rheonomic, num_powers
-from ._options import choose_formulation
+from ._formulation import Formulation, num_powers
+from ._options import choose_formulation, class_of
 
 
 class PhaseState(NamedTuple):
@@ -147,7 +148,7 @@ def vector_field(
     """
     check_system(system)
     refuse_sampled(system, "vector_field")
-    chosen = choose_formulation(formulation, None, None)
+    chosen = class_of(choose_formulation(formulation, None, None))
     if scale_at is not None:
         check_single_state(system, scale_at)
         system = with_mobility_at(system, scale_at)

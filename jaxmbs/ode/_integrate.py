@@ -12,7 +12,7 @@ import optimistix
 from jax import Array, lax
 from jaxtyping import PyTree
 
-from ..math._nan import value_where
+from ..math._nan import masked, value_where
 from ..runtime import FORWARD_MODE, ON_TAPE, jit, reverse_only
 from ..status import Status
 from ._adjoint import integrate_with_adjoint
@@ -20,7 +20,8 @@ from ._corners import CornerController
 from ._diffeqsolve import integrate_by_diffeqsolve
 from ._events import Events
 from ._loop import integrate, stop_gradients
-from ._options import Options, with_tolerances
+from ._named_solver import with_tolerances
+from ._options import Options, solver_or_default
 from ._problem import LoopState, OdeProblem, Projection
 from ._samples import SampleClock, with_start
 from ._stages_of_equations import shared_diagonal
@@ -160,16 +161,17 @@ def integrate_equations(
     if clock is not None and not options.lands_on_times:
         save = clock.just_before(save)
     end, save = jnp.where(valid, start + span, start), jnp.where(valid, save, start)
-    controller = stop_gradients(_controller(options, span, norm, has_corners))
+    solver, controller = solver_or_default(options.solver), _controller(options, span, norm, has_corners)
+    controller = stop_gradients(controller)
     first_step = stop_gradients(_FIRST_STEP * span if options.dt is None else options.dt)
     problem = OdeProblem(
-        stop_gradients(with_tolerances(options.solver, controller)),
+        stop_gradients(with_tolerances(solver, controller)),
         controller,
         save,
         end,
         options.max_steps,
         _rate,
-        stages=_stages if solves_stages(args.equations, options.solver) else None,
+        stages=_stages if solves_stages(args.equations, solver) else None,
         project=_project if has_projection else None,
         saves_projection=saves_projection,
         projection_is_error=projection_is_error,
@@ -303,9 +305,3 @@ def status_of(result: Any) -> Array:
     for name, value in _STATUS_OF_RESULT.items():
         code = jnp.where(result == getattr(diffrax.RESULTS, name), value, code)
     return code
-
-
-def masked(mask: Array, x: Array, value: Any) -> Array:
-    """x with the entries of its first axis where `mask` holds replaced by `value`."""
-    mask = mask.reshape(mask.shape + (1,) * (x.ndim - 1))
-    return jnp.where(mask, jnp.broadcast_to(jnp.asarray(value, x.dtype), x.shape), x)

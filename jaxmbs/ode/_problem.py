@@ -1,6 +1,5 @@
 """The initial value problem that the loop integrates, and the state of the loop between two steps."""
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -12,9 +11,8 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 from ._diffrax_internals import with_scan_kind
 from ._event import EventBracket
 from ._jumps import Jumps
+from ._options import MIN_CHECKPOINTS
 from ._samples import SampleClock
-
-MIN_CHECKPOINTS = 512  # two buffers of so many steps are small beside a program; motions of 262 144 steps fit them
 
 
 class Projection(NamedTuple):
@@ -93,6 +91,10 @@ class OdeProblem(eqx.Module):
         self.num_passed = jnp.searchsorted(self.times, self.times, side="right")
 
     @property
+    def has_fixed_steps(self) -> bool:
+        return isinstance(self.controller, diffrax.ConstantStepSize)
+
+    @property
     def term(self) -> diffrax.ODETerm:
         return diffrax.ODETerm(self.rate)
 
@@ -130,8 +132,3 @@ class LoopState(eqx.Module):
     def is_running(self, problem: OdeProblem) -> Bool[Array, ""]:
         """True while steps are left to take; false for NaN."""
         return (self.t < problem.t1) & diffrax.is_successful(self.result) & (self.tried < problem.max_steps)
-
-
-def checkpoints_for(steps: int) -> int:
-    """Checkpoints that the adjoint of so many steps needs: a power of two, so that few programs differ by it."""
-    return max(MIN_CHECKPOINTS, 1 << math.ceil(math.log2(max(steps, 1)) / 2))

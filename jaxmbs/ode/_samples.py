@@ -6,7 +6,6 @@ none at the end, so that a state saved at a sample is that before it, and a moti
 
 from typing import TYPE_CHECKING, Any
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -80,7 +79,7 @@ def first_numbers(problem: "OdeProblem") -> Int[Array, " m"] | None:
 
 def limit_length(problem: "OdeProblem", t: Array, t_next: Array) -> Array:
     """The end of the next step; one of fixed steps is counted from the last sample, not from the start."""
-    if problem.clock is None or not isinstance(problem.controller, diffrax.ConstantStepSize):
+    if problem.clock is None or not problem.has_fixed_steps:
         return t_next
     return jnp.minimum(t_next, t + problem.restart)  # type: ignore[operator]
 

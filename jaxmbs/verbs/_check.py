@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
+from .. import linear
 from ..errors import ModelError
 from ..joints._limits import JointLimits
-from ..linear._check import check as linear_check
 from ..model._entry_points import check_system
 from ..model._system import System
 from ..motion._joint_limits import JointUse, joint_use
@@ -33,6 +33,6 @@ def describe(
     return joint_use(system, motion, limits, efforts)
 
 
-@dispatch(describe, linear_check)
+@dispatch(lambda: describe, lambda: linear.check)
 def check(system: Any, *args: Any, **options: Any) -> Any:
     """Report on a model: the freedoms and constraints of a mechanism, or the faults of a linear system's matrices."""

@@ -3,11 +3,11 @@
 import functools
 import inspect
 from collections.abc import Callable
-from typing import ParamSpec, Protocol, TypeVar, overload
+from typing import Any, ParamSpec, Protocol, TypeVar, overload
 
-from ..coupling._measured_network import MeasuredNetwork
+from ..arguments import as_public_call
 from ..errors import ModelError
-from ..linear._system import LinearSystem
+from ..lazy import is_instance
 from ..model._entry_points import check_precision
 
 # the calls of a mechanism, of a linear system and of a measured network, and what they return
@@ -42,14 +42,74 @@ class _OfThree(Protocol[M, X, L, Y, N, Z]):
     def __call__(self, *args: N.args, **options: N.kwargs) -> Z: ...
 
 
+class Verb:
+    """A verb, which imports the function of a noun when it is first asked about one, or its documentation is read.
+
+    For Python's tools it is a function of its module: `help`, `inspect.signature` and pickles take it as one.
+    """
+
+    __name__: str
+
+    def __init__(self, verb: Callable, nouns: dict[str, Callable[[], Callable]]):
+        functools.update_wrapper(self, verb, ("__module__", "__name__", "__qualname__"), ())
+        self._text, self._nouns = inspect.getdoc(verb), nouns
+
+        @functools.wraps(verb)
+        def dispatched(system, *args, **options):
+            return self._of(system)(system, *args, **options)
+
+        self._call = as_public_call(dispatched, verb.__name__)
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        return self._call(*args, **options)
+
+    def _of(self, system):
+        """The function of a noun."""
+        if is_instance(system, "jaxmbs.coupling._measured_network", "MeasuredNetwork"):
+            if MEASURED not in self._nouns:
+                names = ", ".join(map(repr, system.measured))
+                why = f"{self.__name__} needs the matrices of {names}, which are known by measurement only"
+                raise ModelError([f"{why}: use frequency_response"])
+            return self._nouns[MEASURED]()
+        if is_instance(system, "jaxmbs.linear._system", "LinearSystem"):
+            check_precision(system.mass)
+            return self._nouns[LINEAR]()
+        return self._nouns[MECHANISM]()
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return _common_signature([function() for function in self._nouns.values()])
+
+    @property
+    def __doc__(self) -> str:  # type: ignore[override]
+        entries = [_entry(noun, function()) for noun, function in self._nouns.items()]
+        return "\n\n".join([str(self._text), *entries])
+
+    def __get__(self, instance: Any, owner: type | None = None) -> "Verb":
+        return self  # what has this is a routine for `help`
+
+    def __reduce__(self) -> str:
+        return self.__name__
+
+    def __content__(self) -> list:
+        return [self.__module__, self.__name__]
+
+
+MECHANISM, LINEAR, MEASURED = "a mechanism", "a linear system", "a network with measured components"
+
+
 @overload
-def dispatch(of_mechanism: Callable[M, X], of_linear: Callable[L, Y]) -> Callable[[Callable], _OfTwo[M, X, L, Y]]:
+def dispatch(
+    of_mechanism: Callable[[], Callable[M, X]], of_linear: Callable[[], Callable[L, Y]]
+) -> Callable[[Callable], _OfTwo[M, X, L, Y]]:
     """Of verbs of mechanisms and of linear systems."""
 
 
 @overload
 def dispatch(
-    of_mechanism: Callable[M, X], of_linear: Callable[L, Y], of_measured: Callable[N, Z]
+    of_mechanism: Callable[[], Callable[M, X]],
+    of_linear: Callable[[], Callable[L, Y]],
+    of_measured: Callable[[], Callable[N, Z]],
 ) -> Callable[[Callable], _OfThree[M, X, L, Y, N, Z]]:
     """Of verbs that networks of measured components have too."""
 
@@ -58,37 +118,12 @@ def dispatch(of_mechanism: Callable, of_linear: Callable, of_measured: Callable 
     """Decorator of a verb: calls go to the function of the first argument's type, whose signature type checkers see,
     and `help` documents each of them.
 
-    Args: of_measured: of a network with measured components; None where it has no answer.
+    Args:
+        of_mechanism, of_linear: functions without arguments that return those of the nouns, which are imported then.
+        of_measured: of a network with measured components; None where it has no answer.
     """
-
-    def decorate(verb: Callable) -> Callable:
-        implementation = functools.singledispatch(of_mechanism)
-
-        @implementation.register(LinearSystem)
-        def _(system, *args, **options):
-            check_precision(system.mass)
-            return of_linear(system, *args, **options)
-
-        @implementation.register(MeasuredNetwork)
-        def _(system, *args, **options):
-            if of_measured is None:
-                names = ", ".join(map(repr, system.measured))
-                why = f"{verb.__name__} needs the matrices of {names}, which are known by measurement only"
-                raise ModelError([f"{why}: use frequency_response"])
-            return of_measured(system, *args, **options)
-
-        @functools.wraps(verb)
-        def dispatched(system, *args, **options):
-            return implementation(system, *args, **options)
-
-        nouns = [of_mechanism, of_linear] + ([of_measured] if of_measured else [])
-        dispatched.__signature__ = _common_signature(nouns)  # type: ignore[attr-defined]
-        entries = [_entry("a mechanism", of_mechanism), _entry("a linear system", of_linear)]
-        entries += [_entry("a network with measured components", of_measured)] if of_measured else []
-        dispatched.__doc__ = "\n\n".join([str(inspect.getdoc(verb)), *entries])
-        return dispatched
-
-    return decorate
+    nouns = {MECHANISM: of_mechanism, LINEAR: of_linear} | ({MEASURED: of_measured} if of_measured else {})
+    return lambda verb: Verb(verb, nouns)
 
 
 def _common_signature(functions: list[Callable]) -> inspect.Signature:

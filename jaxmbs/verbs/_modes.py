@@ -2,11 +2,10 @@
 
 from typing import Any
 
-from ..analysis._mechanism_modes import modes as mechanism_modes
-from ..vibration._system_analysis import modes as linear_modes
+from .. import analysis, vibration
 from ._dispatch import dispatch
 
 
-@dispatch(mechanism_modes, linear_modes)
+@dispatch(lambda: analysis.modes, lambda: vibration.modes)
 def modes(system: Any, *args: Any, **options: Any) -> Any:
     """Modes of vibration: of a mechanism about a state, or of a linear system."""
