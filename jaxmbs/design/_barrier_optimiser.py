@@ -35,7 +35,7 @@ def interior_point_search(search: ConstrainedSearch, steps: int, compile: str) -
             jnp.where(where.has_lower, mu / where.below, 0.0),
             jnp.where(where.has_upper, mu / where.above, 0.0),
         )
-        first = first._replace(z=mu / first.s, low=low, high=high)
+        first = first._replace(z=jnp.full_like(first.z, jnp.inf), low=low, high=high)
         return barrier_search(barrier, first, mu, _CLOSER * search.tolerance, steps)
 
     ends = [jnp.asarray((end - start) / scale) for end in (variables.lower, variables.upper)]

@@ -1,5 +1,6 @@
 """A problem under equations, inequalities and bounds as a pytree of functions, and its derivatives at a point."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,6 +17,8 @@ class BarrierProblem(eqx.Module):
         functions: of x (n,) to (f, e (p,), c (m,)), a pytree.
         exact: second derivatives are exact, else of a BFGS matrix.
         reverse: mode of first derivatives.
+        is_scaled: a search scales functions whose gradients at its first point are large.
+        is_warm: multipliers of the first iterate are those of a problem nearby.
         has_history: a search records its steps.
     """
 
@@ -24,7 +27,18 @@ class BarrierProblem(eqx.Module):
     upper: Array
     exact: bool = eqx.field(static=True)
     reverse: bool = eqx.field(static=True)
+    is_scaled: bool = eqx.field(static=True, default=False)
+    is_warm: bool = eqx.field(static=True, default=False)
     has_history: bool = eqx.field(static=True, default=False)
+
+    def times(self, factors: tuple) -> "BarrierProblem":
+        """The problem with factors () of f, (p,) of e and (m,) of c."""
+        return dataclasses.replace(self, functions=ScaledFunctions(self.functions, factors))
+
+    def sizes(self, x: Array) -> tuple[int, int]:
+        """Numbers p of equations and m of inequalities."""
+        _, e, c = jax.eval_shape(self.functions, x)
+        return e.size, c.size
 
     def slopes(self, x: Array) -> tuple[tuple, tuple]:
         """Values (f, e, c) at x, and their derivatives."""
@@ -40,8 +54,7 @@ class BarrierProblem(eqx.Module):
 
     def _has_more_rows(self, x):
         """True if functions are more than variables, so that forward mode takes fewer passes, and have it."""
-        _, e, c = jax.eval_shape(self.functions, x)
-        if 1 + e.size + c.size <= x.size:
+        if 1 + sum(self.sizes(x)) <= x.size:
             return False
         try:
             jax.eval_shape(lambda x: jax.jvp(self.functions, (x,), (x,)), x)
@@ -58,6 +71,17 @@ class BarrierProblem(eqx.Module):
         """Second derivative (n, n) of the Lagrangian."""
         derive = jax.grad if self.reverse else jax.jacfwd
         return jax.jacfwd(derive(lambda x: self.lagrangian(x, weights)))(x)
+
+
+class ScaledFunctions(eqx.Module):
+    """Functions of x to (f, e, c) times factors."""
+
+    functions: Callable
+    factors: tuple
+
+    def __call__(self, x: Array) -> tuple:
+        """The products."""
+        return tuple(part * factor for part, factor in zip(self.functions(x), self.factors, strict=True))
 
 
 class Iterate(NamedTuple):

@@ -21,7 +21,6 @@ from ._barrier_search import CONVERGED, REASONS, BarrierSolution, barrier_search
 from ._optimum import History
 from ._variables import bounds_by_leaf
 
-_STEEPEST = 100.0  # gradients above this at the start are scaled to it, as IPOPT does
 _FIRST_MU, _WARM_MU = 0.1, 1e-5
 
 
@@ -141,45 +140,27 @@ def interior_point(
     at = None if warm is None else warm._at
     if not_tracing() and is_concrete(x0, lower, upper, at):
         solve = jit(solve, compile=compile)
-    found, value, scale = solve(x0, lower, upper, at)
-    of_value, of_equations, of_inequalities = scale
-    at = found.at
+    found = solve(x0, lower, upper, at)
+    (unit, of_equations, of_inequalities), at = found.factors, found.at
     return InteriorPoint(
-        unravel(at.x), value, at.y * of_equations / of_value, at.z * of_inequalities / of_value, at.low / of_value,
-        at.high / of_value, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
-        _history(found.history, of_value) if has_history else None,
+        unravel(at.x), found.value, at.y * of_equations / unit, at.z * of_inequalities / unit, at.low / unit,
+        at.high / unit, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
+        _history(found.history) if has_history else None,
     )  # fmt: skip
 
 
-def _history(rows, scale):
-    """The steps, of rows (..., steps + 1, 3), in units of the objective."""
-    return History(rows[..., 0] / jnp.expand_dims(scale, -1), rows[..., 1], rows[..., 2])
+def _history(rows):
+    """The steps, of rows (..., steps + 1, 3)."""
+    return History(rows[..., 0], rows[..., 1], rows[..., 2])
 
 
-def _solve(
-    functions, exact, reverse, tolerance, steps, has_history, x0, lower, upper, warm
-) -> tuple[BarrierSolution, Array, tuple]:
-    """The solution of the scaled problem, the objective, and the factors of scaling."""
-    plain = BarrierProblem(eqx.filter_closure_convert(functions, x0), lower, upper, exact, reverse)
-    start = jnp.clip(x0, lower, upper)
-    _, slopes = plain.slopes(start)
-    factor = lambda rows: jax.lax.stop_gradient(jnp.minimum(1.0, _STEEPEST / jnp.maximum(_largest(rows), 1e-300)))
-    scale = tuple(factor(rows) for rows in slopes)
-
-    def scaled(x):
-        return tuple(part * factor for part, factor in zip(functions(x), scale, strict=True))
-
-    problem = BarrierProblem(eqx.filter_closure_convert(scaled, x0), lower, upper, exact, reverse, has_history)
-    first = jax.lax.stop_gradient(first_iterate(problem, start, warm))
+def _solve(functions, exact, reverse, tolerance, steps, has_history, x0, lower, upper, warm) -> BarrierSolution:
+    """The solution, its multipliers those of the scaled problem."""
+    converted = eqx.filter_closure_convert(functions, x0)
+    problem = BarrierProblem(converted, lower, upper, exact, reverse, True, warm is not None, has_history)
+    first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), warm))
     mu = jnp.asarray(_FIRST_MU if warm is None else _WARM_MU, x0.dtype)
-    found = barrier_search(problem, first, mu, tolerance, steps)
-    return found, functions(found.at.x)[0], scale
-
-
-def _largest(rows):
-    """Largest entry of each gradient (..., n)."""
-    size = jnp.max(jnp.abs(rows), axis=-1, initial=0.0)
-    return jnp.where(jnp.isfinite(size), size, 1.0)
+    return barrier_search(problem, first, mu, tolerance, steps)
 
 
 def _flat(function, design):

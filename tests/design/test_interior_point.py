@@ -190,3 +190,12 @@ def test_thousands_of_inequalities():
     assert found.ok and int(found.steps) < 60
     np.testing.assert_allclose(found.value, -0.8, rtol=1e-6)
     assert 1 <= int(jnp.sum(found.active)) < 50
+
+
+def test_functions_stand_twice_in_the_program():
+    """Once for trials and once for slopes: they are most of what is compiled."""
+    plain = lambda x: jax.lax.digamma(x[0]) ** 2
+    search = lambda x: (
+        interior_point(plain, x, inequalities=lambda x: 1.0 - x, hessian="bfgs", gradient="forward").value
+    )
+    assert str(jax.make_jaxpr(search)(START)).count("= digamma") == 2
