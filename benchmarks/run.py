@@ -16,6 +16,7 @@ NAMES = (
     "solvers",
     "rows_of_loops",
     "reactions",
+    "reliability",
     "substructures",
     "component_chain",
     "elastic_bodies",

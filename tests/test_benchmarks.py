@@ -20,6 +20,7 @@ PACKAGES = {
     "solvers": (),
     "rows_of_loops": (),
     "reactions": (),
+    "reliability": (),
     "substructures": (),
     "component_chain": (),
     "elastic_bodies": (),
@@ -55,7 +56,7 @@ LONG += ("vehicles", "validity", "cold_start", "compiler_tricks", "energy_drift"
 LONG += ("openmdao_component", "fmu_calls")
 LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
 LONG += ("cables", "contact", "hydraulic_arm", "joint_friction", "kinds", "long_run_energy", "notebooks")
-LONG += ("qualification", "shock_records", "states", "study_store")
+LONG += ("qualification", "reliability", "shock_records", "states", "study_store")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers", "identify_arm")
 
 

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
-from jaxtyping import Float
 
 from ..math import _square as square
 
@@ -29,6 +29,8 @@ REASONS = (
 )
 CONVERGED, STEP_LIMIT, STALLED, NOT_FINITE, FLAT = range(5)
 _SHORTEST = 1e-8  # part of a step that is tried last
+_DISTANCE = 3.0  # of first points from the medians, in deviations
+MORE_STARTS = 8  # where no search from the medians ends
 
 
 class DesignPoint(NamedTuple):
@@ -74,6 +76,10 @@ class NearestFailure(eqx.Module):
         """Inverse of the curvature that the search begins with."""
         return jnp.ones(())
 
+    def rank(self, answer):
+        """The nearer the better."""
+        return jnp.abs(answer)
+
     def answer(self, u, g, slope):
         """Signed distance to the tangent of the limit state: negative where the origin fails."""
         return (g - slope @ u) / _length(slope)
@@ -108,6 +114,10 @@ class WorstAtDistance(eqx.Module):
         """Inverse of the curvature that the search begins with: that of the sphere."""
         return self.distance / _length(slope)
 
+    def rank(self, answer):
+        """The worse the better found."""
+        return answer
+
     def answer(self, u, g, slope):
         """The limit state at the point."""
         return g
@@ -120,16 +130,41 @@ class WorstAtDistance(eqx.Module):
 
 @eqx.filter_custom_jvp
 def find_design_point(
-    problem: NearestFailure | WorstAtDistance, start: Float[Array, " n"], tolerance: float, steps: int, reverse: bool
-) -> DesignPoint:
+    problem: NearestFailure | WorstAtDistance, start: Array, tolerance: float, steps: int, reverse: bool,
+    every: bool = False,
+) -> DesignPoint:  # fmt: skip
     """Find a design point from a start; its derivatives by the problem are by the implicit function theorem.
 
     Args:
         problem: whose `limit` is a pytree: `equinox.filter_closure_convert` makes one.
+        start: (n,), or (k, n): of these one after another, until a search ends at a point.
+        every: search from all of them; the best of their ends is the answer.
         tolerance: of the point, relative to its distance or to one.
         steps: gradients at most.
         reverse: mode of the gradient of the limit state.
     """
+    if start.ndim == 1:
+        return _search(problem, start, tolerance, steps, reverse)
+
+    def unfinished(state):
+        count, best = state
+        return (count < len(start)) & (every | (best.reason != CONVERGED))
+
+    def attempt(state):
+        count, best = state
+        found = _search(problem, start[count], tolerance, steps, reverse)
+        better = (best.reason != CONVERGED) | (problem.rank(found.answer) < problem.rank(best.answer))
+        better = (count == 0) | (better & (found.reason == CONVERGED))
+        chosen = jax.tree.map(lambda a, b: jnp.where(better, a, b), found, best)
+        return count + 1, chosen._replace(evaluations=best.evaluations + found.evaluations)
+
+    none = _start(start[0])
+    first = DesignPoint(none.g, none.u, none.multiplier, none.g, none.gradient, none.count, none.reason)
+    return lax.while_loop(unfinished, attempt, (jnp.zeros((), jnp.int32), first))[1]
+
+
+def _search(problem, start, tolerance, steps, reverse):
+    """The end of a search from one start (n,)."""
     gradient = _slopes(problem.limit, reverse)
 
     def unfinished(carry):
@@ -155,8 +190,8 @@ def find_design_point(
 
 @find_design_point.def_jvp
 def _find_design_point_jvp(primals, tangents):
-    problem, start, tolerance, steps, reverse = primals
-    found = find_design_point(problem, start, tolerance, steps, reverse)
+    problem, *_, reverse, _ = primals
+    found = find_design_point(*primals)
     slopes = _slopes(problem.limit, reverse)
 
     def changed(function):
@@ -181,7 +216,15 @@ def _find_design_point_jvp(primals, tangents):
     return found, DesignPoint(answer, moved[:-1], moved[-1], g, slope, None, None)
 
 
-class _Search(NamedTuple):
+def first_points(n: int, number: int, seed: int) -> np.ndarray:
+    """First points (number, n) of searches: the origin, and directions at the distance of rare events."""
+    directions = np.random.default_rng(seed).normal(size=(number, n))
+    directions[0] = 0.0
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    return _DISTANCE * directions / np.where(lengths > 0.0, lengths, 1.0)
+
+
+class _State(NamedTuple):
     """A search: the point accepted last, the step from it and what is tried of it."""
 
     u: Any
@@ -203,7 +246,7 @@ def _start(start):
     zero, n = jnp.zeros((), start.dtype), start.shape[0]
     none = jnp.zeros(n, start.dtype)
     count, reason = jnp.zeros((), jnp.int32), jnp.asarray(STEP_LIMIT, jnp.int32)
-    return _Search(
+    return _State(
         start, zero, none, jnp.eye(n), none, zero + 1.0, zero, zero + jnp.inf, zero, zero, zero, count, reason
     )
 
@@ -232,7 +275,7 @@ def _accepted(problem, carry, u, g, slope, tolerance):
     weight = jnp.where(
         is_first, 2.0 * jnp.abs(multiplier), jnp.maximum(1.5 * jnp.abs(multiplier), 0.5 * carry.weight)
     )
-    found = _Search(
+    found = _State(
         u, g, slope, inverse, step, jnp.ones_like(g), multiplier, f + weight * jnp.abs(equation),
         gradient @ step - weight * jnp.abs(equation), weight, tried, carry.count, carry.reason,
     )  # fmt: skip

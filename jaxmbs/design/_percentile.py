@@ -9,11 +9,11 @@ import jax.numpy as jnp
 from jax import Array
 from jax.scipy.special import ndtri
 
-from ..checks import any_concrete, is_concrete, number_faults
+from ..checks import any_concrete, count_faults, is_concrete, number_faults
 from ..errors import ModelError
 from ..probability import RandomVariables
 from ..runtime import jit, not_tracing
-from ._design_point import CONVERGED, WorstAtDistance, find_design_point
+from ._design_point import CONVERGED, MORE_STARTS, WorstAtDistance, find_design_point, first_points
 from ._limit_state import read_variables
 
 
@@ -25,6 +25,7 @@ def percentile(
     steps: int = 100,
     gradient: str = "reverse",
     compile: str = "auto",
+    starts: int | None = None,
 ) -> Array:
     """The value () that a function of random numbers lies below in `percent` per cent of all cases.
 
@@ -38,6 +39,8 @@ def percentile(
         variables: as of `reliability`.
         percent: between 0 and 100.
         tolerance, steps, gradient, compile: as of `reliability`.
+        starts: searches from the medians and from others around; the worst of their ends is the answer.  By default
+            from the medians, and where that ends at no point from up to seven others, until one does.
 
     Returns: nan where the search did not end at a point.
 
@@ -47,6 +50,7 @@ def percentile(
     """
     variables = read_variables(variables)
     faults = number_faults("percent", percent, positive=True) + number_faults("tolerance", tolerance, positive=True)
+    faults += [] if starts is None else count_faults("starts", starts, 1)
     if any_concrete(lambda x: x >= 100.0, percent):
         faults.append(f"percent must lie between 0 and 100, got {percent}")
     if gradient not in ("reverse", "forward"):
@@ -55,14 +59,14 @@ def percentile(
         raise ModelError(faults, "the question")
 
     def solve(variables, percent):
-        return _value(function, variables, percent, tolerance, steps, gradient == "reverse")
+        return _value(function, variables, percent, tolerance, steps, gradient == "reverse", starts)
 
     if not_tracing() and is_concrete(variables, percent):
         solve = jit(solve, compile=compile)
     return solve(variables, jnp.asarray(percent, float))
 
 
-def _value(function, variables, percent, tolerance, steps, reverse):
+def _value(function, variables, percent, tolerance, steps, reverse, starts):
     """The largest value at a distance from the medians, or the least where less than half of the cases lie below."""
     distance = ndtri(percent / 100.0)
     side = jax.lax.stop_gradient(jnp.where(distance < 0.0, 1.0, -1.0))  # the search is for the least
@@ -74,7 +78,7 @@ def _value(function, variables, percent, tolerance, steps, reverse):
             raise TypeError(f"a percentile is that of one real number, the function returned shape {value.shape}")
         return side * value
 
-    start = jnp.zeros(len(names))
-    problem = WorstAtDistance(eqx.filter_closure_convert(limit, start), jnp.abs(distance))
-    found = find_design_point(problem, start, tolerance, steps, reverse)
+    first = jnp.asarray(first_points(len(names), MORE_STARTS if starts is None else starts, 0))
+    problem = WorstAtDistance(eqx.filter_closure_convert(limit, first[0]), jnp.abs(distance))
+    found = find_design_point(problem, first, tolerance, steps, reverse, starts is not None)
     return side * jnp.where(found.reason == CONVERGED, found.answer, jnp.nan)

@@ -15,8 +15,17 @@ from ..checks import count_faults, number_faults
 from ..errors import ModelError
 from ..probability import RandomVariables
 from ..runtime import jit, kept_tiers
+from ._bending import bent_points
 from ._chaos_reliability import TOLERANCE, ChaosLimit, chaos_limit, far_from_failure
-from ._design_point import CONVERGED, NOT_FINITE, DesignPoint, NearestFailure, find_design_point
+from ._design_point import (
+    CONVERGED,
+    MORE_STARTS,
+    NOT_FINITE,
+    DesignPoint,
+    NearestFailure,
+    find_design_point,
+    first_points,
+)
 from ._distinct_points import distinct_points, unproven_points
 from ._importance_sampling import importance_sampling, interval
 from ._limit_state import LimitState, read_variables, scalar_limit, trace_limit_state
@@ -107,11 +116,13 @@ def _by_design_points(
     """The question by first order, and what follows from its design points."""
     n = len(variables.names)
     search = jit(functools.partial(_search, traced, question), compile=question.compile)
-    found = jax.tree.map(np.asarray, search(variables, jnp.asarray(_first_points(n, question))))
+    found = jax.tree.map(
+        np.asarray, search(variables, jnp.asarray(first_points(n, question.starts or 1, question.seed)))
+    )
     # without a number at the medians no side is known
     is_lost = ~np.isin(found.reason[:, 0], (CONVERGED, NOT_FINITE))
     if question.starts is None and np.any(is_lost):
-        return _by_design_points(traced, variables, question._replace(starts=_MORE_STARTS))
+        return _by_design_points(traced, variables, question._replace(starts=MORE_STARTS))
     points, which, faults = distinct_points(found, question.system)
     common: dict[str, Any] = {"method": question.method, "gradients": int(np.sum(found.evaluations))}
     if not len(points.u):
@@ -119,6 +130,8 @@ def _by_design_points(
         unknown = Reliability(np.nan, np.nan, none, none, none, points=points.u, indices=points.answer, **common)
         return dataclasses.replace(unknown, faults=faults)
     faults = (*faults, *unproven_points(traced, variables, points, which, question.compile))
+    if question.method in ("form", "sorm"):
+        faults = (*faults, *bent_points(traced, variables, points, which, question))
     first = jax.tree.map(lambda x: jnp.asarray(x[np.argmin(np.abs(points.answer))]), points)
     numbers, shares = jit(_at_design_point)(variables, first)
     common["design_point"] = {name: float(numbers[name]) for name in variables.names}
@@ -194,14 +207,6 @@ def _search(traced, question, variables, starts):
     return jax.vmap(lambda k: jax.vmap(lambda start: one(k, start))(starts))(jnp.arange(traced.size))
 
 
-def _first_points(n: int, question: ReliabilityOptions) -> np.ndarray:
-    """First points (starts, n) of searches: the origin, and directions at the distance of rare events."""
-    directions = np.random.default_rng(question.seed).normal(size=(question.starts or 1, n))
-    directions[0] = 0.0
-    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    return _DISTANCE * directions / np.where(lengths > 0.0, lengths, 1.0)
-
-
 def _at_design_point(variables, point):
     """The random numbers at a design point, and their importances."""
     return variables.from_normal(point.u), importances(variables, point.u, point.gradient)
@@ -223,6 +228,4 @@ def _check(method, system, starts, samples, tolerance, steps) -> None:
 
 
 _NORMAL_999 = 3.290526731491896  # standard normal number of the two-sided 99.9 % interval
-_DISTANCE = 3.0  # of first points from the medians, in deviations
-_MORE_STARTS = 8  # where no search from the medians ends
 _FEWEST = 100  # samples from which a probability can be said

@@ -15,8 +15,8 @@ from ._design_point import DesignPoint
 
 
 def curvature_matrix(limit: Callable, point: DesignPoint, reverse: bool) -> Float[Array, "n n"]:
-    """Curvature of the limit state over the plane across the design point, positive where it bends away from the
-    medians; zero along the direction of the point."""
+    """Curvature of the limit state over the plane across the design point, positive where it bends towards the side
+    that fails; zero along the direction of the point."""
     size = jnp.sqrt(point.gradient @ point.gradient)
     normal = point.gradient / size
     hessian = jax.jacfwd(jax.grad(limit) if reverse else jax.jacfwd(limit))(point.u)
@@ -49,7 +49,7 @@ def second_order(index: Array, curvature: Float[Array, "n n"]) -> SecondOrder:
     """
     curvatures = eigh(curvature, jnp.eye(len(curvature)))[0]
     first = ndtr(-index)
-    is_nearest = jnp.all(1.0 + jnp.abs(index) * curvatures > 0.0)
+    is_nearest = jnp.all(1.0 + index * curvatures > 0.0)
     corrected = [first / jnp.sqrt(_product(s, curvatures)) for s in (index, norm.pdf(index) / first)]
     tvedt = _paraboloid(index, curvatures)
     tvedt, breitung, hohenbichler = (jnp.where(is_nearest, x, jnp.nan) for x in (tvedt, *corrected))

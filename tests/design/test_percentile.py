@@ -58,3 +58,17 @@ def test_what_is_no_percentile_is_refused():
     for percent in (0.0, 100.0, -1.0):
         with pytest.raises(mbs.ModelError, match="percent must"):
             percentile(lambda x: x["a"], {"a": Normal(0.0, 1.0)}, percent)
+
+
+@pytest.mark.slow
+def test_percentiles_without_a_slope_at_the_medians_and_of_several_worst_points():
+    """Of a square, two sided: by its own way to other starts.  Of a ridge the first end is the wrong one."""
+    numbers, d = {"a": Normal(0.0, 1.0), "b": Normal(0.0, 1.0)}, ndtri(0.99)
+    square = lambda s: percentile(lambda x: s * x["a"] ** 2, numbers, 99.0)
+    found = mbs.jit(jax.value_and_grad(square), compile="tape")
+    np.testing.assert_allclose(found(2.0), [2.0 * d**2, d**2], rtol=1e-6)
+    ridge = lambda x: 0.1 * x["a"] + 0.5 * x["b"] ** 2  # at the distance d most where a is 0.1
+    np.testing.assert_allclose(percentile(ridge, numbers, 99.0), 0.1 * d, rtol=1e-6)
+    np.testing.assert_allclose(percentile(ridge, numbers, 99.0, starts=8), 0.005 + 0.5 * d**2, rtol=1e-6)
+    with pytest.raises(mbs.ModelError, match="starts must"):
+        percentile(ridge, numbers, 99.0, starts=0)

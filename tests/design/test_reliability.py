@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scipy.integrate
 from scipy.special import ndtr
 from scipy.stats import norm
 
@@ -163,9 +164,29 @@ def test_what_the_first_order_does_not_see_is_told():
     bent = reliability(lambda x: 3.0 - (x["a"] + x["b"]) / np.sqrt(2.0) - 0.5 * (x["a"] - x["b"]) ** 2, TWO, "sorm")
     assert not bent.ok and np.isnan(bent.probability)
     doubtful = reliability(lambda x: 3.0 - x["a"] - 0.15 * x["b"] ** 2, TWO, samples=4000)
-    assert "samples about the design point give" in doubtful.faults[0]
+    assert any("samples about the design point give" in fault for fault in doubtful.faults)
+    assert "bends within a deviation" in doubtful.faults[0]
+    assert reliability(lambda x: 3.0 - x["a"] - 0.01 * x["b"] ** 2, TWO).ok
     gone = reliability(lambda x: jnp.sqrt(x["a"] - 1.0), TWO)
     assert "no finite value" in gone.faults[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["form", "sorm"])
+def test_a_surface_that_is_no_paraboloid_is_told(method):
+    """Problem 31 of the black-box reliability challenge (Rozsas and Slobbe 2019): both orders are wrong by seven."""
+    found = reliability(lambda x: 2.0 - x["b"] + 256.0 * x["a"] ** 4, TWO, method)
+    assert found.probability > 5.0 * 3.226681e-3
+    assert not found.ok and "bends within a deviation" in found.faults[0]
+
+
+@pytest.mark.slow
+def test_the_second_order_where_the_medians_fail():
+    """A parabola that bends away from the medians, which fail: by an integral over one number."""
+    found = reliability(lambda x: x["a"] - 2.0 - 0.25 * x["b"] ** 2, TWO, "sorm")
+    holds = scipy.integrate.quad(lambda b: norm.pdf(b) * norm.sf(2.0 + 0.25 * b**2), -10.0, 10.0)[0]
+    assert found.ok and found.index < 0.0
+    np.testing.assert_allclose(1.0 - found.probability, holds, rtol=1e-8)
 
 
 @pytest.mark.slow
