@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from .errors import ModelError, UnknownNameError, warn
+from .lazy import is_instance
 
 #: Numbers from here on have squares that are not finite.
 LARGEST = 1e150
@@ -22,6 +23,11 @@ def is_concrete(*values: Any) -> bool:
 def may_be_nonzero(*values: Any) -> bool:
     """True if some number is other than zero, or traced."""
     return not is_concrete(*values) or any(np.any(np.asarray(value) != 0) for value in values)
+
+
+def is_sparse(value: Any) -> bool:
+    """True for a sparse array of SciPy."""
+    return is_instance(value, "scipy.sparse", "sparray")
 
 
 def shape_of(value: Any) -> tuple[int, ...]:

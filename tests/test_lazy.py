@@ -24,6 +24,7 @@ LATE = {  # third parties that `import jaxmbs` leaves alone
     *("openmdao", "tesseract_core", "control", "fmpy", "IPython", "pandas"),
 }
 OWN = {"lazy", "typing", "errors", "checks", "arguments", "atomic_write", "runtime"}  # that `import jaxmbs` runs
+MOST_FILES_OF_AN_ANSWER = 275
 MOST_FILES = 96  # of them, most of `runtime`; of every room there are more than 700
 
 
@@ -51,6 +52,35 @@ def test_what_integrates_nothing_loads_no_solver(name):
     loaded = _answer(f"import jaxmbs, json, sys; jaxmbs.{name}; print(json.dumps(sorted(sys.modules)))")
     late = LATE - {"scipy"}
     assert not late & {name.partition(".")[0] for name in loaded}
+
+
+_PENDULUM = """
+import json, sys
+import jax
+import jaxmbs
+jax.config.update("jax_enable_x64", True)
+b = jaxmbs.SystemBuilder(gravity=(0.0, -9.81, 0.0))
+b.body("bob", mass=1.0, com=(0.0, -1.0, 0.0))
+b.joint("pin", jaxmbs.Revolute("z"), "ground", "bob")
+system = b.build()
+motion = jaxmbs.simulate(system, jaxmbs.State.at(system, pin=0.3), t1=0.5)
+force = jaxmbs.reactions(system, motion)["pin"].force
+print(json.dumps([force.tolist(), sorted(sys.modules)]))
+"""
+
+
+@pytest.mark.slow
+def test_an_answer_of_the_store_loads_what_it_needs(tmp_path, monkeypatch):
+    """No solver, no SciPy, no linear systems, no equations of motion: those are in the tapes."""
+    monkeypatch.setenv("JAXMBS_STORE", str(tmp_path))
+    (first, _), (second, loaded) = _answer(_PENDULUM), _answer(_PENDULUM)
+    assert second == first
+    assert not LATE & {name.partition(".")[0] for name in loaded}
+    own = [name for name in loaded if name.startswith("jaxmbs.")]
+    assert not {"coupling", "linear", "vibration", "statics"} & {
+        name.split(".")[1] for name in own if name.count(".") > 1
+    }
+    assert len(own) <= MOST_FILES_OF_AN_ANSWER, own
 
 
 @pytest.mark.parametrize("room", [*FACES, "jaxmbs.verbs", "jaxmbs.dynamics.paper"])

@@ -12,10 +12,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.sparse
 from jax import lax
-from scipy.sparse.csgraph import connected_components
 
+from ..checks import is_sparse
 from ..constraints import _closures as closures
 from ..constraints._constraints import rows_are_lengths
 from ..constraints._linear_rows import FrontalRows
@@ -54,7 +53,7 @@ def branch_signs(system: System, A, held: Sequence[int] = ()):
     if isinstance(A, FrontalRows):
         return _signs_by_blocks(system, A, loop_blocks(system, held))
     blocks, least = loop_blocks(system, held), _SINGULAR_PIVOT[A.dtype.itemsize]
-    is_host = isinstance(A, np.ndarray) or scipy.sparse.issparse(A)
+    is_host = isinstance(A, np.ndarray) or is_sparse(A)
     xp, length = (np, np.asarray(system.length)) if is_host else (jnp, system.length)
     unit = xp.where(rows_are_lengths(system), 1.0 / length, 1.0).astype(A.dtype)
     size = xp.where(np.asarray(top.spins) > 0, 1.0, length).astype(A.dtype)
@@ -73,16 +72,18 @@ def _block_sign(A, unit, size, position_rows, block, least):
         return 0.0
     rows = position_rows[block.rows]
     part = A[rows][:, block.columns]
-    part = part.toarray() if scipy.sparse.issparse(part) else part
+    part = part.toarray() if is_sparse(part) else part
     square = block.combine @ (unit[rows, None] * part * size[block.columns][None])
     return determinant_signs(square.astype(A.dtype), np.zeros(len(square), int), least)[0]
 
 
 def _signs_by_blocks(system, rows, blocks):
     """The signs from the entries of the rows, for all blocks of one size at once."""
+    from scipy.sparse import csr_array
+
     top, (row, column, values) = system.topology, rows.entries()
     values = jnp.append(lax.stop_gradient(values), 0.0)
-    place = scipy.sparse.csr_array((np.arange(1, len(row) + 1), (row, column)), (top.num_rows, top.num_velocities))
+    place = csr_array((np.arange(1, len(row) + 1), (row, column)), (top.num_rows, top.num_velocities))
     unit = jnp.where(rows_are_lengths(system), 1.0 / system.length, 1.0).astype(values.dtype)
     size = jnp.where(np.asarray(top.spins) > 0, 1.0, system.length).astype(values.dtype)
     signs, least = jnp.zeros(len(blocks), values.dtype), _SINGULAR_PIVOT[values.dtype.itemsize]
@@ -167,9 +168,14 @@ def _ordered_blocks(open_columns, names, ranks):
 
 def coupled_blocks(touched):
     """(number of blocks, block (columns,) of each column): columns that share a row (rows, columns) are in one."""
-    if not touched.shape[1]:
-        return 0, np.zeros(0, int)
-    return connected_components(touched.T.astype(int) @ touched.astype(int), directed=False)
+    count = touched.shape[1]
+    block, before = np.arange(count), np.full(count, -1)
+    while np.any(block != before):  # the least column that is reached, twice as far in every round
+        before, of_row = block, np.where(touched, block[None], count).min(axis=1, initial=count)
+        block = np.minimum(block, np.where(touched, of_row[:, None], count).min(axis=0, initial=count))
+        block = block[block]
+    firsts, block = np.unique(block, return_inverse=True)
+    return len(firsts), block
 
 
 def _random_combinations(random, n, m):

@@ -1,11 +1,11 @@
 """Assembly on the host, in NumPy on the rows of `evaluate_rows`; `_assembly` is the same within a trace."""
 
 import numpy as np
-import scipy.sparse
 
+from ..checks import is_sparse
 from ..constraints._host_rows import RowEvaluation, evaluate_rows, step_on_host
 from ..constraints._linear_rows import joints_first
-from ..constraints._sparse_rank import least_norm_solution
+from ..constraints._sparse_rank import least_norm_solution, scaled_columns
 from ..model._system import System
 from ._levenberg_marquardt import CLOSED_RESIDUAL, minimise_on_host
 
@@ -83,7 +83,7 @@ def has_finite_rows(rows: RowEvaluation) -> bool:
 
 def _in_columns(A, factors):
     """Rows A (rows, nv), dense or sparse, times factors (nv,)."""
-    return A @ scipy.sparse.diags_array(factors.astype(A.dtype)) if scipy.sparse.issparse(A) else A * factors[None]
+    return scaled_columns(A, factors.astype(A.dtype)) if is_sparse(A) else A * factors[None]
 
 
 def _least_norm_step(system, A, free, gap):
@@ -92,7 +92,7 @@ def _least_norm_step(system, A, free, gap):
     if not A.shape[0]:
         return np.zeros_like(root)
     A, tolerance = _in_columns(A, free / root), _RANK_TOLERANCE[A.dtype.itemsize]
-    if scipy.sparse.issparse(A):
+    if is_sparse(A):
         return (least_norm_solution(A, gap, tolerance) / root).astype(A.dtype)
     return np.linalg.lstsq(A, gap, rcond=tolerance)[0] / root
 

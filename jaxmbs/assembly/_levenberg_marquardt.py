@@ -12,9 +12,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.sparse
 from jax import Array, lax
 
+from ..checks import is_sparse
 from ..constraints._sparse_rank import damped_solver
 
 #: Largest number of passes.  Loops that close take some ten.
@@ -69,7 +69,7 @@ def _is_finite(A):
 
 def _damped_solution(A, damping, right):
     """`(A^T A + damping)^-1 right` of rows A (rows, nv), dense or sparse, and damping (nv,)."""
-    if scipy.sparse.issparse(A):
+    if is_sparse(A):
         return damped_solver(A, damping)(right)
     try:
         return np.linalg.solve(A.T @ A + np.diag(damping), right)

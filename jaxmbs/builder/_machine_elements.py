@@ -2,17 +2,18 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
 
-from ..contact import AbstractPair, Contact, HuntCrossley
-from ..forces import AbstractScalarLaw, BeamSection, GearPair
-from ..forces._old_friction import OldModel, warn_of_old_name
-from ..friction import AbstractFriction
-from ..hydraulics import AbstractHydraulicElement, AbstractNode
+from .. import contact, forces  # by their rooms: an element is imported when it is declared
 from ..typing import ArrayLike, FrameLike, WordedError
 from . import _declarations as declared
-from ._beams import beam_parts
-from ._cables import cable_parts, inextensible_cable_parts, path_force_parts
-from ._old_friction import joint_model
+
+if TYPE_CHECKING:
+    from ..contact import AbstractPair, HuntCrossley
+    from ..forces import AbstractScalarLaw, BeamSection
+    from ..forces._old_friction import OldModel
+    from ..friction import AbstractFriction
+    from ..hydraulics import AbstractHydraulicElement, AbstractNode
 
 
 class MachineElements:
@@ -26,7 +27,7 @@ class MachineElements:
     def hydraulic(
         self,
         name: str,
-        element: WordedError[AbstractHydraulicElement | AbstractNode],
+        element: "WordedError[AbstractHydraulicElement | AbstractNode]",
         ports: Mapping[str, str] | None = None,
         signal: str | Callable | ArrayLike | None = None,
         shaft: str | None = None,
@@ -49,7 +50,7 @@ class MachineElements:
         self,
         name: str,
         joint: str,
-        friction: WordedError[AbstractFriction | ArrayLike | None] = None,
+        friction: "WordedError[AbstractFriction | ArrayLike | None]" = None,
         *,
         radius: ArrayLike | None = None,
         preload: ArrayLike = 0.0,
@@ -57,7 +58,7 @@ class MachineElements:
         mu: ArrayLike | None = None,
         static_ratio: ArrayLike | None = None,
         transition_speed: ArrayLike | None = None,
-        model: WordedError[AbstractFriction | OldModel | None] = None,
+        model: "WordedError[AbstractFriction | OldModel | None]" = None,
     ) -> None:
         """Friction of a joint, from the load N that the joint itself carries.
 
@@ -79,6 +80,8 @@ class MachineElements:
 
         `jaxmbs.dynamics.joint_friction` gives the loads and whether they are unique.
         """
+        from ._old_friction import joint_model
+
         try:
             given = joint_model(friction, mu, static_ratio, transition_speed, model)
         except (TypeError, ValueError) as error:
@@ -89,11 +92,11 @@ class MachineElements:
     def contact(
         self,
         name: str,
-        pair: WordedError[AbstractPair],
+        pair: "WordedError[AbstractPair]",
         body: WordedError[FrameLike],
         surface: WordedError[FrameLike],
-        force: WordedError[HuntCrossley],
-        friction: WordedError[AbstractFriction | ArrayLike | None] = None,
+        force: "WordedError[HuntCrossley]",
+        friction: "WordedError[AbstractFriction | ArrayLike | None]" = None,
         max_depth: ArrayLike | None = None,
         wear: ArrayLike = 0.0,
     ) -> None:
@@ -108,7 +111,7 @@ class MachineElements:
                 coefficient of its `SmoothCoulomb`; None for smooth surfaces.
         """
         try:
-            law = Contact(pair, force, friction, max_depth, wear)
+            law = contact.Contact(pair, force, friction, max_depth, wear)
         except (TypeError, ValueError) as error:
             self._faults.append(f"contact {name!r}: {error}")
             return
@@ -124,12 +127,12 @@ class MachineElements:
         free_length: ArrayLike | Callable = 1.0,
         pretension: ArrayLike | None = None,
         slack: bool | None = None,
-        friction: WordedError[AbstractFriction | ArrayLike | None] = None,
+        friction: "WordedError[AbstractFriction | ArrayLike | None]" = None,
         closed: bool = False,
         slip_speed: ArrayLike | None = None,
         transition: ArrayLike = 1e-4,
         inextensible: bool = False,
-        law: WordedError[AbstractScalarLaw | None] = None,
+        law: "WordedError[AbstractScalarLaw | None]" = None,
     ) -> None:
         """A cable over points, sheaves, cylinders and spheres, or a belt around them.
 
@@ -165,6 +168,8 @@ class MachineElements:
             "slack": slack or None,
         }
         if slip_speed is not None:
+            from ..forces._old_friction import warn_of_old_name
+
             warn_of_old_name("slip_speed of a cable", "friction=SmoothCoulomb(dynamic, transition_speed=)")
         if inextensible:
             if self._has_no_numbers(name, elastic, "an inextensible cable", "inextensible=True"):
@@ -181,6 +186,8 @@ class MachineElements:
             "slack": True if slack is None else bool(slack),
             "transition": transition,
         }
+        from ._cables import cable_parts
+
         try:
             law, frames, drum = cable_parts(path, bool(closed), values.pop("friction"), slip_speed, values)
         except (TypeError, ValueError) as error:
@@ -199,6 +206,8 @@ class MachineElements:
         return not given
 
     def _path_row(self, name, path, closed, free_length):
+        from ._cables import inextensible_cable_parts
+
         try:
             law, frames = inextensible_cable_parts(path, closed, free_length)
         except (TypeError, ValueError) as error:
@@ -207,6 +216,8 @@ class MachineElements:
         self._add("constraint", self._model.constraints, declared.Constraint(name, law, frames))
 
     def _path_force(self, name, path, closed, law):
+        from ._cables import path_force_parts
+
         try:
             law, frames = path_force_parts(path, closed, law)
         except (TypeError, ValueError) as error:
@@ -217,7 +228,7 @@ class MachineElements:
     def beam(
         self,
         name: str,
-        section: WordedError[BeamSection | list],
+        section: "WordedError[BeamSection | list]",
         points: ArrayLike,
         elements: WordedError[int | None] = None,
         reference: ArrayLike = (0.0, 1.0, 0.0),
@@ -244,8 +255,10 @@ class MachineElements:
 
         Source: Sonneville, Cardona and Bruls, Comput. Methods Appl. Mech. Eng. 268 (2014) 451-474.
         """
+        from ._beams import beam_parts
+
         try:
-            bodies, joints, forces = beam_parts(name, section, points, elements, reference)
+            bodies, joints, elastic = beam_parts(name, section, points, elements, reference)
         except (TypeError, ValueError) as error:
             self._faults.append(f"beam {name!r}: {error}")
             return
@@ -253,7 +266,7 @@ class MachineElements:
             self._add("body", self._model.bodies, body)
         for joint in joints:
             self._add("joint", self._model.joints, joint)
-        for force in forces:
+        for force in elastic:
             self._add("force", self._model.forces, force)
 
     def gear_pair(
@@ -291,7 +304,7 @@ class MachineElements:
             transition: half of the approach over which the teeth come into touch [m].
         """
         try:
-            law = GearPair(
+            law = forces.GearPair(
                 tuple(teeth),  # type: ignore[arg-type]
                 module,
                 pressure_angle,

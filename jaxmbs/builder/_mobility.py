@@ -5,11 +5,11 @@ from collections.abc import Iterable
 
 import jax.numpy as jnp
 import numpy as np
-import scipy.sparse
 
 from ..assembly._host_assembly import close_on_host, has_finite_rows, is_closed, search_on_host
 from ..assembly._levenberg_marquardt import BUILD_RESTARTS, CLOSED_RESIDUAL
 from ..assembly._state import State
+from ..checks import is_sparse
 from ..constraints._host_rows import evaluate_rows, step_on_host
 from ..constraints._mobility import mobility_of, row_spaces, with_mobility
 from ..constraints._rank import constraint_spaces
@@ -76,7 +76,7 @@ def _pose_dependent_rows(stresses):
 def _self_stress_parts(Y, rows):
     """Parts along the self-stresses of vectors that are the same at each pose: unit vectors, or random ones of sparse
     rows."""
-    return Y if scipy.sparse.issparse(rows.A) else Y @ Y.T
+    return Y if is_sparse(rows.A) else Y @ Y.T
 
 
 def check_closure_and_inertia(system: System) -> None:

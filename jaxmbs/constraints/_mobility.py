@@ -13,13 +13,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.linalg
-import scipy.sparse
 
-from ..checks import distinct_names, no_such
+from ..checks import distinct_names, is_sparse, no_such
 from ..errors import ModelError
 from ..kinematics._configuration import configuration
 from ..kinematics._poses import node_parameters
+from ..math._pivoting import pivoted_columns
 from ..model._changes import with_changes
 from ..model._entry_points import check_state, state_function, states_of
 from ..model._system import System
@@ -165,7 +164,7 @@ def _ranks_by_name(system, rows):
         of_name.setdefault(str(name), []).append(row)
     for name, own in of_name.items():
         part = A[own]
-        if scipy.sparse.issparse(part):
+        if is_sparse(part):
             part = part[:, np.unique(part.indices)].toarray()
         found.append((name, constraint_spaces(part, float(system.length))[0]))
     return tuple(found)
@@ -193,12 +192,11 @@ def _nearest_independent_set(Z, columns):
     completed by pivoting."""
     kept: tuple[int, ...] = ()
     if columns:
-        R, pivots = scipy.linalg.qr(Z[list(columns)].T, pivoting=True, mode="r")
-        well = np.abs(np.diagonal(R)) > _SINGULAR_MOTION
-        kept = tuple(columns[k] for k, good in zip(pivots, well, strict=False) if good)
+        order, sizes = pivoted_columns(Z[list(columns)].T)
+        kept = tuple(columns[k] for k in order[sizes > _SINGULAR_MOTION])
     missing = Z.shape[1] - len(kept)
     known = np.linalg.qr(Z[list(kept)].T)[0] if kept else np.zeros((Z.shape[1], 0))
-    more = scipy.linalg.qr(Z.T - known @ (known.T @ Z.T), pivoting=True, mode="r")[1][:missing] if missing else ()
+    more = pivoted_columns(Z.T - known @ (known.T @ Z.T))[0][:missing]
     found = tuple(sorted([*kept, *(int(k) for k in more)]))
     return columns if set(found) == set(columns) else found
 

@@ -5,13 +5,12 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.sparse
 from jax import lax
 
-from ..checks import is_concrete
+from ..checks import is_concrete, is_sparse
 from ..model._system import System
 from ._linear_rows import FrontalRows
-from ._sparse_rank import sparse_spaces
+from ._sparse_rank import scaled_columns, sparse_spaces
 
 _RANK_TOLERANCE = {
     8: 1e-7,
@@ -31,7 +30,7 @@ def column_weights(system: System):
 def weighted_columns(system: System, A: Any) -> Any:
     """Rows A (rows, nv) of a concrete system, dense or sparse, by comparable velocities."""
     weights = np.asarray(column_weights(system)).astype(A.dtype)
-    return A @ scipy.sparse.diags_array(weights) if scipy.sparse.issparse(A) else A * weights[None]
+    return scaled_columns(A, weights) if is_sparse(A) else A * weights[None]
 
 
 def constraint_spaces(A: Any, length: float) -> tuple[int, np.ndarray, np.ndarray]:
@@ -41,7 +40,7 @@ def constraint_spaces(A: Any, length: float) -> tuple[int, np.ndarray, np.ndarra
     """
     if A.shape[0] == 0:
         return 0, np.eye(A.shape[1]), np.zeros((0, 0))
-    if scipy.sparse.issparse(A):
+    if is_sparse(A):
         return sparse_spaces(A, _RANK_TOLERANCE[A.dtype.itemsize], _least_size(length))
     U, s, Vt = np.linalg.svd(A)
     rank = int(np.sum(s > _threshold(A, length, s[0]))) if s.size else 0
@@ -56,7 +55,7 @@ def constraint_rank(system: System, A):
     """
     if isinstance(A, FrontalRows):
         return _rank_by_iteration(system, A)
-    if isinstance(A, np.ndarray) or scipy.sparse.issparse(A):
+    if isinstance(A, np.ndarray) or is_sparse(A):
         return constraint_spaces(weighted_columns(system, A), float(system.length))[0]
     A = lax.stop_gradient(A * jnp.asarray(column_weights(system), A.dtype)[None])
     return _rank_by_elimination(A, _threshold(A, lax.stop_gradient(system.length), jnp.max(jnp.abs(A), initial=0.0)))

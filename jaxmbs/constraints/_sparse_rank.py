@@ -6,7 +6,6 @@ Singular values are found as sizes of `A z`, not as roots of eigenvalues, so tha
 from typing import Any
 
 import numpy as np
-import scipy.sparse
 
 _SEED = 11  # of the vectors that the iteration starts from: any, but always the same
 _PASSES = 4  # of the iteration; each takes singular values of 10 tolerances to a thousandth
@@ -20,8 +19,10 @@ def sparse_spaces(A: Any, tolerance: float, least: float) -> tuple[int, np.ndarr
     Args:
         tolerance: singular values that count as zero, relative to the largest one, or to `least` if that is larger.
     """
+    from scipy.sparse import csr_array
+
     rows, n = A.shape
-    A, random = scipy.sparse.csr_array(A, dtype=float), np.random.default_rng(_SEED)
+    A, random = csr_array(A, dtype=float), np.random.default_rng(_SEED)
     threshold = tolerance * max(_largest_singular_value(A, random), least)
     k = max(n - rows, 0) + _PROBES
     while 2 * k < n:
@@ -40,7 +41,9 @@ def sparse_spaces(A: Any, tolerance: float, least: float) -> tuple[int, np.ndarr
 
 def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray:
     """The least x (nv,) with the least |A x - gap|; singular values below the tolerance, relative, take no part."""
-    A = scipy.sparse.csr_array(A, dtype=float)
+    from scipy.sparse import csr_array
+
+    A = csr_array(A, dtype=float)
     largest, x = _largest_singular_value(A, np.random.default_rng(_SEED)), np.zeros(A.shape[1])
     # rounding over the damping adds motions of the null space: the smaller one only closes what the larger left
     for damping in (1e-8, 10.0 * tolerance**2):
@@ -56,11 +59,19 @@ def least_norm_solution(A: Any, gap: np.ndarray, tolerance: float) -> np.ndarray
 
 def damped_solver(A: Any, damping: Any):
     """Function that solves with `A^T A + damping`, one number or (nv,), for right-hand sides (nv, ...)."""
-    from scipy.sparse.linalg import splu  # 0.1 s that small machines do not need
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import splu
 
-    normal = A.T @ A + scipy.sparse.diags_array(np.broadcast_to(damping, A.shape[1]).astype(A.dtype))
+    normal = A.T @ A + diags_array(np.broadcast_to(damping, A.shape[1]).astype(A.dtype))
     options = {"SymmetricMode": True}
     return splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
+
+
+def scaled_columns(A: Any, factors: np.ndarray) -> Any:
+    """Sparse rows A (rows, nv) times factors (nv,)."""
+    from scipy.sparse import diags_array
+
+    return A @ diags_array(factors)
 
 
 def _largest_singular_value(A, random):

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.sparse
 
 from ..kinematics._configuration import configuration
 from ..kinematics._elastic import mass_operator
@@ -63,7 +62,9 @@ def evaluate_sparse_rows(system: System, psi, t):
     i, j = np.nonzero(others)
     entries = np.concatenate([values, others[i, j]])
     place = np.concatenate([row, i + shape[0] - len(others)]), np.concatenate([column, j])
-    A = scipy.sparse.csr_array((entries, place), shape)
+    from scipy.sparse import csr_array  # a tenth of a second that small machines do not need
+
+    A = csr_array((entries, place), shape)
     return f, A, f_t, ReactionOperator(system, psi, t), MassOperator(system, psi, t), x
 
 

@@ -2,7 +2,6 @@
 
 import jax.numpy as jnp
 import numpy as np
-import scipy.linalg
 from jax import lax
 
 
@@ -30,10 +29,15 @@ def _known_sign(A, least):
     """The sign of one block in NumPy."""
     if not np.all(np.isfinite(A)):
         return 0.0
-    order, _, upper = scipy.linalg.lu(A)
-    pivots = np.diag(upper)
-    singular = np.any(np.abs(pivots) <= least * np.max(np.abs(A)))
-    return 0.0 if singular else float(np.prod(np.sign(pivots)) * np.round(np.linalg.det(order)))
+    A, floor, sign = np.array(A), least * np.max(np.abs(A), initial=0.0), 1.0
+    for k in range(len(A)):
+        row = k + int(np.argmax(np.abs(A[k:, k])))
+        if not abs(A[row, k]) > floor:
+            return 0.0
+        A[[k, row]] = A[[row, k]]
+        sign *= np.sign(A[k, k]) if row == k else -np.sign(A[k, k])
+        A[k + 1 :] -= np.outer(A[k + 1 :, k] / A[k, k], A[k])
+    return float(sign)
 
 
 def _column_signs(A, together, least):

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from ..checks import no_such
-from ..dynamics._validity import Validity
 from ..errors import UnknownNameError
 from ..model._describe import COMPONENTS
 from ..named_arrays import part_of
@@ -19,6 +18,9 @@ from ..reports import Report, Reported, failures
 from ..status import Status
 from ..tables import format_number
 from ..typing import ArrayLike
+
+if TYPE_CHECKING:
+    from ..dynamics._validity import Validity
 
 
 class JointReaction(Reported, eqx.Module):
@@ -260,7 +262,7 @@ class Reactions(Reported, eqx.Module):
     frame: str = eqx.field(static=True, default="world")
     side: str = eqx.field(static=True, default="child")
     t: Float[Array, "..."] | None = None
-    validity: Validity | None = None
+    validity: "Validity | None" = None
     note: str = eqx.field(static=True, default="")
 
     def report(self) -> Report:

@@ -4,8 +4,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scipy.sparse.csgraph
 
 import jaxmbs as mbs
+from jaxmbs.assembly._branches import coupled_blocks
 from jaxmbs.math._determinant import determinant_signs
 from tests.models import PIN, bennett, four_bar
 
@@ -335,3 +337,17 @@ def test_signs_of_determinants(traced):
         wanted = np.array([np.linalg.slogdet(part)[0] for part in parts])
         wanted[2] *= 1 - k % 2
         np.testing.assert_array_equal(found, wanted)
+
+
+def test_columns_that_share_rows_are_coupled():
+    random = np.random.default_rng(5)
+    for touched in (
+        random.random((12, 20)) < 0.08,
+        np.eye(9, dtype=bool) | np.eye(9, k=1, dtype=bool),
+        np.zeros((0, 3), bool),
+    ):
+        count, block = coupled_blocks(touched)
+        graph = touched.T.astype(int) @ touched.astype(int)
+        wanted = scipy.sparse.csgraph.connected_components(graph, directed=False)
+        assert count == wanted[0]
+        np.testing.assert_array_equal(block, wanted[1])
