@@ -92,7 +92,7 @@ def _closed_coordinates_jvp(primals, tangents):
     psi_dot = jnp.zeros_like(found) if tangents[2] is None else tangents[2]
     if f_dot is None:  # nothing that moves the rows is differentiated
         return found, psi_dot
-    step = _least_step(lambda free: linearise_rows(*at, free)[1], system, free, -f_dot)
+    step = _least_step(lambda free: linearise_rows(*at, free)[1], system, free, -f_dot, fading=True)
     return found, psi_dot + coordinate_rate(system.topology, found, step)
 
 
@@ -100,7 +100,7 @@ def consistent_velocities(system: System, P, psi, u, t, free):
     """Velocities of least change from u (nv,) that satisfy the rows; columns with free = 0 are held."""
     if not system.has_constraints:
         return u
-    return _nearest_velocities(system, _at_pose(system, P, psi, t)[1], u, free)
+    return _nearest_velocities(system, _at_pose(system, P, psi, t)[1], u, free, fading=False)
 
 
 def _at_pose(system, P, psi, t):
@@ -109,25 +109,26 @@ def _at_pose(system, P, psi, t):
     return constraints.rows_together(system, at, parts), at
 
 
-def _nearest_velocities(system, at, u, free):
+def _nearest_velocities(system, at, u, free, fading):
     """u with the least change that makes `A u = -f_t`."""
     f_t = constraints.time_rate(system, at)
     every = linear_rows(system, at, jnp.ones_like(free))
-    return u + _least_step(lambda free: linear_rows(system, at, free), system, free, -f_t - every.rates(u))
+    return u + _least_step(lambda free: linear_rows(system, at, free), system, free, -f_t - every.rates(u), fading)
 
 
-def _least_step(rows_in, system, free, gap):
+def _least_step(rows_in, system, free, gap, fading):
     """The step (nv,) of least size that closes a gap (rows,), by the motions of joints where they can.
 
-    Args: rows_in: the linear rows in free columns (nv,).
+    Args: rows_in: the linear rows in free columns (nv,); fading: rows that nearly vanish are closed too, as where a
+        held crank is near the edge of its reach.
     """
     first, *more = joints_first(system, free)
     if not more:
-        return rows_in(first).least_step(gap)
+        return rows_in(first).least_step(gap, fading)
     every = rows_in(jnp.ones_like(free))
 
     def take(step, stage):
-        return step + rows_in(stage).least_step(gap - every.rates(step)), None
+        return step + rows_in(stage).least_step(gap - every.rates(step), fading), None
 
     return lax.scan(take, jnp.zeros_like(free), jnp.stack([first, *more]))[0]
 
@@ -139,6 +140,6 @@ def assemble_in_trace(system: System, psi, u, t, free_position, free_velocity, s
     psi = assemble_coordinates(system, P, psi, t, free_position, search)
     f, at = _at_pose(system, P, psi, t)
     if system.has_constraints:
-        u = _nearest_velocities(system, at, u, free_velocity)
+        u = _nearest_velocities(system, at, u, free_velocity, fading=True)
     rows = linear_rows(system, at, jnp.ones_like(u))
     return psi, u, f, rows.rates(u) + constraints.time_rate(system, at), stop_gradients(rows.numbers)

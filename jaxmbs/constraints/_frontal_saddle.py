@@ -20,6 +20,7 @@ from ..kinematics import _tree as tree
 from ..kinematics._configuration import Configuration
 from ..kinematics._node_parameters import NodeParameters, positions
 from ..math import _components as components
+from ..math._linalg import conjugate_rounds, relative
 from ..math._spatial import cross, dot, momentum, world_inertia
 from ..math._spd import spd_inverse
 from ..model._system import System
@@ -110,12 +111,13 @@ def frontal_saddle(
     mass=1.0,
     weight=None,
     compliance=PROXIMAL_COMPLIANCE,
+    fading: bool = False,
 ):
     """Accelerations (nv,) and multipliers y (rows,) for b (nv,), c (rows,).
 
     Args:
         mass: (), factor m of the mass matrix; weight: w (nv,), default zero.
-        compliance: of the rows, by the size of a number [bytes].
+        compliance: of the rows, by the size of a number [bytes]; fading: rows that nearly vanish are satisfied too.
 
     Source: S2 (28)-(29), (40) solved for accelerations.
     """
@@ -130,9 +132,13 @@ def frontal_saddle(
             momenta = momenta + mass * tree.apply_mass(system.topology.nodes, at.S, at.J, a)
         return jnp.concatenate([momenta, rows.rates(a)])
 
-    def solve(_, right):
+    def rounds(right):
         a, y = _proximal_rounds(matrix, right[:n], _by_kind(system, rows, right[n:]))
         return jnp.concatenate([a, _by_row(system, rows, y)])
+
+    def solve(_, right):
+        gap = lambda left, z: relative(jnp.abs(left), jnp.abs(right) + jnp.abs(z))
+        return conjugate_rounds(right, rounds, whole, gap) if fading else rounds(right)
 
     z = lax.custom_linear_solve(whole, jnp.concatenate([b, rows.unit * c]), solve, solve, symmetric=True)
     return z[:n], rows.unit * z[n:]

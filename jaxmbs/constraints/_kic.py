@@ -86,7 +86,7 @@ def _move_without_matrix(system, at, chosen, places=None):
 
     def move(w, c):
         held = jnp.zeros(len(free), w.dtype).at[chosen].set(w, unique_indices=True)
-        return held + others.least_step(c - every.rates(held))
+        return held + others.least_step(c - every.rates(held), fading=True)
 
     return move
 

@@ -67,10 +67,10 @@ class MatrixRows(eqx.Module):
         """Rates `A u` (rows,)."""
         return self.A @ u
 
-    def least_step(self, gap):
-        """The least step (nv,) with `A step = gap` (rows,)."""
+    def least_step(self, gap, fading: bool = False):
+        """The least step (nv,) with `A step = gap` (rows,), of rows that nearly vanish too if `fading`."""
         still = jnp.zeros(self.A.shape[1], self.A.dtype)
-        return saddle_solve(metric_matrix(self.system), self.A, still, gap, self.scale)[0]
+        return saddle_solve(metric_matrix(self.system), self.A, still, gap, self.scale, fading=fading)[0]
 
     def damped_step(self, gap, damping):
         """`(A^T A + damping W)^-1 A^T gap` (nv,)."""
@@ -100,11 +100,11 @@ class FrontalRows(eqx.Module):
         """Rates `A u` (rows,)."""
         return self._operator(jnp.ones(self._num_rows, u.dtype)).rates(u)[self.places]
 
-    def least_step(self, gap):
-        """The least step (nv,) with `A step = gap` (rows,)."""
+    def least_step(self, gap, fading: bool = False):
+        """The least step (nv,) with `A step = gap` (rows,), of rows that nearly vanish too if `fading`."""
         weight, still = metric(self.system).astype(gap.dtype), jnp.zeros_like(self.free)
         rows = self._operator(constraints.row_scale(self.system).unit.astype(gap.dtype))
-        return frontal_saddle(self.system, rows.at, rows, still, self._on_all(gap), 0.0, weight)[0]
+        return frontal_saddle(self.system, rows.at, rows, still, self._on_all(gap), 0.0, weight, fading=fading)[0]
 
     def damped_step(self, gap, damping):
         """`(A^T A + damping W)^-1 A^T gap` (nv,)."""

@@ -85,7 +85,44 @@ def proximal_rounds(right, improved, apply, gap, fewest=3):
     return lax.while_loop(goes_on, once, (0, jnp.zeros_like(right), right, far, far))[1]
 
 
-def saddle_solve(M, A, b, c, rows: RowScale | None = None):
+#: Directions that `conjugate_rounds` takes at most, and the least share of what is left over that one may move: rows
+#: of 1e-7 of their element move 1e-5 of it by a factor's compliance, those that count as dependent move less.
+_MOST_DIRECTIONS, _LEAST_SHARE = 10, {8: 1e-5, 4: 1e-3}
+
+
+def conjugate_rounds(right, improved, apply, gap):
+    """`proximal_rounds` whose corrections are directions of generalised conjugate residuals.
+
+    Each round of a factor with compliance takes little from a row that fades, as those of a crank beside its dead
+    centre; a direction for each such row takes all.  Rows that contradict each other move nothing and end it.
+
+    Source: Eisenstat, Elman, Schultz (1983), algorithm 2.2.
+    """
+    rounding, least = jnp.finfo(right.dtype).eps, _LEAST_SHARE[right.dtype.itemsize]
+    none, first = jnp.zeros((_MOST_DIRECTIONS, len(right)), right.dtype), np.int32(0)
+
+    def once(carry):
+        k, z, left, ways, moves = carry
+        way = improved(left)
+        move = apply(way)
+        before = moves @ move  # of unit length each
+        way, move = way - before @ ways, move - before @ moves
+        moved = move @ move
+        helps = moved > least**2 * (left @ left)
+        per_size = jnp.where(helps, lax.rsqrt(moved), 0.0)
+        way, move = per_size * way, per_size * move
+        z = z + (move @ left) * way
+        ways, moves = (lax.dynamic_update_slice(x, new[None], (k, first)) for x, new in ((ways, way), (moves, move)))
+        return jnp.where(helps, k + 1, _MOST_DIRECTIONS), z, right - apply(z), ways, moves
+
+    def unfinished(carry):
+        k, z, left, *_ = carry
+        return (k < _MOST_DIRECTIONS) & ~(gap(left, z) <= 8.0 * rounding)
+
+    return lax.while_loop(unfinished, once, (first, jnp.zeros_like(right), right, none, none))[1]
+
+
+def saddle_solve(M, A, b, c, rows: RowScale | None = None, fading: bool = False):
     """Solution (x, y) of `M x + A^T y = b`, `A x = c`, by proximal iterations on one factor.
 
     Redundant consistent rows leave x unique and give some y; both have derivatives of every order.  Costs one
@@ -93,7 +130,7 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
     digits of 1 / eps in free directions.  Each round refines, and corrects what is left over in the whole system.
 
     Args: M (n, n), A (m, n), b (n,) or (n, k), c (m,) or (m, k); rows: units and elements of the rows (default: one
-        element).
+        element); fading: rows that nearly vanish are satisfied too, see `conjugate_rounds`.
     """
     n = M.shape[0]
     if not n:  # a structure of welds: nothing moves, and rows on nothing carry nothing
@@ -129,7 +166,10 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None):
             gaps, sizes = (_largest_of_halves(halves, x) for x in (jnp.abs(left), sizes))
             return jnp.max(gaps / jnp.maximum(sizes, jnp.finfo(gaps.dtype).tiny))
 
-        return proximal_rounds(right, improved, lambda z: few_columns(fixed, z), gap, ROUNDS[A.dtype.itemsize])
+        apply = lambda z: few_columns(fixed, z)
+        if fading:
+            return conjugate_rounds(right, eliminated, apply, gap)
+        return proximal_rounds(right, improved, apply, gap, ROUNDS[A.dtype.itemsize])
 
     z = lax.custom_linear_solve(lambda z: few_columns(K, z), jnp.concatenate([b, c]), solve, solve, symmetric=True)
     return z[:n], each(unit) * z[n:]
