@@ -28,7 +28,7 @@ def main():
         problem, cells = PROBLEMS[name], []
         for method in METHODS:
             begin = time.process_time()
-            found = mbs.design.reliability(problem.limit_state, problem.variables(), method)
+            found = mbs.design.reliability(problem.limit_state, problem.variables(), method, compile="tape")
             seconds = time.process_time() - begin
             ratio = float(found.probability) / problem.probability
             right = 1.0 / FACTOR <= ratio <= FACTOR

@@ -17,7 +17,8 @@ class BarrierProblem(eqx.Module):
         functions: of x (n,) to (f, e (p,), c (m,)), a pytree.
         exact: second derivatives are exact, else of a BFGS matrix.
         reverse: mode of first derivatives.
-        is_scaled: a search scales functions whose gradients at its first point are large.
+        scaling: of functions by their gradients at the first point: "none"; "steepest" where they are large; "unit"
+            of the objective alone, to one.
         is_warm: multipliers of the first iterate are those of a problem nearby.
         has_history: a search records its steps.
     """
@@ -27,7 +28,7 @@ class BarrierProblem(eqx.Module):
     upper: Array
     exact: bool = eqx.field(static=True)
     reverse: bool = eqx.field(static=True)
-    is_scaled: bool = eqx.field(static=True, default=False)
+    scaling: str = eqx.field(static=True, default="none")
     is_warm: bool = eqx.field(static=True, default=False)
     has_history: bool = eqx.field(static=True, default=False)
 

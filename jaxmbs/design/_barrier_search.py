@@ -138,8 +138,9 @@ def _evaluated(problem, carry, tolerance):
     is_first = carry.steps == 0
     raw, slopes = problem.slopes(carry.at.x)
     factors = carry.factors
-    if problem.is_scaled:
-        factors = tuple(jnp.where(is_first, _factor(rows), old) for rows, old in zip(slopes, factors, strict=True))
+    if problem.scaling != "none":
+        first = _factors(slopes, problem.scaling)
+        factors = jax.tree.map(lambda a, b: jnp.where(is_first, a, b), first, factors)
     found = tuple(factor * part for factor, part in zip(factors, raw, strict=True))
     slopes = tuple(factor[..., None] * rows for factor, rows in zip(factors, slopes, strict=True))
     begun = _begun(carry.at, found, slopes, carry.mu, problem.is_warm)
@@ -164,10 +165,14 @@ def _evaluated(problem, carry, tolerance):
     )  # fmt: skip
 
 
-def _factor(rows):
-    """Factors that make the largest entries of gradients (..., n) at most the steepest."""
-    size = jnp.max(jnp.abs(rows), axis=-1, initial=0.0)
-    return jnp.minimum(1.0, _STEEPEST / jnp.maximum(jnp.where(jnp.isfinite(size), size, 1.0), 1e-300))
+def _factors(slopes, scaling):
+    """Factors of the functions: to gradients of at most the steepest, or the objective alone to one."""
+    sizes = [jnp.max(jnp.abs(rows), axis=-1, initial=0.0) for rows in slopes]
+    if scaling == "unit":
+        usable = (sizes[0] > 0.0) & jnp.isfinite(sizes[0])
+        return jnp.where(usable, 1.0 / jnp.where(usable, sizes[0], 1.0), 1.0), *map(jnp.ones_like, sizes[1:])
+    finite = [jnp.where(jnp.isfinite(size), size, 1.0) for size in sizes]
+    return tuple(jnp.minimum(1.0, _STEEPEST / jnp.maximum(size, 1e-300)) for size in finite)
 
 
 def _begun(first: Iterate, found, slopes, mu, is_warm) -> Iterate:

@@ -157,7 +157,7 @@ def _history(rows):
 def _solve(functions, exact, reverse, tolerance, steps, has_history, x0, lower, upper, warm) -> BarrierSolution:
     """The solution, its multipliers those of the scaled problem."""
     converted = eqx.filter_closure_convert(functions, x0)
-    problem = BarrierProblem(converted, lower, upper, exact, reverse, True, warm is not None, has_history)
+    problem = BarrierProblem(converted, lower, upper, exact, reverse, "steepest", warm is not None, has_history)
     first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), warm))
     mu = jnp.asarray(_FIRST_MU if warm is None else _WARM_MU, x0.dtype)
     return barrier_search(problem, first, mu, tolerance, steps)

@@ -10,10 +10,11 @@ import optax
 from jaxtyping import PyTree
 from tqdm import tqdm
 
+from ..batching._batch import batch
 from ..checks import as_flag, check_count, repeated
 from ..errors import SearchError
 from ..runtime import jit, kept_tiers, step_bar
-from ._barrier_optimiser import interior_point_search
+from ._barrier_optimiser import from_end, interior_point_search, interior_points
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
@@ -91,7 +92,8 @@ def minimise(
         options = _Options(steps, tolerance, callback, bar, starts is not None, check, compile, is_worst)
         if starts is not None and not isinstance(optimiser, str):
             return _optax_multistart(problem, objective, points, optimiser, options)
-        search = functools.partial(_search, problem, run, isinstance(optimiser, str) and optimiser in _CONSTRAINED)
+        is_constrained = isinstance(optimiser, str) and optimiser in _CONSTRAINED
+        search = functools.partial(_search, problem, run, is_constrained)
         if starts is None:
             # small programs where `compile` says so; where they are compiled, optimised: a search runs them often
             how = "auto" if compile == "quick" else compile
@@ -99,6 +101,11 @@ def minimise(
             return search(options, points[0], evaluate, values)
         checks = [options, *[options._replace(check=False)] * (len(points) - 1)]  # gradients are checked once
         searches = [functools.partial(search, *pair) for pair in zip(checks, points, strict=True)]
+        if optimiser == _INTERIOR_POINT and steps > 0:
+            begun = _at_largest_together(problem, points, compile) if is_worst else points
+            runs = map(from_end, interior_points(problem, begun, tolerance, steps, compile))
+            rows = zip(runs, checks, points, strict=True)
+            searches = [functools.partial(_search, problem, run, True, *pair) for run, *pair in rows]
         return best_optimum(run_multistart(searches, problem.evaluate, compile))
 
 
@@ -146,6 +153,13 @@ def _search(
         raise SearchError(f"the search was interrupted after {search.steps} steps", optimum()) from error
     judge(search)
     return optimum()
+
+
+def _at_largest_together(problem: DesignProblem, points: list[Variables], compile: str) -> list[Variables]:
+    """Variables whose bounds begin at the largest of the numbers at their starts, which one batch evaluates."""
+    starts = np.stack([np.asarray(point.clip(point.start)) for point in points])
+    numbers = batch(lambda x: problem.evaluate_values(x)[-1][0], starts, progress=False, compile=compile).values
+    return [at_largest(*pair) for pair in zip(points, np.asarray(numbers), strict=True)]
 
 
 def _of_design(callback: Callable[[int, PyTree, float], Any]) -> Callable[[int, PyTree, float], Any]:

@@ -14,6 +14,7 @@ from ..checks import as_flag
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
 from ..runtime import jit, step_bar
+from ._barrier_optimiser import interior_points
 from ._constrained import run_constrained, slsqp
 from ._limit import Limit
 from ._optimisers import lbfgsb
@@ -108,9 +109,13 @@ def pareto(
         levels = (
             np.linspace(high, low, points)[1:-1] if span > 1e-12 * (1.0 + abs(high)) else ()
         )  # else there is no trade-off
-        for level in levels:
-            for begin in (start, ends[1].design[0]):  # the second where the first stalls: there c has no gradient
+        begun = objectives.side_by_side([end.design[0] for end in ends], levels, span, steps, tolerance)
+        for level, end in zip(levels, begun, strict=True):
+            # where a search of the batch did not end, its neighbour is the next start, then the other end
+            for begin in (end, start, ends[1].design[0]):
                 search = objectives.search(begin, level, span, tolerance, bar)
+                if not search.reason and search.is_optimal(tolerance):
+                    search.reason = "converged"
                 run_constrained(search, steps, slsqp)
                 judge(search)
                 if search.best.violation <= FEASIBILITY:
@@ -156,6 +161,7 @@ class _TwoObjectives:
 
     def __init__(self, problem: DesignProblem, compile: str, outer: tuple) -> None:
         self._problem, self._evaluate, self._outer = problem, jit(problem.evaluate, compile=compile), outer
+        self._compile, self._outer_variables = compile, read_variables(*outer)
 
     def ends(self, steps: int, tolerance: float, bar: tqdm) -> list[Optimum]:
         """The minimum of each objective; of all designs that reach it, one with the best other objective.
@@ -203,6 +209,18 @@ class _TwoObjectives:
         value, _, constraints, *_ = self._evaluate(variables.clip(variables.start), _ONLY_CONSTRAINT)
         return float(value), float(constraints[0])
 
+    def side_by_side(self, ends: list, levels: Any, span: float, steps: int, tolerance: float) -> list[PyTree]:
+        """Designs with the least first objective at levels of the second, of searches from between both ends."""
+        if not len(levels) or steps < 1:
+            return []
+        shares = np.linspace(0.0, 1.0, len(levels) + 2)[1:-1]
+        between = [
+            jax.tree.map(lambda a, b, s=s: (1.0 - s) * np.asarray(a) + s * np.asarray(b), *ends) for s in shares
+        ]
+        points = [self._variables(x, level, span) for x, level in zip(between, levels, strict=True)]
+        found = interior_points(self._problem, points, tolerance, steps, self._compile)
+        return [self._outer_variables.unravel(x)[0] for x, _ in found]
+
     def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar: tqdm) -> ConstrainedSearch:
         """Search for the minimum of the first objective where the second is at most a level."""
         return ConstrainedSearch(
@@ -211,7 +229,7 @@ class _TwoObjectives:
 
     def _variables(self, design: PyTree, level: float, span: float) -> Variables:
         """Variables (design, level, span) of which the last two are fixed by their bounds."""
-        variables = read_variables(*self._outer)
+        variables = self._outer_variables
         x = np.concatenate([*(np.ravel(np.asarray(leaf)) for leaf in jax.tree.leaves(design)), [level, span]])
         lower, upper, scale = (part.copy() for part in variables[2:5])
         lower[-2:] = upper[-2:] = x[-2:]

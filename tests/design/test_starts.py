@@ -89,7 +89,7 @@ def test_a_leaf_as_long_as_there_are_starts_is_one_design(number):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("optimiser", ["SLSQP", "trust-constr"])
+@pytest.mark.parametrize("optimiser", ["SLSQP", "trust-constr", "interior point"])
 def test_searches_with_limits_side_by_side(optimiser):
     """Each as it would alone, though one ends long before the others."""
     inside = Limit("distance", lambda d: d["x"] ** 2 + jnp.sum(d["y"] ** 2), upper=0.5)
