@@ -135,12 +135,14 @@ FACES = {
     "jaxmbs.vehicles": """
         AbstractRoad AbstractTyreModel Arm AxleTyres BrakeInTurn BrakeTorque BrushTyre CONVENTIONS
         CarAxle CleatRoad Compliance Compression ContactForces Convention CruiseControl FialaTyre
-        FlatRoad ForwardSpeed Lane LaneChange LinearTyre LoadTable MagicFormula MountedParts PartLoads
-        PathFollower RandomRoad Ride Rig RigCurves SineRoad SingleTrack Slip SlipSlopes SteadyTurn
-        SteerGain StepResponse Strut SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre
-        WEIGHTINGS WeightingFilter brake_in_turn car double_wishbone five_link hardpoint_loads kc_rig
-        load_cases mcpherson mount_anti_roll_bar mount_differential mount_solid_axle mount_steering
-        mount_suspension mount_twist_beam mount_wheel read_tir ride sine_steer_response slopes_over
+        FlatRoad ForwardSpeed FourPost Lane LaneChange LinearTyre LoadTable MagicFormula
+        MountedParts PartLoads PathFollower RandomRoad Ride Rig RigCurves RoadMixDamage RoadRecord
+        RoadShare SineRoad SingleTrack Slip SlipSlopes SteadyTurn SteerGain StepResponse Strut
+        SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre WEIGHTINGS WeightingFilter
+        brake_in_turn car double_wishbone five_link four_post hardpoint_loads kc_rig
+        linearise_hardpoints load_cases mcpherson mount_anti_roll_bar mount_differential
+        mount_solid_axle mount_steering mount_suspension mount_twist_beam mount_wheel post_heights
+        read_tir ride road_mix_damage road_records_damage sine_steer_response slopes_over
         step_steer_response trailing_arm weighting wheel_inputs
     """,
     "jaxmbs.coupling": """
@@ -172,7 +174,7 @@ FACES = {
         AbstractDistribution Beta Empirical Gumbel LogNormal Normal RandomVariables Triangular Uniform Weibull
     """,
     "jaxmbs.fatigue": """
-        Cycles PsdTable SN damage equivalent_load psd_table rainflow spectral_damage
+        Cycles PsdTable SN SpectralMoments damage equivalent_load psd_table rainflow spectral_damage
     """,
     "jaxmbs.fem": """
         Buckling CoordinateTable Group Structure assemble assemble_blocks assemble_dense body_load buckling

@@ -280,6 +280,10 @@ MADE = {
     "LoadTable": lambda: mbs.vehicles.LoadTable(
         {"tie_rod": numbers(3)}, {"LF": numbers(3, 3)}, {"force": numbers(3, 3)}, ("kerb", "bump", "turn")
     ),
+    "RoadMixDamage": lambda: mbs.vehicles.RoadMixDamage(
+        numbers(2, 3), numbers(3, 3), jnp.asarray(1e5), ("good", "bad"), ("LF", "LR", "tie rod")
+    ),
+    "FourPost": lambda: mbs.vehicles.FourPost(F, complexes(3, 2, 2), ("seat", "tyre"), ("heave", "roll")),
     "RigCurves": lambda: mbs.vehicles.RigCurves(
         *(numbers(3) for _ in range(8)), numbers(3, 3), numbers(3, 3), *(numbers(3) for _ in range(7))
     ),

@@ -11,7 +11,18 @@ if TYPE_CHECKING:
     from ._psd import PsdTable, psd_table
     from ._sn import SN
     from ._spectral_damage import spectral_damage
+    from ._spectral_moments import SpectralMoments
 
-__all__ = ["SN", "Cycles", "PsdTable", "damage", "equivalent_load", "psd_table", "rainflow", "spectral_damage"]
+__all__ = [
+    "SN",
+    "Cycles",
+    "PsdTable",
+    "SpectralMoments",
+    "damage",
+    "equivalent_load",
+    "psd_table",
+    "rainflow",
+    "spectral_damage",
+]
 
 import_when_asked(__name__, explain_arguments)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from ._car import CarAxle, CruiseControl, car
     from ._convention import CONVENTIONS, Convention
     from ._driveline import BrakeTorque, mount_differential, mount_steering
+    from ._four_post import FourPost, four_post, post_heights
     from ._handling import (
         BrakeInTurn,
         SteerGain,
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
         slopes_over,
         step_steer_response,
     )
+    from ._hardpoint_outputs import linearise_hardpoints
     from ._lane_change import Lane, LaneChange, PathFollower
     from ._load_cases import LoadTable, load_cases
     from ._magic_formula import MagicFormula
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from ._rig import Compliance, PartLoads, Rig, kc_rig
     from ._rig_curves import RigCurves
     from ._road import AbstractRoad, FlatRoad
+    from ._road_mix import RoadMixDamage, RoadRecord, RoadShare, road_mix_damage, road_records_damage
     from ._road_shapes import CleatRoad, SineRoad, SurfaceRoad, TandemCams
     from ._single_track import ForwardSpeed, SingleTrack
     from ._steady_turn import SteadyTurn
@@ -60,6 +63,7 @@ __all__ = [
     "FialaTyre",
     "FlatRoad",
     "ForwardSpeed",
+    "FourPost",
     "Lane",
     "LaneChange",
     "LinearTyre",
@@ -72,6 +76,9 @@ __all__ = [
     "Ride",
     "Rig",
     "RigCurves",
+    "RoadMixDamage",
+    "RoadRecord",
+    "RoadShare",
     "SineRoad",
     "SingleTrack",
     "Slip",
@@ -92,8 +99,10 @@ __all__ = [
     "car",
     "double_wishbone",
     "five_link",
+    "four_post",
     "hardpoint_loads",
     "kc_rig",
+    "linearise_hardpoints",
     "load_cases",
     "mcpherson",
     "mount_anti_roll_bar",
@@ -103,8 +112,11 @@ __all__ = [
     "mount_suspension",
     "mount_twist_beam",
     "mount_wheel",
+    "post_heights",
     "read_tir",
     "ride",
+    "road_mix_damage",
+    "road_records_damage",
     "sine_steer_response",
     "slopes_over",
     "step_steer_response",

@@ -17,7 +17,6 @@ from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 
 _LENGTHS = (15.0, 30.0, 25.0, 25.0, 30.0)  # of entry lane, way over, side lane, way back, exit lane [m]
-_OFFSET = 3.5  # of the side lane [m]
 
 
 class Lane(NamedTuple):
@@ -35,29 +34,32 @@ class LaneChange(eqx.Module):
     Attributes:
         width: of the vehicle, from which widths of lanes follow [m].
         start: x of the first cones [m].
+        offset: of the right edge of the side lane from that of the entry lane [m].  Chrono counts from the middle of
+            the entry lane: there it is 3.5 m and half of that lane's width.
 
     Source: ISO 3888-1 (2018).
     """
 
     width: Convertible[Scalar] = eqx.field(converter=number)
     start: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
+    offset: Convertible[Scalar] = eqx.field(converter=number, default=3.5)
 
     __repr__ = fields_repr
 
     def __check_init__(self):
         faults = number_faults("width", self.width, positive=True)
+        faults += faults_if((self.offset.shape != (), "offset must be one number"))
         faults += faults_if((self.start.shape != (), "start must be one number"))
         if faults:
             raise ModelError(faults, "the lane change")
 
     @property
     def lanes(self) -> tuple[Lane, Lane, Lane]:
-        """Entry lane, side lane and exit lane; the right edges of the first and the last are in line,
-        that of the second is 3.5 m to the left."""
+        """Entry lane, side lane and exit lane; the right edges of the first and the last are in line."""
         entry, side, last = (factor * self.width + 0.25 for factor in (1.1, 1.2, 1.3))
         x = self.start + np.cumsum((0.0, *_LENGTHS))
         right = -0.5 * entry
-        up = right + _OFFSET
+        up = right + self.offset
         return (
             Lane(x[0], x[1], right, right + entry),
             Lane(x[2], x[3], up, up + side),

@@ -157,6 +157,7 @@ def hardpoint_loads(
     motion: WordedError[State | HasStates],
     parts: WordedError[MountedParts],
     carrier: str = "ground",
+    accelerations: ArrayLike | None = None,
 ) -> dict[str, Array]:
     """Forces (..., 3) [N] of the carrier on parts at their hardpoints, along a motion or at a state.
 
@@ -165,13 +166,14 @@ def hardpoint_loads(
         motion: a State, or a Motion or states with leading axes.
         parts: as a `mount_` function returned them.
         carrier: body in whose axes the forces are given; its name, or "ground".
+        accelerations: (nv,), or (times, nv); by default those that drives and force elements cause.
 
     Between the points of one rigid arm, what statics does not determine is shared by least compliance.
     Raises: ModelError for what are no parts.
     """
     if not isinstance(parts, MountedParts):
         raise ModelError([f"parts are what a mount_ function returns, got {type(parts).__name__}"], "the question")
-    found = reactions(system, motion)
+    found = reactions(system, motion, accelerations=accelerations)
     R: Any = rotation(system, motion, carrier)  # type: ignore[arg-type]
     laws = set(parts.forces.values())
     force: Any = lambda name: found.law(name).force if name in laws else found[name].force

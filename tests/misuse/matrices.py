@@ -26,6 +26,7 @@ CASES = {
     "fatigue.equivalent_load": case(
         lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), 3.5, 2.5), f"history shape: {SIGNALS}"
     ),
+    "fatigue.SpectralMoments": case(lambda z: call(np.array([1.0, 2.0, 4.0, 16.0]))),
     "fatigue.spectral_damage": case(lambda z: call(STRESS, CURVE, "dirlik")),
     "qualification.damage_spectrum": case(
         lambda z: call(np.array([0.5, 2.0, -1.0, 3.0]), np.array([30.5, 100.0]), CURVE, None, 1e-3, 10.5),

@@ -44,7 +44,7 @@ EXEMPT = {
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable vehicles.Compliance
         vehicles.MountedParts vehicles.BrakeInTurn vehicles.SteerGain vehicles.StepResponse vehicles.SteadyTurn
-        vehicles.Lane
+        vehicles.Lane vehicles.FourPost vehicles.RoadMixDamage
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -69,6 +69,7 @@ EXEMPT = {
     "what is asked, judged with the question": """
         qualification.BaseForces qualification.BondForces qualification.Coordinates qualification.Recovery
         qualification.WhiteNoise vehicles.Arm vehicles.CarAxle vehicles.SuspensionRod vehicles.Strut
+        vehicles.RoadShare vehicles.RoadRecord
     """,
     "no argument, a name, or a solver or event that simulate judges": """
         elements.DIRECTIONS motion.Event ode.ProjectedSolver ode.Gauss4 ode.ImplicitMidpoint ode.Rodas5P
@@ -150,6 +151,8 @@ LONG = """
     vehicles.load_cases vehicles.kc_rig vehicles.mount_suspension vehicles.mount_wheel vehicles.mount_solid_axle
     vehicles.mount_twist_beam vehicles.mount_anti_roll_bar vehicles.mount_steering vehicles.mount_differential
     vehicles.car vehicles.hardpoint_loads vehicles.PathFollower vehicles.BrakeTorque vehicles.CruiseControl
+    vehicles.linearise_hardpoints vehicles.road_mix_damage vehicles.road_records_damage vehicles.four_post
+    vehicles.post_heights
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself

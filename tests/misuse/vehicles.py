@@ -14,6 +14,7 @@ from .cases import case
 from .parts import PLAIN_TYRE, _law, _through
 
 TRACKS = "words for tracks are free"
+CORNERS = ("front left", "front right", "rear left", "rear right")
 
 
 @functools.cache
@@ -29,6 +30,21 @@ def quarter():
         b.force(name, mbs.SpringDamper(stiffness=50.0, damping=damping), joint=name)
     system = b.build()
     return mbs.linearise(system, mbs.State.at(system), inputs=["road"], outputs=["tyre", "strut"])
+
+
+@functools.cache
+def on_posts():
+    """Four masses on springs on posts, linearised."""
+    b = mbs.SystemBuilder(gravity=(0, 0, 0))
+    for name in CORNERS:
+        b.body(f"{name} post", mass=2.0)
+        b.body(name, mass=2.0)
+        b.joint(f"{name} post", mbs.Prismatic("z"), "ground", f"{name} post", drive=mbs.forces.Constant(0.0))
+        b.joint(name, mbs.Prismatic("z"), f"{name} post", name)
+        b.force(name, mbs.SpringDamper(stiffness=50.0, damping=2.0), joint=name)
+    system = b.build()
+    inputs = [f"{name} post" for name in CORNERS]
+    return mbs.linearise(system, mbs.State.at(system), inputs=inputs, outputs=CORNERS)
 
 
 @functools.cache
@@ -119,6 +135,9 @@ TWIST = {
 }
 SECTION = mbs.forces.BeamSection((1e6, 1e6, 1e6, 1e3, 1e3, 1e3), 1.0, (0.5, 0.5, 0.5))
 ARM = KINDS["trailing_arm"]
+LIFE = mbs.fatigue.SN(1e6, 3.0)
+MIX = {"rough": mbs.vehicles.RoadShare(RandomRoad(0.5), 2.0, 1.0)}
+RECORDS = {"rough": mbs.vehicles.RoadRecord({"rod": np.cos(TIMES), "LF": np.ones((17, 3))}, 2.0, 1.0)}
 CASES = {
     **{f"vehicles.{name}": _kind(name) for name in ("double_wishbone", "mcpherson", "five_link", "trailing_arm")},
     "vehicles.Suspension": case(
@@ -198,11 +217,31 @@ CASES = {
         through=_built_car,
     ),
     "vehicles.hardpoint_loads": case(lambda z: call(*standing(), "chassis")),
+    "vehicles.linearise_hardpoints": case(lambda z: call(*standing()[:2], (), standing()[2], "chassis")),
+    "vehicles.road_mix_damage": case(
+        lambda z: call(quarter(), MIX, {"road": (0.5, 0.25)}, LIFE, 512.0, "dirlik", 0.5, 8.0),
+        "mix name: names are free",
+        positive="distance",
+    ),
+    "vehicles.road_records_damage": case(
+        lambda z: call(RECORDS, LIFE, 512.0), "records name: names are free", positive="distance"
+    ),
+    "vehicles.four_post": case(
+        lambda z: call(on_posts(), np.array([0.5, 2.0]), [f"{name} post" for name in CORNERS], ["heave", "roll"]),
+        "posts none: those of a car",
+        "frequencies shape: as many as are asked",
+        positive="frequencies",
+    ),
+    "vehicles.post_heights": case(
+        lambda z: call(TIMES, RISING, 2.0, {"front": (0.5, "left"), "rear": (-1.5, "left")}),
+        "wheels name: names are free",
+        positive="speed",
+    ),
     "vehicles.step_steer_response": case(lambda z: call(TIMES, RISING, 0.5, 0.25, 0.125)),
     "vehicles.sine_steer_response": case(lambda z: call(TIMES, RISING, FALLING, 0.5)),
     "vehicles.slopes_over": case(lambda z: call(TIMES, RISING)),
     "vehicles.brake_in_turn": case(lambda z: call(TIMES, RISING, 8.0 + RISING, FALLING, 32.0, 0.5)),
-    "vehicles.LaneChange": case(lambda z: call(1.75, 0.5), positive="width"),
+    "vehicles.LaneChange": case(lambda z: call(1.75, 0.5, 3.25), positive="width"),
     "vehicles.PathFollower": case(
         lambda z: call(mbs.vehicles.LaneChange(1.75), 2.5, 8.0, 1.5), positive="wheelbase preview", through=_followed
     ),
