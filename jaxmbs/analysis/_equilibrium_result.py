@@ -80,7 +80,7 @@ class Equilibrium(Reported, eqx.Module):
     @property
     def is_unstable(self) -> Any:
         """True where the stiffness is negative along some direction, of an equilibrium at rest (traceable)."""
-        return np.zeros_like(self.is_negative) if self.is_steady else self.is_negative
+        return np.zeros(np.shape(self.is_negative), bool) if self.is_steady else self.is_negative
 
     @property
     def result(self) -> Any:

@@ -142,7 +142,8 @@ def test_derivatives_of_a_steady_motion_with_a_ball():
         system = governor(x[:2], like=first)
         state = mbs.State.at(system, swing=-0.5, spin=x[3], velocities={"spin": x[2]})
         rest = mbs.equilibrium(system, state, moving=("spin",), throw=False)
-        return jnp.concatenate([rest.state.coordinates, rest.state.velocities, rest.stiffness[0]])
+        verdict = jnp.asarray(rest.result, float)  # traced too
+        return jnp.concatenate([rest.state.coordinates, rest.state.velocities, rest.stiffness[0], verdict[None]])
 
     value, forward, reverse = (mbs.jit(f, compile="quick") for f in (found, jax.jacfwd(found), jax.jacrev(found)))
     step = 1e-5
