@@ -13,10 +13,17 @@ from jax import lax
 
 from .. import blocksparse
 from ..constraints import _constraints as constraints
-from ..constraints._saddle_operator import ConstraintOperator, largest_of_element, row_kinds, stop_gradients
+from ..constraints._saddle_operator import (
+    ConstraintOperator,
+    largest_of_element,
+    loop_entries,
+    loop_mobility,
+    row_kinds,
+    stop_gradients,
+)
 from ..kinematics._configuration import Configuration
 from ..kinematics._elastic import mass_operator
-from ..kinematics._tree import ancestors, subtrees
+from ..kinematics._tree import subtrees
 from ..math._linalg import proximal_rounds, relative
 from ..math._spd import spd_inverse
 from ..model._system import System
@@ -77,9 +84,7 @@ def _penalty_inverse(system, at, rows, mass, weight):
     mobility = _mobility(column_inertia(system, at.S, composite, parts) + weight)
     B = jax.vmap(rows.efforts)(jnp.asarray(np.eye(top.num_rows)[kinds.others], dtype))
     closures = [u[..., None] * D for u, D in zip(_split_by_group(rows, rows.unit), rows.directions, strict=True)]
-    sizes = [_closure_sizes(graph, at.S, top.nodes, mobility, closures), jnp.zeros(top.num_rows - kinds.closures)]
-    sizes = jnp.concatenate([part.astype(dtype) for part in sizes])
-    sizes = sizes.at[kinds.drives].set(rows.unit[kinds.drives] ** 2 * mobility[kinds.columns])
+    sizes = loop_mobility(system, loop_entries(system, at), rows, mobility).astype(dtype)
     sizes = sizes.at[kinds.others].set((B * B) @ mobility)
     C = PROXIMAL_COMPLIANCE[dtype.itemsize] * largest_of_element(sizes, constraints.row_scale(system).block, mobility)
 
@@ -119,16 +124,3 @@ def _mobility(size):
     # the same bound as in `math.linalg.saddle_solve`; 1e-30 keeps models without any mass finite
     massless = size <= 1e-9 * jnp.max(size, initial=1e-30)
     return jnp.where(massless, 0.0, 1.0 / jnp.where(massless, 1.0, size))
-
-
-def _closure_sizes(graph, S, nodes, mobility, directions):
-    """Diagonal of A diag(mobility) A^T, by sums of S S^T over the columns between the frames of each closure."""
-    reach = ancestors(nodes, S[:, :, None] * S[:, None, :] * mobility[:, None, None])
-    reach = jnp.concatenate([reach, jnp.zeros((1, 6, 6), reach.dtype)])
-    a, b = np.append(graph.node, nodes.size)[graph.ends].T
-    between = reach[a] + reach[b] - 2.0 * reach[graph.common_ancestor]
-    sizes, first = [jnp.zeros(0, reach.dtype)], 0
-    for D in directions:
-        sizes.append(jnp.einsum("era,eab,erb->er", D, between[first : first + len(D)], D).reshape(-1))
-        first += len(D)
-    return jnp.maximum(jnp.concatenate(sizes), 0.0)
