@@ -83,8 +83,6 @@ def _element_block(item):
 
 
 def _node_block(item, elements):
-    if isinstance(item.element, Tank):
-        return Block(item.name, item.element, ())
     reads, signs = _flows_into((item.name,), elements)
     return Block(item.name, item.element, reads, mix=signs)
 
