@@ -66,6 +66,10 @@ them. `jaxmbs.contact.hertz_stiffness` has the stiffness of round bodies.""",
     "Hydraulic elements": """
 `b.hydraulic(name, element, ports=..., signal=..., shaft=...)`: nodes with a pressure, and elements whose ports
 are joined to nodes by name. The cylinder is a force law. See [hydraulic circuits](guide/hydraulics.md).""",
+    "Vehicles": """
+`jaxmbs.vehicles`, see [vehicles](guide/vehicles.md): tyres are force laws between a road's frame and a wheel's,
+`b.force(name, tyre, between=("ground", "front left wheel"))`, made of a model of forces over slip and of a road.  Of
+your own: [a tyre](extend/tyre.md).""",
     "Signals": """
 Functions of time, for `drive=`, for targets and for values of loads. Any other function of time serves as well;
 drives need two derivatives.""",
@@ -106,13 +110,16 @@ def defined(module, name, thing):
 
 def sections():
     """Pairs of room and class by name, by section."""
+    from jaxmbs.blocks import AbstractBlock
     from jaxmbs.contact import AbstractPair
     from jaxmbs.forces import AbstractLaw, AbstractSignal, InextensibleCable
     from jaxmbs.joints import AbstractClosure, AbstractJoint
+    from jaxmbs.vehicles import AbstractRoad, AbstractTyreModel, RandomRoad, Suspension
 
     is_joint = lambda t: issubclass(t, AbstractJoint) and not issubclass(t, AbstractClosure)
     is_law = lambda t: issubclass(t, AbstractLaw)
     is_pair = lambda t: issubclass(t, AbstractPair)
+    on_wheels = AbstractLaw | AbstractBlock | AbstractTyreModel | AbstractRoad | RandomRoad | Suspension
     return {
         "Joints": chosen("joints", is_joint),
         "Constraint rows": chosen("joints", lambda t: not is_joint(t))
@@ -125,6 +132,7 @@ def sections():
         "Contact pairs": chosen("contact", is_pair),
         "Contact forces and surfaces": chosen("contact", lambda t: not is_pair(t)),
         "Hydraulic elements": chosen("hydraulics"),
+        "Vehicles": chosen("vehicles", lambda t: issubclass(t, on_wheels)),
         "Signals": chosen("forces", lambda t: issubclass(t, AbstractSignal)),
         "Blocks": chosen("blocks"),
         "Finite elements": chosen("elements"),

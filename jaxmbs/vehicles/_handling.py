@@ -11,9 +11,9 @@ from ..checks import any_concrete, shape_of
 from ..errors import ModelError
 from ..forces._fields import number
 from ..math import _square as square
-from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..typing import ArrayLike, Scalar, ScalarLike
+from ._reports import report_of_fields
 
 
 class StepResponse(Reported, eqx.Module):
@@ -32,16 +32,7 @@ class StepResponse(Reported, eqx.Module):
     overshoot: Scalar
 
     def report(self) -> Report:
-        return Report(
-            [
-                Quantity("steady", self.steady, ""),
-                Quantity("gain", self.gain, ""),
-                Quantity("response time", self.response_time, "s"),
-                Quantity("peak", self.peak, ""),
-                Quantity("peak time", self.peak_time, "s"),
-                Quantity("overshoot", self.overshoot, ""),
-            ]
-        )
+        return report_of_fields(self, steady="", gain="", response_time="s", peak="", peak_time="s", overshoot="")
 
 
 def step_steer_response(
@@ -82,12 +73,7 @@ class SteerGain(Reported, eqx.Module):
     phase: Scalar
 
     def report(self) -> Report:
-        return Report(
-            [
-                Quantity("gain", self.gain, ""),
-                Quantity("phase", self.phase, "rad"),
-            ]
-        )
+        return report_of_fields(self, gain="", phase="rad")
 
 
 def sine_steer_response(t: ArrayLike, steer: ArrayLike, response: ArrayLike, frequency: ScalarLike) -> SteerGain:
@@ -139,13 +125,7 @@ class BrakeInTurn(Reported, eqx.Module):
     slip_angle: Scalar
 
     def report(self) -> Report:
-        return Report(
-            [
-                Quantity("yaw ratio", self.yaw_ratio, ""),
-                Quantity("greatest yaw ratio", self.greatest_yaw_ratio, ""),
-                Quantity("slip angle", self.slip_angle, "rad"),
-            ]
-        )
+        return report_of_fields(self, yaw_ratio="", greatest_yaw_ratio="", slip_angle="rad")
 
 
 def brake_in_turn(

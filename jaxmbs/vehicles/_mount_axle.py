@@ -50,10 +50,8 @@ def mount_solid_axle(
     """
     if not isinstance(links, Mapping) or any(isinstance(x, str) or len(x) != 2 for x in links.values()):
         raise ModelError(["links must be {name: (point on the chassis, point on the axle)}"], "the axle")
-    needed = ["AO", *(point for ends in links.values() for point in ends), *(["S", "D"] if spring else [])]
-    _refuse_missing(hardpoints, needed)
-    names = {"name": name, "chassis": chassis}
-    check_parts({"mass": mass}, {"at": at, "inertia": inertia}, {"spring": spring}, names, hardpoints)
+    needed = ["AO", *(point for ends in links.values() for point in ends)]
+    _check_axle(hardpoints, needed, mass, {"at": at, "inertia": inertia}, spring, {"name": name, "chassis": chassis})
     add, place = Adder(b, name), side_of("left", at)
     H = {point: place.point(x) for point, x in hardpoints.items()}
     middle = place.point(number(hardpoints["AO"]) * jnp.asarray(np.array([1.0, 0.0, 1.0])))
@@ -92,11 +90,10 @@ def mount_twist_beam(
 
     Raises: ModelError for points that are missing.
     """
-    _refuse_missing(hardpoints, ["P", "B", "AO", *(["S", "D"] if spring else [])])
     if not isinstance(section, BeamSection):
         raise ModelError([f"section must be a BeamSection, not {type(section).__name__}"], "the axle")
-    names = {"name": name, "chassis": chassis}
-    check_parts({"mass": mass}, {"at": at, "inertia": inertia}, {"spring": spring}, names, hardpoints)
+    needed, vectors = ["P", "B", "AO"], {"at": at, "inertia": inertia}
+    _check_axle(hardpoints, needed, mass, vectors, spring, {"name": name, "chassis": chassis})
     add, arms, ends = Adder(b, name), {}, {}
     for side in SIDES:
         H = {point: side_of(side, at).point(x) for point, x in hardpoints.items()}
@@ -161,6 +158,12 @@ def _add_springs(add: Adder, hardpoints: Any, at: Any, chassis: str, bodies: Map
     for side, body in bodies.items():
         top, foot = (side_of(side, at).point(hardpoints[point]) for point in ("S", "D"))
         add.force(f"{side} spring", law, f"{side} S", between=((chassis, top), (body, foot)))
+
+
+def _check_axle(hardpoints, needed, mass, vectors, spring, names):
+    """Raise a ModelError for what is no axle: hardpoints that are missing, those of springs too, and odd parts."""
+    _refuse_missing(hardpoints, [*needed, *(["S", "D"] if spring else [])])
+    check_parts({"mass": mass}, vectors, {"spring": spring}, names, hardpoints)
 
 
 def _refuse_missing(hardpoints, needed):

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from jax import lax
 
 from ..math import _square as square
-from ..quantities import Quantity
 from ..reports import Report, Reported
 from ..typing import Scalar
+from ._reports import report_of_fields
 
 _ROUNDS = 30  # of Newton's method, from the linear car
 _TOLERANCE = 1e-9  # of the balance, over the weight
@@ -30,14 +30,7 @@ class SteadyTurn(Reported, eqx.Module):
     understeer: Scalar
 
     def report(self) -> Report:
-        return Report(
-            [
-                Quantity("steer", self.steer, "rad"),
-                Quantity("side slip", self.side_slip, ""),
-                Quantity("yaw rate", self.yaw_rate, "rad/s"),
-                Quantity("understeer gradient", self.understeer, "rad s^2/m"),
-            ]
-        )
+        return report_of_fields(self, steer="rad", side_slip="", yaw_rate="rad/s", understeer="rad s^2/m")
 
 
 def steady_turn(car: Any, speed: Any, acceleration: Any) -> SteadyTurn:
