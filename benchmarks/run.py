@@ -30,6 +30,7 @@ NAMES = (
     "diffrax_loops",
     "imported_models",
     "wishbone_limits",
+    "wishbones_side_by_side",
     "openmdao_component",
     "published_decks",
     "hydraulic_arm",

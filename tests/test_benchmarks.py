@@ -34,6 +34,7 @@ PACKAGES = {
     "diffrax_loops": (),
     "imported_models": ("mujoco", "pinocchio"),
     "wishbone_limits": (),
+    "wishbones_side_by_side": (),
     "openmdao_component": ("openmdao",),
     "published_decks": (),
     "validity": (),
@@ -54,7 +55,15 @@ PACKAGES = {
 LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
 LONG += ("vehicles", "validity", "cold_start", "compiler_tricks", "energy_drift")
 LONG += ("openmdao_component", "fmu_calls")
-LONG += ("wishbone_limits", "imported_models", "published_decks", "saved_times", "substructures", "diffrax_loops")
+LONG += (
+    "wishbone_limits",
+    "wishbones_side_by_side",
+    "imported_models",
+    "published_decks",
+    "saved_times",
+    "substructures",
+    "diffrax_loops",
+)
 LONG += ("cables", "contact", "hydraulic_arm", "joint_friction", "kinds", "long_run_energy", "notebooks")
 LONG += ("qualification", "reliability", "shock_records", "states", "study_store")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers", "identify_arm")

@@ -14,6 +14,7 @@ from ._barrier_problem import BarrierProblem, BoundDistances, Iterate, bound_dis
 from ._barrier_step import ReducedSystem, longest_steps, newton_step
 
 _TRIES = 13  # trials along Newton's step, before the violation alone is lowered
+_CORRECTIONS = 4  # second-order corrections of its first trial at most, as IPOPT has them
 
 
 class Trial(NamedTuple):
@@ -21,18 +22,27 @@ class Trial(NamedTuple):
 
     Attributes:
         x, s: where it leads.
-        share: of Newton's step.
+        share: of the step that it is.
+        halved: part of Newton's step that was tried last.
         found: functions (f, e, c) there.
-        good: it was taken; restores: it is one towards the limits.
-        count: trials so far.
+        left: residuals (of e, c + s) that a correction solves for.
+        violation: sum of those at the trial.
+        good: it was taken; restores: it is one towards the limits; corrects: the last one was a correction, or the
+            first trial.
+        halvings, count: of trials along Newton's step, and of all.
     """
 
     x: Any
     s: Any
     share: Any
+    halved: Any
     found: Any
+    left: Any
+    violation: Any
     good: Any
     restores: Any
+    corrects: Any
+    halvings: Any
     count: Any
 
 
@@ -73,8 +83,11 @@ def line_search(
 ) -> tuple[Trial, Array]:  # fmt: skip
     """The first trial that lowers the merit, and the part of the step that its multipliers may go.
 
-    After a first refusal the constraints are solved again at the trial: a full step along curved ones is refused.
-    Then steps are halved; the last trial lowers the violation alone.  wanted: False tries nothing.
+    After a first refusal the constraints are solved again at the trial, as long as that lowers their violation: a
+    full step along curved ones is refused.  Then steps are halved; the last trial lowers the violation alone.
+    wanted: False tries nothing.
+
+    Source: Waechter and Biegler 2006, 2.4.
     """
     _, e, c = found
     gap = c + at.s
@@ -82,36 +95,38 @@ def line_search(
     rounding = 1e-13 * (jnp.abs(merit.value) + 1.0)
 
     def refused(trial):
-        return wanted & ~trial.good & (trial.count <= _TRIES)
+        return wanted & ~trial.good & ~trial.restores
 
     def attempt(trial):
-        known = trial.found
-        is_solvable = jnp.all(jnp.isfinite(known[2])) & jnp.all(jnp.isfinite(known[1])) & (merit.violation > 0.0)
-        corrects, restores = (trial.count == 1) & is_solvable, trial.count == _TRIES
-        again = newton_step(
-            system, at, where, slopes[0], longest * e + known[1], longest * gap + known[2] + at.s + longest * step.s,
-            mu,
-        )  # fmt: skip
+        is_first, restores = trial.count == 0, trial.halvings >= _TRIES
+        corrects = trial.corrects & ~is_first & jnp.isfinite(trial.violation) & (merit.violation > 0.0)
+        again = newton_step(system, at, where, slopes[0], *trial.left, mu)
         room = longest_steps(at, again, where, mu)[0]
-        halved = jnp.where(trial.count <= 2, 0.5 * longest, 0.5 * trial.share)
-        share = jnp.where(corrects, room, jnp.where(trial.count == 0, longest, halved))
-        towards, part = _towards_limits(at, where, found, slopes, stalled, mu, restores)
+        halved = jnp.where(is_first, longest, jnp.where(corrects, trial.halved, 0.5 * trial.halved))
+        share = jnp.where(corrects, room, halved)
+        towards, part = _towards_limits(at, where, found, slopes, stalled, mu, restores & ~corrects)
+        restores = restores & ~corrects
         dx = jnp.where(restores, part * towards, share * jnp.where(corrects, again.x, step.x))
         ds = jnp.where(restores, 0.0, share * jnp.where(corrects, again.s, step.s))
         x, s = jnp.where(where.free, at.x + dx, at.x), at.s + ds
         new = problem.functions(x)
+        left = (share * trial.left[0] + new[1], share * trial.left[1] + new[2] + s)
+        violation = jnp.sum(jnp.abs(new[1])) + jnp.sum(jnp.abs(new[2] + s))
         # with slacks that are those of the trial where it keeps an inequality: of hundreds of curved ones the gaps
         # to their tangents would refuse every step
-        s = jnp.where(
-            restores, jnp.maximum(at.s, -new[2]), jnp.where(-new[2] >= jnp.minimum(0.01, mu) * s, -new[2], s)
-        )
+        kept = jnp.where(-new[2] >= jnp.minimum(0.01, mu) * s, -new[2], s)
+        s = jnp.where(restores, jnp.maximum(at.s, -new[2]), kept)
         value = _merit(s, bound_distances(problem, x), new, mu, merit.weight)
         lowers = value <= merit.value + 1e-4 * share * jnp.minimum(merit.falls, 0.0) + rounding
         good = jnp.where(restores, _violation(new) < _violation(found), lowers)
-        return Trial(x, s, share, new, good, restores, trial.count + 1)
+        goes_on = is_first | (corrects & (violation < 0.99 * trial.violation) & (trial.count < _CORRECTIONS))
+        return Trial(
+            x, s, share, halved, new, left, violation, good, restores, goes_on,
+            trial.halvings + jnp.where(corrects, 0, 1), trial.count + 1,
+        )  # fmt: skip
 
-    no = jnp.asarray(False)
-    first = Trial(at.x, at.s, longest, found, no, no, jnp.zeros((), jnp.int32))
+    no, none = jnp.asarray(False), jnp.zeros((), jnp.int32)
+    first = Trial(at.x, at.s, longest, longest, found, (e, gap), merit.violation, no, no, no, none, none)
     return lax.while_loop(refused, attempt, first), dual
 
 

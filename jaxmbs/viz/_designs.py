@@ -9,7 +9,7 @@ from ..design._optimum import Optimum
 from ..design._pareto import ParetoFront
 from ..design._polynomial_chaos import PolynomialChaos
 from ..design._reliability_result import Reliability
-from ..palette import BLUE, GREY, RED
+from ..palette import BLUE, COLORS, GREY, RED
 from ..status import succeeded
 from ..typing import WordedError
 from ._canvas import format_axes, get_axes
@@ -19,21 +19,30 @@ _MAP = "viridis"
 
 
 def plot_pareto_front(front: Any, first: str | None = None, second: str | None = None, ax: Any = None) -> Any:
-    """Plot a Pareto front; designs whose search did not converge are hollow.
+    """Plot a Pareto front, or several by name; designs whose search did not converge are hollow.
 
     Args:
-        front: of `design.pareto`, or the Dataset of `studies.pareto_front` with two objectives.
+        front: of `design.pareto`, or the Dataset of `studies.pareto_front` with two objectives; or a dict of fronts by
+            name, as of the probabilities with which a load may be passed.
         first, second: labels of the objectives, with their units (default: their names).
         ax: matplotlib axes to draw into (default: new ones).
 
     Raises: ValueError for another number of objectives, TypeError for what is no front.
     """
-    names, (x, y), ok = _objectives(front)
+    fronts = front if isinstance(front, dict) else {"": front}
+    if not fronts:
+        raise ValueError("there is no front to plot: the dict is empty")
+    found = [_objectives(one) for one in fronts.values()]
+    names = found[0][0]
     ax = get_axes(ax)
-    ax.plot(x, y, color=BLUE, linewidth=1.0, zorder=2)
-    ax.plot(x[ok], y[ok], "o", color=BLUE, zorder=3)
-    ax.plot(x[~ok], y[~ok], "o", color=BLUE, markerfacecolor="white", zorder=3)
+    for k, (label, (_, (x, y), ok)) in enumerate(zip(fronts, found, strict=True)):
+        color = COLORS[k % len(COLORS)]
+        ax.plot(x, y, color=color, linewidth=1.0, zorder=2)
+        ax.plot(x[ok], y[ok], "o", color=color, zorder=3, label=label or None)
+        ax.plot(x[~ok], y[~ok], "o", color=color, markerfacecolor="white", zorder=3)
     format_axes(ax, names[0] if first is None else first, names[1] if second is None else second, None)
+    if isinstance(front, dict):
+        ax.legend(frameon=False)
     return ax
 
 

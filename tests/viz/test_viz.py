@@ -348,6 +348,12 @@ def test_a_front_names_its_objectives(ax):
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("peak force", "second objective")
     viz.plot_pareto_front(front, "force [N]", ax=ax)
     assert ax.get_xlabel() == "force [N]"
+    ax.clear()
+    viz.plot_pareto_front({"1 in 100": front, "1 in 1000": front}, ax=ax)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["1 in 100", "1 in 1000"]
+    assert len({line.get_color() for line in ax.lines}) == 2
+    with pytest.raises(ValueError, match="no front to plot"):
+        viz.plot_pareto_front({}, ax=ax)
 
 
 @pytest.mark.slow
