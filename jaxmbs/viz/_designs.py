@@ -22,8 +22,8 @@ def plot_pareto_front(front: Any, first: str | None = None, second: str | None =
     """Plot a Pareto front, or several by name; designs whose search did not converge are hollow.
 
     Args:
-        front: of `design.pareto`, or the Dataset of `studies.pareto_front` with two objectives; or a dict of fronts by
-            name, as of the probabilities with which a load may be passed.
+        front: of `design.pareto`, or the Dataset of `studies.pareto_front` with two objectives; or a dict of fronts
+            by name, as of the probabilities with which a load may be passed.
         first, second: labels of the objectives, with their units (default: their names).
         ax: matplotlib axes to draw into (default: new ones).
 
