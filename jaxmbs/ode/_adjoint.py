@@ -165,13 +165,14 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
             row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
             found = step_vjp(problem, args_of, moving, row, bars, ys_bar, jumps_bar)
             counts = (k >= 0) & (is_used | (row[0][4] <= last_used) | _leads_to_jump(row, last_jump))
-            return k - 1, jax.tree.map(lambda new, old: jnp.where(counts, new, old), found, bars)
+            return k - 1, jax.tree.map(lambda new, old: jnp.where(counts | jnp.isfinite(new), new, old), found, bars)
 
         bars = lax.while_loop(lambda carry: any_in_batch(carry[0] >= 0), one, (count - 1, bars))[1]
         return number - 1, start[0], pieces, bars
 
     memory = jax.tree.map(jnp.zeros_like, memory_of(problem, packing.unpack(log.rows[0])[0][3]))
-    # steps after the last state that is used are left out: one that is not finite would make NaN of zeros
+    # steps after the last state that is used are left out where they are not finite, which would make NaN of zeros;
+    # others stay, as a cotangent that is zero may have a derivative
     index = jnp.arange(problem.times.size, dtype=jnp.int32)
     is_used, last_used = _any_nonzero((y_bar, projected_bar)), _last_in_use(ys_bar)
     last_jump = None if jumps_bar is None else _last_in_use((jumps_bar.before, jumps_bar.after))

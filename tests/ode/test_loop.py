@@ -187,3 +187,20 @@ def test_an_event_ends_a_march_beside_the_zero(falls):
         assert int(state.saved) == 3 and int(state.rejected) < 12
     else:
         assert diffrax.is_successful(state.result) and state.t == TIMES[-1]
+
+
+@pytest.mark.long
+def test_curvature_of_a_loss_at_its_zero():
+    """Where all residuals are zero the Hessian of half their square is that of Gauss and Newton."""
+    setting = problem(diffrax.Tsit5(), 0.07)
+
+    def end(k, way):
+        return ours(way, jnp.stack([k, STIFFNESS[1]]), START, setting, 0.07).y[0]
+
+    def loss(k):
+        found = end(k, integrate_with_adjoint)
+        return 0.5 * jnp.sum((found - jax.lax.stop_gradient(found)) ** 2)
+
+    slope = jax.jacfwd(lambda k: end(k, integrate))(STIFFNESS[0])
+    assert float(loss(STIFFNESS[0])) == 0.0
+    np.testing.assert_allclose(jax.jacfwd(jax.grad(loss))(STIFFNESS[0]), jnp.sum(slope**2), rtol=1e-9)
