@@ -119,8 +119,13 @@ def displacement(topology, start: Array, end: Array) -> Array:
 
 def rate_of_numbers(system: System, chart: Chart) -> Array:
     """Rates (n,) of xi along the motion through the chart's state [1/s]."""
-    u = chart.state.velocities
-    a, rates = jnp.split(accelerations_and_rates(stop_gradients(system), chart.state), [u.shape[0]])
+    return rates_seen(system, chart, chart.state)
+
+
+def rates_seen(system: System, chart: Chart, state: State) -> Array:
+    """Rates (n,) of xi along the motion through a state nearby [1/s]."""
+    u = state.velocities
+    a, rates = jnp.split(accelerations_and_rates(stop_gradients(system), state), [u.shape[0]])
     return jnp.concatenate([chart.positions.T @ u, chart.velocities.T @ a / chart.rate, rates / chart.scale])
 
 

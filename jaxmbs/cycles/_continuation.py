@@ -17,8 +17,8 @@ from ..assembly._state import State
 from ..runtime import jit, lapack
 from ._chart import Chart
 from ._cycle import Cycle
+from ._implicit import Solution
 from ._periodic import CycleProblem, cycle_of
-from ._shooting import Solution
 
 _MOST_CORRECTIONS = 8
 _LAST_CORRECTION = 1e-7  # its square is below rounding
@@ -50,7 +50,7 @@ class BranchPlace(NamedTuple):
         tangent: (m n + 0 or 1 + 1,) of unit length: numbers of the charts over the size, the logarithm of the period
             where it is free, the parameter over its span.
         size: () of the motion; turn: () cosine between this tangent and the one before.
-        corrections: () their number; found: () true where they ended.
+        corrections: () their number; found: () true where they ended; is_singular: () see `Cycle`.
     """
 
     value: Array
@@ -62,6 +62,7 @@ class BranchPlace(NamedTuple):
     turn: Array
     corrections: Array
     found: Array
+    is_singular: Array
 
 
 @jit
@@ -71,8 +72,8 @@ def first_place(family: Family, value: Array, states: State, period: Array, size
     charts = shooting.charts(family.system_of(value), states, period)
     number = states.t.shape[0] * charts.num_numbers + int(shooting.is_free) + 1
     towards = jnp.zeros(number, period.dtype).at[-1].set(sense)
-    zero = jnp.zeros((), jnp.int32)
-    place = BranchPlace(value, states, period, charts, towards, size, sense, zero, jnp.asarray(True))
+    zero, yes, no = jnp.zeros((), jnp.int32), jnp.asarray(True), jnp.asarray(False)
+    place = BranchPlace(value, states, period, charts, towards, size, sense, zero, yes, no)
     return _corrected(family, place)
 
 
@@ -87,7 +88,7 @@ def next_place(family: Family, place: BranchPlace, length: Array) -> BranchPlace
 @jit
 def cycle_at(family: Family, place: BranchPlace) -> Cycle:
     """The cycle at a place, with its multipliers."""
-    found = Solution(place.states, place.period, place.found)
+    found = Solution(place.states, place.period, place.found, place.is_singular)
     return cycle_of(family.system_of(place.value), family.problem, found, place.period, "reverse")
 
 
@@ -130,12 +131,13 @@ def _corrected(family, place, before=None):
         place, _ = s
         charts = shooting.charts(family.system_of(place.value), place.states, place.period)
         place = place._replace(charts=charts)
-        rows, J = _rows_and_slope(family, place)
+        rows, J, is_singular = _rows_and_slope(family, place)
         step, tangent = _shortest(J, -rows)
         value, states, period = _step_from(family, place, step)
         small = jnp.max(jnp.abs(step)) <= _LAST_CORRECTION
         place = place._replace(value=value, states=states, period=period, tangent=tangent, found=small)
-        return place._replace(corrections=place.corrections + 1), jnp.max(jnp.abs(step))
+        place = place._replace(corrections=place.corrections + 1, is_singular=is_singular)
+        return place, jnp.max(jnp.abs(step))
 
     def goes_on(s):
         place, size = s
@@ -149,7 +151,8 @@ def _corrected(family, place, before=None):
 
 
 def _rows_and_slope(family, place):
-    """Rows (N,) of a place and their slopes (N, m n + 0 or 1 + 1) by steps of the unknowns."""
+    """Rows (N,) of a place, their slopes (N, m n + 0 or 1 + 1) by steps of the unknowns, and if those of the cycle
+    alone are singular."""
     shooting, m = family.problem.shooting, place.states.t.shape[0]
     linear = shooting.linearised(family.system_of(place.value), place.charts, place.period)
     still = jnp.zeros((m, place.charts.num_numbers), place.period.dtype)
@@ -162,7 +165,7 @@ def _rows_and_slope(family, place):
     by_value = jax.jvp(rows, (place.value,), (family.span,))[1]
     number, J = still.size, linear.matrix
     parts = [J[:, :number] * place.size, J[:, number:], by_value[:, None]]
-    return linear.rows, jnp.concatenate(parts, axis=1)
+    return linear.rows, jnp.concatenate(parts, axis=1), linear.is_singular
 
 
 def _shortest(J, right):

@@ -24,10 +24,12 @@ from ..signal_flow._sampling import sample_periods
 from ..status import Status, succeeded
 from ..typing import ArrayLike, WordedError
 from ._arguments import check_choices, check_samples, first_state, make_shooting
-from ._cycle import Cycle, without_trivial
+from ._cycle import Cycle
 from ._flow import Flow
-from ._shooting import Shooting, Solution, solution
-from ._whole import motion_of_segments, multipliers_of, parts_of, residuals, size_of_motion
+from ._implicit import Solution, solution
+from ._multipliers import multipliers_of
+from ._shooting import Shooting
+from ._whole import motion_of_segments, parts_of, residuals, size_of_motion
 
 #: Default tolerances of the steps: multipliers and periods are then right to ten digits.
 _TOLERANCE = {8: 1e-11, 4: 3e-5}
@@ -35,7 +37,6 @@ _TOLERANCE = {8: 1e-11, 4: 3e-5}
 _CLOSED, _CLOSED_RATES = {8: 1e-7, 4: 1e-2}, {8: 1e-5, 4: 5e-2}
 #: Period, of the first guess, and size, of the system: a free period that leads below them leads to a state of rest.
 _LEAST_PERIOD, _REST = 1e-3, 1e-6
-_ONE = 1e-6  # a multiplier nearer to one than this is one
 
 
 def periodic(
@@ -75,12 +76,12 @@ def periodic(
         steps: equal intervals at whose ends states are saved, at least.
         solver, formulation, event, max_steps: as of `simulate`.  Events that act need one segment.
         rtol, atol: tolerances of each step, default 1e-11.
-        gradient: derivative mode, "reverse" or "forward"; multipliers have derivatives in "forward" alone.
+        gradient: derivative mode, "reverse" or "forward".
         throw: raise when none is found (outside of tracing); else look at `status`.
 
     Newton's method with a line search on the states at the begins of all segments, in as many numbers as the
-    mechanism has freedoms.  First and second derivatives by the implicit function theorem, of states, loads, period
-    and, in forward mode, of single multipliers.  Sampled blocks need a period that theirs divide, by segments too.
+    mechanism has freedoms.  First and second derivatives by the implicit function theorem, of states, loads and
+    period, the first ones of single multipliers.  Sampled blocks need a period that theirs divide, by segments too.
 
     Returns: a Cycle.  Where none is found its numbers are NaN, and `status` says so.
 
@@ -184,16 +185,11 @@ def cycle_of(system: System, problem: CycleProblem, found: Solution, period: Arr
     """The cycle of states at the begins of its segments.  Args: period: [s] of the first guess."""
     shooting, parts, steps = problem
     motion = motion_of_segments(shooting, system, found.states, found.period, steps // shooting.segments, gradient)
-    moving = system, motion, found.period
-    if gradient == "forward":
-        multipliers = multipliers_of(shooting, *moving, parts)
-    else:
-        multipliers = multipliers_of(shooting, *stop_gradients(moving), parts)
-        multipliers = _forward_only(multipliers, found.period, motion.states)
+    moving = shooting, system, motion, found.period
+    multipliers = multipliers_of(*moving, parts, gradient)
     gaps, rates = stop_gradients(residuals(shooting, system, motion, found.period))
     trivial = shooting.held.number if shooting.is_free else 0
-    others = stop_gradients(without_trivial(multipliers, trivial))
-    is_singular = jnp.any(jnp.abs(others - 1.0) < _ONE)
+    is_singular = found.is_singular
     size = gaps.dtype.itemsize
     closed = found.found & (gaps <= _CLOSED[size]) & (rates <= _CLOSED_RATES[size])
     if shooting.is_free:
@@ -214,19 +210,6 @@ def cycle_of(system: System, problem: CycleProblem, found: Solution, period: Arr
         num_trivial=trivial,
         segments=shooting.segments,
     )
-
-
-@jax.custom_vjp
-def _forward_only(multipliers, *moving):
-    """The multipliers; a reverse derivative of them is refused, where it would be zero."""
-    return multipliers
-
-
-def _refuse(*_):
-    raise TypeError("multipliers of a cycle have derivatives in forward mode: periodic(..., gradient='forward')")
-
-
-_forward_only.defvjp(lambda multipliers, *moving: (multipliers, None), _refuse)
 
 
 class _Loss(NamedTuple):

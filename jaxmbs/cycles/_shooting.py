@@ -13,20 +13,14 @@ import numpy as np
 from jax import Array, lax
 
 from ..assembly._state import State
-from ..math._linalg import full_rank_lstsq
+from ..math import _square as square
 from ..model._system import System
-from ..ode._loop import stop_gradients
 from ..runtime import jit, lapack
-from ._chart import Chart, rate_of_numbers
+from ._chart import Chart, rate_of_numbers, rates_seen
 from ._flow import Flow
 
-_MOST_STEPS = 60  # trials of the line search included
-_LARGEST_CHANGE = 0.3  # of the period in one step, of its logarithm
-_LEAST_LENGTH = 1e-4  # of a step that is tried
-_SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
-_SINGULAR = {8: 1e-10, 4: 1e-5}  # of the largest singular value: below is none
-#: Largest step that is the last: two more, with the slope there, leave its fourth power.
-_LAST_STEP = {8: 1e-5, 4: 1e-2}
+#: Least singular value of the slope: a smaller one is none.
+_SINGULAR = {8: 1e-7, 4: 1e-3}
 
 
 class StartRows(eqx.Module):
@@ -128,29 +122,42 @@ class Shooting(eqx.Module):
             rows = jnp.concatenate([rows, (along @ xi)[None]])
         return rows
 
-    def linearised(self, system: System, charts: Chart, period: Array) -> "Linear":
-        """Rows and their slopes at the charts' states."""
+    def linearised(self, system: System, charts: Chart, period: Array, least: int = 1) -> "Linear":
+        """Rows and their slopes at the charts' states.  Args: least: see `Flow.end`."""
         times, gains = self.times(period), self._gains
 
         def segment(one):
             chart, following, t0, t1, gain = one
-            f, G = end_slope(self.flow, system, (chart, following), (t0, t1), gain, self.winds, self.is_free)
+            f, G, end = end_slope(self.flow, system, (chart, following), (t0, t1), gain, self.winds, least)
             g, H = begin_slope(system, following, following.state.t, self.is_free)
-            return f - g, G, H
+            return f - g, G, H, rates_seen(system, following, end) if self.is_free else f[:0]
 
         after = _following(charts)
-        gaps, G, H = lax.map(segment, (charts, after, times[:-1], times[1:], gains))
+        gaps, G, H, faster = lax.map(segment, (charts, after, times[:-1], times[1:], gains))
         n = charts.num_numbers
         by_period = jnp.zeros((self.segments, n, 0), G.dtype)
         if self.is_free:
-            late, longer = (times - self.t0)[:-1, None], (times - self.t0)[1:, None]
-            begins = jnp.roll(late, -1, axis=0)  # the last segment is followed by the first
-            by_period = (G[..., n] * late + G[..., n + 1] * longer - H[..., n] * begins)[..., None]
+            by_period = self._by_period(system, charts, times, (G, H, faster))[..., None]
         first, zero = jax.tree.map(lambda x: x[0], charts), jnp.zeros(n, G.dtype)
         of_start = lambda xi: self._others(system, first, first.state_at(system, xi, self.t0), xi)
         others, E = value_and_slope(of_start, zero)
         E = jnp.concatenate([E, jnp.zeros((E.shape[0], int(self.is_free)), E.dtype)], axis=1)
-        return Linear(jnp.concatenate([gaps.reshape(-1), others]), G[..., :n], H[..., :n], by_period, E)
+        return Linear(jnp.concatenate([gaps.reshape(-1), others]), G, H[..., :n], by_period, E)
+
+    def _by_period(self, system, charts, times, slopes):
+        """Slopes (m, n) of the gaps by the logarithm of the period.
+
+        A motion that begins later is the one that begins at its state of that time: no motion beside the segments'
+        own ones is needed.
+        """
+        G, H, faster = slopes
+        n, late = charts.num_numbers, times - self.t0
+        before = jnp.roll(H, 1, axis=0)  # of a segment's own begin: by its numbers, and by its time
+        along = jax.vmap(lambda chart: rate_of_numbers(system, chart))(charts)
+        shift = jax.vmap(square.solve)(before[..., :n], before[..., n] - along)
+        by_begin = jnp.einsum("kij,kj->ki", G, shift) * late[:-1, None]
+        begins = jnp.roll(late[:-1], -1)[:, None]  # the last segment is followed by the first
+        return by_begin + faster * late[1:, None] - H[..., n] * begins
 
 
 def _following(tree):
@@ -166,22 +173,25 @@ def end_slope(
     times: tuple[Array, Array],
     gain,
     winds,
-    by_times: bool,
     least: int = 1,
-) -> tuple[Array, Array]:
-    """Numbers (n,) in a second chart of the end of the motion from a first one's state, and their slopes (n, n).
+) -> tuple[Array, Array, State]:
+    """Numbers (n,) in a second chart of the end of the motion from a first one's state, their slopes (n, n), the end.
 
-    Args: by_times: two columns more, by the times of begin and end; least: see `Flow.end`.
+    Args: least: see `Flow.end`.
     """
     chart, following = charts
-    n = chart.num_numbers
+    t0, t1 = times
 
     def reached(z):
-        t0, t1 = (t + z[n + k] if by_times else t for k, t in enumerate(times))
-        end = flow.end(system, chart.state_at(system, z[:n], t0), t1, least=least)
-        return following.numbers_of(system, end, gain, winds)
+        end = flow.end(system, chart.state_at(system, z, t0), t1, least=least)
+        return following.numbers_of(system, end, gain, winds), end
 
-    return value_and_slope(reached, jnp.zeros(n + 2 * int(by_times), gain.dtype))
+    z = jnp.zeros(chart.num_numbers, gain.dtype)
+    if not z.shape[0]:
+        value, end = reached(z)
+        return value, jnp.zeros((0, 0), gain.dtype), end
+    along = lambda direction: jax.jvp(reached, (z,), (direction,), has_aux=True)
+    return jax.vmap(along, out_axes=(None, 1, None))(jnp.eye(z.shape[0], dtype=z.dtype))
 
 
 @jit
@@ -233,116 +243,13 @@ class Linear(NamedTuple):
         middle = jnp.zeros((E.shape[0], (m - 1) * n), E.dtype)
         return jnp.concatenate([top, jnp.concatenate([E[:, :n], middle, E[:, n:]], axis=1)])
 
-
-def solve_slope(J: Array, right: Array) -> Array:
-    """z of `J z = right`, of which there may be more rows than unknowns; J has no derivative.
-
-    The shortest one where J is singular, as where the cycle is one of many.
-    """
-    if J.shape[0] != J.shape[1]:
-        return full_rank_lstsq(J, right[:, None])[:, 0]
-    U, s, Vh = lapack.svd(lax.stop_gradient(J))
-    used = s > _SINGULAR[J.dtype.itemsize] * jnp.max(s, initial=0.0)
-    return Vh.T @ (jnp.where(used, 1.0 / jnp.where(used, s, 1.0), 0.0) * (U.T @ right))
-
-
-class Solution(NamedTuple):
-    """States (m,) at the begins of the segments, the period, and True where the search ended at a cycle."""
-
-    states: State
-    period: Array
-    found: Array
-
-
-def solution(shooting: Shooting, system: System, start: tuple[State, Array], gradient: str, least: int) -> Solution:
-    """The cycle near states (m,) and a period, with derivatives by all that the equations depend on.
-
-    The last steps are taken with one fixed slope: each leaves the square of the error, and so they carry first and
-    second derivatives, by the implicit function theorem.
-
-    Args: start: where the search begins, without derivative but for the period of a cycle that has a given one;
-        least: see `Flow.end`.
-    """
-    found = stop_gradients(search(shooting, system, *start))
-    charts, slope, z = found.charts, found.slope, jnp.where(found.is_last, found.step, 0.0)
-    m, free = shooting.segments, int(shooting.is_free)
-    period = found.period if shooting.is_free else start[1]
-
-    def parts(z):
-        return (z[: z.shape[0] - free].reshape(m, -1), period * jnp.exp(z[-1]) if free else period)
-
-    def once(z, _):
-        step = solve_slope(slope, -shooting.rows(system, charts, *parts(z), gradient, least))
-        return z + jnp.where(found.is_last, step, 0.0), None
-
-    z = lax.scan(once, z, None, length=2)[0]
-    xi, longer = parts(z)
-    return Solution(shooting.states(system, charts, xi, longer), longer, found.is_last)
-
-
-class NewtonSearch(NamedTuple):
-    """A Newton search: the point taken last with its step, and the one to be tried.
-
-    `loss` () is half the square of the rows, `descent` () its slope along the step, `length` () the share of the step
-    that leads to the trial.
-    """
-
-    trials: Array
-    states: State
-    period: Array
-    loss: Array
-    descent: Array
-    step: Array
-    length: Array
-    slope: Array
-    charts: Chart
-    trial_states: State
-    trial_period: Array
-    is_last: Array
-
-
-def search(shooting: Shooting, system: System, states: State, period: Array) -> NewtonSearch:
-    """Newton's method with a backtracking line search from states (m,) and a period, until its steps are small."""
-    shooting, system, states, period = stop_gradients((shooting, system, states, period))
-    last_step = _LAST_STEP[period.dtype.itemsize]
-    m = shooting.segments
-
-    def moved(charts, period, z):
-        free = int(shooting.is_free)
-        xi = (z[: z.shape[0] - free] if free else z).reshape(m, -1)
-        longer = period * jnp.exp(z[-1]) if free else period
-        return shooting.states(system, charts, xi, longer), longer
-
-    def once(s):
-        charts = shooting.charts(system, s.trial_states, s.trial_period)
-        linear = shooting.linearised(system, charts, s.trial_period)
-        loss, J = 0.5 * jnp.sum(linear.rows**2), linear.matrix
-        step = solve_slope(J, -linear.rows)
-        descent = linear.rows @ (J @ step)
-        whole = jnp.ones_like(loss)
-        if shooting.is_free:
-            whole = jnp.minimum(1.0, _LARGEST_CHANGE / jnp.maximum(jnp.abs(step[-1]), 1e-30))
-        nearer = loss <= s.loss + _SUFFICIENT_DECREASE * s.length * s.descent
-        small = jnp.max(jnp.abs(step), initial=0.0) <= last_step
-        better = (s.trials == 0) | nearer | (small & jnp.isfinite(loss))
-        taken = (s.trial_states, s.trial_period, loss, descent, step, whole, J, charts)
-        kept = (s.states, s.period, s.loss, s.descent, s.step, 0.5 * s.length, s.slope, s.charts)
-        chosen = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
-        _, period, *_, step, length, _, charts = chosen
-        trial = moved(charts, period, length * step)
-        return NewtonSearch(s.trials + 1, *chosen, *trial, better & small)
-
-    def goes_on(s):
-        usable = jnp.all(jnp.isfinite(s.step)) & (s.length >= _LEAST_LENGTH)
-        return ~s.is_last & (s.trials < _MOST_STEPS) & usable
-
-    charts = shooting.charts(system, states, period)
-    n, h = m * charts.num_numbers, shooting.held.number
-    free, far = int(shooting.is_free), jnp.asarray(jnp.inf, period.dtype)
-    none, slope = jnp.zeros(n + free, period.dtype), jnp.zeros((n + h, n + free), period.dtype)
-    first = NewtonSearch(
-        jnp.zeros((), jnp.int32),
-        *(states, period, far, far, none, jnp.ones_like(far), slope, charts, states, period),
-        jnp.asarray(False),
-    )
-    return lax.while_loop(goes_on, once, first)
+    @property
+    def is_singular(self) -> Array:
+        """True () where some small deviation comes back to itself: the cycle is one of many, or at a fold."""
+        J, free = self.matrix, self.by_period.shape[-1]
+        if not J.shape[1]:
+            return jnp.asarray(False)
+        last = J[:, J.shape[1] - free :]
+        length = jnp.sqrt(jnp.sum(last**2, axis=0, keepdims=True))  # a period's slope is as large as the motion
+        J = jnp.concatenate([J[:, : J.shape[1] - free], last / jnp.where(length > 0.0, length, 1.0)], axis=1)
+        return lapack.svd(J)[1][-1] < _SINGULAR[J.dtype.itemsize]

@@ -1,6 +1,4 @@
-"""The motion over a whole cycle from the states at the begins of its segments, and its multipliers."""
-
-import dataclasses
+"""The motion over a whole cycle from the states at the begins of its segments, and what it misses."""
 
 import jax
 import jax.numpy as jnp
@@ -8,13 +6,11 @@ import numpy as np
 from jax import Array, lax
 
 from ..assembly._state import State
-from ..math import _square as square
-from ..math._product_eigen import product_eigenvalues
 from ..model._system import System
 from ..motion._diagnostics import Diagnostics
 from ..motion._motion import Motion
 from ._chart import Chart, accelerations_and_rates
-from ._shooting import Shooting, begin_slope, end_slope
+from ._shooting import Shooting
 
 #: Size of a motion, of the length of the system, below which what its end misses is not measured by it: a machine at
 #: rest under steady forces is a cycle of any period.
@@ -70,31 +66,6 @@ def _joined(motions: Motion) -> Motion:
     end = jax.tree.map(lambda x: x[-1], motions.end)
     states = jax.tree.map(rows, motions.states)
     return Motion(rows(motions.ts), states, jnp.max(motions.result), accounts, end, solver=motions.solver)
-
-
-def multipliers_of(shooting: Shooting, system: System, motion: Motion, period: Array, parts: int) -> Array:
-    """Floquet multipliers (n,) from the slopes of so many parts of a cycle, whose begins are among its states.
-
-    No step is longer than the intervals between the states: tolerances see the motion, not small deviations from it,
-    which may be quick where the motion itself is at rest.
-    """
-    every = (len(motion) - 1) // parts
-    begins = jax.tree.map(lambda x: x[: every * parts : every], motion.states)
-    times = motion.ts[::every]
-    charts = jax.vmap(lambda state: Chart.at(system, state, 2.0 * jnp.pi / period))(begins)
-    charts = dataclasses.replace(charts, state=begins)  # of which the slopes depend: here they have derivatives
-    after = jax.tree.map(lambda x: jnp.roll(x, -1, axis=0), charts)
-    none, still = jnp.zeros_like(shooting.gain), jnp.zeros_like(shooting.winds)
-    n = charts.num_numbers
-
-    def factor(one):
-        chart, following, t0, t1 = one
-        given = (chart, following), (t0, t1), none, still, shooting.is_free
-        slope = end_slope(shooting.flow, system, *given, least=every)[1]
-        own = begin_slope(system, following, following.state.t, shooting.is_free)[1]
-        return square.solve(own[:, :n], slope[:, :n])
-
-    return product_eigenvalues(lax.map(factor, (charts, after, times[:-1], times[1:])))
 
 
 def residuals(shooting: Shooting, system: System, motion: Motion, period: Array) -> tuple[Array, Array]:

@@ -56,39 +56,71 @@ class Bearing(eqx.Module):
 
 
 class BearingTable(eqx.Module):
-    """A bearing at a station, its coefficients given by speed: cubic splines between, constant beyond.
+    """A bearing at a station, its coefficients given by speed, or by speed and frequency of the whirl: cubic splines
+    between, constant beyond.
 
     Attributes:
         station: its number, from 0 (static).
-        speeds: (k,) [rad/s], rising, at least two.
-        stiffness, damping: (k, 2, 2), cross-coupled ones off the diagonal [N/m, N s/m].
+        speeds: (k,) [rad/s], rising, at least two, or one where frequencies are given.
+        stiffness, damping: (k, 2, 2), or (k, f, 2, 2) by frequency; cross-coupled ones off the diagonal
+            [N/m, N s/m].
+        frequencies: (f,) of the whirl [rad/s], rising, at least two; None for coefficients that depend on the speed
+            alone.
     """
 
     station: int = eqx.field(static=True)
     speeds: Convertible[Float[Array, " k"]] = eqx.field(converter=as_array)
-    stiffness: Convertible[Float[Array, "k 2 2"]] = eqx.field(converter=as_array)
-    damping: Convertible[Float[Array, "k 2 2"]] = eqx.field(converter=as_array)
+    stiffness: Convertible[Float[Array, "k *f 2 2"]] = eqx.field(converter=as_array)
+    damping: Convertible[Float[Array, "k *f 2 2"]] = eqx.field(converter=as_array)
+    frequencies: Convertible[Float[Array, " f"] | None] = eqx.field(
+        converter=lambda x: None if x is None else as_array(x), default=None
+    )
 
     def __check_init__(self) -> None:
         _check("the bearing", self.station)
-        k = self.speeds.size
-        faults = faults_if(
-            (self.speeds.ndim != 1 or k < 2, "speeds must be a row of at least two"),
-            (any_concrete(lambda x: ~(np.diff(x) > 0), self.speeds), "speeds must rise"),
+        shape, least = (self.speeds.size,), 2 if self.frequencies is None else 1
+        faults = _row_faults("speeds", self.speeds, least)
+        if self.frequencies is not None:
+            shape = (*shape, self.frequencies.size)
+            faults += _row_faults("frequencies", self.frequencies, 2)
+        faults += faults_if(
             *(
-                (x.shape != (k, 2, 2), f"{name} must have shape ({k}, 2, 2), got {x.shape}")
+                (x.shape != (*shape, 2, 2), f"{name} must have shape {(*shape, 2, 2)}, got {x.shape}")
                 for name, x in (("stiffness", self.stiffness), ("damping", self.damping))
             ),
         )
         if faults:
             raise ModelError(faults, "the bearing")
 
-    def coefficients(self, speed: Array) -> tuple[Array, Array]:
-        """Stiffness and damping (2, 2) at a speed () [rad/s]."""
-        rows = jnp.concatenate([self.stiffness.reshape(-1, 4), self.damping.reshape(-1, 4)], axis=1)
-        held = jnp.clip(speed, self.speeds[0], self.speeds[-1])
-        found = hermite(self.speeds, rows, spline_slopes(self.speeds, rows), held)
+    @property
+    def depends_on_frequency(self) -> bool:
+        """True where the coefficients depend on the frequency of the whirl too."""
+        return self.frequencies is not None
+
+    def coefficients(self, speed: Array, frequency: Array | None = None) -> tuple[Array, Array]:
+        """Stiffness and damping (2, 2) at a speed () [rad/s] and a frequency () of the whirl [rad/s], that of the
+        speed where none is given, as under unbalance."""
+        rows = jnp.stack([self.stiffness, self.damping], axis=1)
+        if self.frequencies is not None:
+            by_frequency = jnp.moveaxis(rows, 2, 0).reshape(self.frequencies.size, -1)
+            rows = _between(self.frequencies, by_frequency, speed if frequency is None else frequency)
+        rows = rows.reshape(-1, 8)
+        found = rows[0] if self.speeds.size == 1 else _between(self.speeds, rows, speed)
         return found[:4].reshape(2, 2), found[4:].reshape(2, 2)
+
+
+def _row_faults(name, row, least):
+    """Faults of points of a table."""
+    number = {1: "one", 2: "two"}[least]
+    return faults_if(
+        (row.ndim != 1 or row.size < least, f"{name} must be a row of at least {number}"),
+        (any_concrete(lambda x: ~(np.diff(x) > 0), row), f"{name} must rise"),
+    )
+
+
+def _between(points, rows, x):
+    """The cubic spline (m,) of rows (k, m) at x (), constant beyond the points."""
+    return hermite(points, rows, spline_slopes(points, rows), jnp.clip(x, points[0], points[-1]))
 
 
 def _in_plane(name, x):

@@ -25,7 +25,8 @@ class Rotor(eqx.Module):
     Attributes:
         shaft: a `Shaft`; disks: each a `Disk`.
         bearings: `Bearing`, `BearingTable`, `PlainBearing`, or another with a `station` and `coefficients(speed)`:
-            stiffness and damping (2, 2) of x and y.
+            stiffness and damping (2, 2) of x and y; where `depends_on_frequency` is true, at
+            `coefficients(speed, frequency)` of the whirl.
 
     Raises: ModelError for stations that the shaft has not, parts of another kind.
     """
@@ -80,7 +81,8 @@ class Rotor(eqx.Module):
     def at_speed(self, speed: ArrayLike) -> LinearSystem:
         """The rotor at a speed () [rad/s] as a linear system, gyroscopic terms within its damping.
 
-        Coordinates are "3 x" and "3 slope x" of a station, "3.1 x" of the first node after it.
+        Bearings by frequency are those of whirl once a turn.  Coordinates are "3 x" and "3 slope x" of a station,
+        "3.1 x" of the first node after it.
         """
         speed = as_array(speed)
         M, G, K = self.inertias()
@@ -93,12 +95,19 @@ class Rotor(eqx.Module):
         names = [f"{node}{part} {axis}" for axis in "xy" for node in nodes for part in ("", " slope")]
         return LinearSystem(mass=M, stiffness=K + stiffness, damping=damping + speed * G, coordinates=names)
 
-    def supports(self, speed: Array) -> tuple[Array, Array]:
-        """Stiffness and damping (n, n) of the bearings at a speed () [rad/s]."""
+    @property
+    def depends_on_frequency(self) -> bool:
+        """True where the coefficients of some bearing depend on the frequency of the whirl."""
+        return any(getattr(bearing, "depends_on_frequency", False) for bearing in self.bearings)
+
+    def supports(self, speed: Array, frequency: Array | None = None) -> tuple[Array, Array]:
+        """Stiffness and damping (n, n) of the bearings at a speed () [rad/s] and a frequency () of the whirl [rad/s],
+        by default that of the speed."""
         n = self.num_coordinates
         K, C = jnp.zeros((2, n, n), self.shaft.young.dtype)
         for bearing in self.bearings:
-            k, c = bearing.coefficients(speed)
+            by_both = getattr(bearing, "depends_on_frequency", False) and frequency is not None
+            k, c = bearing.coefficients(speed, frequency) if by_both else bearing.coefficients(speed)
             places = jnp.array([self.column(bearing.station, axis) for axis in "xy"])
             K, C = (x.at[places[:, None], places[None, :]].add(y) for x, y in ((K, k), (C, c)))
         return K, C

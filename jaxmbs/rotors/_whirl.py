@@ -17,6 +17,9 @@ from ..runtime import as_array, jit
 from ..typing import ArrayLike
 from ._rotor import Rotor
 
+_MORE = 4  # roots beside those asked for: bearings that stiffen with the frequency move some in
+_ROUNDS = 32  # of bisection of the frequency at which bearings are taken; a Newton step follows
+
 
 class WhirlSpeeds(Reported, eqx.Module):
     """The lowest roots at each speed, ordered by whirl speed.
@@ -61,7 +64,8 @@ class WhirlSpeeds(Reported, eqx.Module):
 def whirl_speeds(rotor: Rotor, speeds: ArrayLike, count: int = 6) -> WhirlSpeeds:
     """The lowest whirl speeds of a rotor at speeds (S,) [rad/s].
 
-    With gyroscopic terms, and with bearings as they are at each speed.  Roots without oscillation are left out.  A
+    With gyroscopic terms, and with bearings as they are at each speed, and at the frequency of each root where they
+    depend on it.  Roots without oscillation are left out.  A
     rotor that nothing holds has roots zero, which are not found: give it bearings.
 
     Args: count: number of roots.
@@ -95,16 +99,55 @@ def row_of_speeds(speeds: ArrayLike) -> Array:
 def _whirl(rotor, speeds, count):
     M, G, K = rotor.inertias()
 
-    def at(speed):
-        stiffness, damping = rotor.supports(speed)
+    def roots_at(speed, frequency, count):
+        stiffness, damping = rotor.supports(speed, frequency)
         return lowest_roots(M, damping + speed * G, K + stiffness, count)
+
+    def at(speed):
+        roots, sense, _ = roots_at(speed, None, count)
+        if not rotor.depends_on_frequency:
+            return roots, sense
+        more = min(count + _MORE, rotor.num_coordinates)
+        own = lambda k: _at_own_frequency(lambda w: roots_at(speed, w, more), k, 2.0 * jnp.max(jnp.abs(roots)))
+        return jax.vmap(own)(jnp.arange(count))
 
     return lax.map(at, speeds)
 
 
-def lowest_roots(M: Array, C: Array, K: Array, count: int) -> tuple[Array, Array]:
-    """The lowest roots (count,) of `M q'' + C q' + K q = 0` with positive imaginary part, and the sense of their
-    orbits; their inverses are what is computed, so that small elements cost no digits."""
+def _at_own_frequency(roots_at, k, high):
+    """The root () number k by whirl speed, of bearings as they are at its own frequency, and its sense.
+
+    Args: roots_at: function of a frequency () [rad/s] that gives what `lowest_roots` does; high: a frequency above.
+    """
+
+    def root_at(w):
+        """Root and sense; those that grow without oscillation count as the slowest."""
+        roots, senses, slower = roots_at(w)
+        place = jnp.maximum(k - slower, 0)
+        return jnp.where(k >= slower, roots[place], 0.0), senses[place]
+
+    def halve(ends, _):
+        low, high, is_below = ends
+        middle = jnp.where(is_below, 0.5 * (low + high), 2.0 * high)
+        above = lax.stop_gradient(root_at(middle)[0].imag > middle)
+        return (jnp.where(above, middle, low), jnp.where(above, high, middle), is_below | ~above), None
+
+    high = lax.stop_gradient(high)
+    is_below = lax.stop_gradient(root_at(high)[0].imag <= high)
+    low, high, _ = lax.scan(halve, (jnp.zeros_like(high), high, is_below), None, length=_ROUNDS)[0]
+    w = 0.5 * (low + high)
+    root, sense = root_at(w)
+    by_frequency = lax.stop_gradient(jax.jvp(lambda w: root_at(w)[0], (w,), (jnp.ones_like(w),))[1])
+    late = (root.imag - w) / (1.0 - by_frequency.imag)  # a Newton step, which carries the derivatives
+    return root + by_frequency * complex_of(late), sense
+
+
+def lowest_roots(M: Array, C: Array, K: Array, count: int) -> tuple[Array, Array, Array]:
+    """The lowest roots (count,) of `M q'' + C q' + K q = 0` with positive imaginary part, the sense of their orbits,
+    and the number () of roots that grow without oscillation.
+
+    Their inverses are what is computed, so that small elements cost no digits.
+    """
     n = M.shape[0]
     both = square.solve(K, jnp.concatenate([M, C], axis=1))
     upper = jnp.concatenate([jnp.zeros_like(M), jnp.eye(n, dtype=M.dtype)], axis=1)
@@ -114,7 +157,8 @@ def lowest_roots(M: Array, C: Array, K: Array, count: int) -> tuple[Array, Array
     order = jnp.argsort(-lax.stop_gradient(chosen))[:count]
     roots = jnp.where(chosen[order] > 0.0, 1.0 / inverses[order], complex(np.nan, np.nan))
     rising = jnp.argsort(lax.stop_gradient(roots.imag), stable=True)
-    return roots[rising], sense_of(shapes[:n, order][:, rising])
+    diverging = jnp.sum(~swings & (inverses.real > 0.0))
+    return roots[rising], sense_of(shapes[:n, order][:, rising]), diverging
 
 
 def sense_of(shapes: Array) -> Array:

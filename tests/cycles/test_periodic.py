@@ -73,10 +73,20 @@ def test_forward_derivatives_of_states_multipliers_and_work():
 
 
 @pytest.mark.long
-def test_reverse_derivatives_of_multipliers_are_refused():
-    like = duffing()
-    with pytest.raises(TypeError, match="gradient='forward'"):
-        jax.grad(lambda k: abs(mbs.periodic(duffing(k=k, like=like), 4.0, mbs.State.at(like)).multipliers[0]))(1.0)
+def test_reverse_derivatives_of_multipliers():
+    """Their product is exp(-c T), by Liouville; slopes of the largest are those of forward mode."""
+    like, period = duffing(), 2.0 * np.pi / 1.5
+    state = mbs.State.at(like, x=-0.8, velocities={"x": 2.27})
+
+    def numbers(d, gradient="reverse"):
+        return mbs.periodic(duffing(k3=d[0], c=d[1], like=like), period, state, gradient=gradient).multipliers
+
+    at = jnp.array([0.5, 0.1])
+    product = mbs.jit(jax.grad(lambda d: jnp.prod(numbers(d)).real))(at)
+    np.testing.assert_allclose(product, [0.0, -period * np.exp(-0.1 * period)], rtol=1e-6, atol=1e-7)
+    largest = mbs.jit(jax.grad(lambda d: numbers(d)[0].real))(at)
+    wanted = mbs.jit(jax.jacfwd(lambda d: numbers(d, "forward")[0].real))(at)
+    np.testing.assert_allclose(largest, wanted, rtol=1e-6)
 
 
 @pytest.mark.long

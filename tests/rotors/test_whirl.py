@@ -85,3 +85,35 @@ def test_map_of_critical_speeds():
     mass = float(jnp.sum(rotor.inertias()[0][:14:2, :14:2])) + 0.0
     np.testing.assert_allclose(found[0, :2], np.sqrt(2.0 * soft / mass), rtol=2e-2)
     assert np.all(np.diff(found, axis=0) >= -1e-6) and np.all(found[3] - found[2] < 1e-4 * found[2])
+
+
+def by_frequency(station, stiffness, mass, damping=0.0):
+    """A bearing that carries a mass, as a table by frequency: `k - m w^2`."""
+    frequencies = np.linspace(0.0, 2000.0, 201)
+    K = (stiffness - mass * frequencies**2)[None, :, None, None] * np.eye(2)
+    C = damping * np.ones((1, 201, 1, 1)) * np.eye(2)
+    return rotors.BearingTable(station, [0.0], K, C, frequencies)
+
+
+@pytest.mark.long
+def test_a_bearing_by_frequency_that_is_a_mass():
+    """Where nothing damps it is a disk without moments of inertia."""
+    shaft = rotors.Shaft([0.0, 0.4, 1.0], 0.02)
+    disk = rotors.Disk(1, 8.0, 0.05, 0.09)
+    table = rotors.Rotor(shaft, [disk], [by_frequency(0, 4e6, 3.0), rotors.Bearing(2, 6e6)])
+    plain = rotors.Rotor(
+        shaft, [disk, rotors.Disk(0, 3.0, 0.0, 0.0)], [rotors.Bearing(0, 4e6), rotors.Bearing(2, 6e6)]
+    )
+    speeds = np.array([0.0, 300.0, 900.0])
+    found, wanted = (rotors.whirl_speeds(rotor, speeds, 4) for rotor in (table, plain))
+    np.testing.assert_allclose(found.whirl, wanted.whirl, rtol=1e-7)
+    np.testing.assert_allclose(found.sense[1:], wanted.sense[1:], atol=1e-6)
+    found, wanted = (rotors.unbalance_response(rotor, speeds[1:], {1: 1e-3}) for rotor in (table, plain))
+    np.testing.assert_allclose(found.deflections, wanted.deflections, rtol=1e-6)
+
+    def whirl(mass):
+        bearings = [by_frequency(0, 4e6, mass), rotors.Bearing(2, 6e6)]
+        return rotors.whirl_speeds(rotors.Rotor(shaft, [disk], bearings), [300.0], 3).whirl[0]
+
+    slope = jax.jacfwd(whirl)(3.0)
+    np.testing.assert_allclose(slope, (whirl(3.01) - whirl(2.99)) / 0.02, rtol=1e-4)

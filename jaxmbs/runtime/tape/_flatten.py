@@ -166,7 +166,7 @@ def _name(equation):
 
 def _is_signbit(equation):
     """True for `jnp.signbit`, which looks at the bits of a number; a user's function may have its name."""
-    if equation.params.get("name") != "signbit" or equation.invars[0].aval.dtype != np.float64:
+    if equation.params.get("name") != "signbit" or [x.aval.dtype for x in equation.invars] != [np.float64]:
         return False
     return "bitcast_convert_type" in (inner.primitive.name for inner in equation.params["jaxpr"].jaxpr.eqns)
 
