@@ -60,7 +60,7 @@ def first():
     return pendulum(jnp.asarray(NUMBERS[0, :6]))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_every_verdict_is_that_of_the_potential(first):
     """What is found is stationary, its status that of the Hessian; few are lost, some are followed to stable ones.
 
@@ -116,7 +116,7 @@ def test_traces_find_the_same(first):
             np.testing.assert_allclose(angles[k], found.state.coordinates, atol=1e-7)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_rest_is_not_left(first):
     """Every unstable rest is its own answer, and so is a stable one."""
     x = jnp.asarray([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])

@@ -32,7 +32,7 @@ def up(system, joint, speed=1.0):
     return mbs.State.at(system, velocities={joint: speed})
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_block_on_an_incline():
     angle, mu, ratio = 0.4, 0.3, 1.5
     system = incline(angle, mu, ratio)
@@ -45,7 +45,7 @@ def test_block_on_an_incline():
     assert found.efficiency == pytest.approx(1.0 / (1.0 + mu * ratio / np.tan(angle)), rel=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_screw_jack_locks_itself():
     tangent = LEAD / (2 * np.pi * RADIUS)
     system = jack(MU)
@@ -56,13 +56,13 @@ def test_screw_jack_locks_itself():
     assert found.self_locking and found.efficiency == pytest.approx(0.34397776015356396, rel=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_screw_of_little_friction_turns_by_its_load():
     smooth = jack(None, mbs.friction.LuGre(0.9 * LEAD / (2 * np.pi * RADIUS), 1e4))
     assert not mbs.analysis.impending_motion(smooth, up(smooth, "thread"), ["thread"]).self_locking
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_slope_of_the_limit():
     system = incline(0.4, 0.3)
     state = up(system, "slide")
@@ -73,7 +73,7 @@ def test_slope_of_the_limit():
     assert jax.grad(limit)(0.3) == pytest.approx(2.0 * 9.81 * np.cos(0.4), rel=1e-10)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_toggle_of_rubbing_pins():
     """Two equal massless links between a fixed pin and a ram: the circles of friction turn the line of force."""
     length, radius, mu, lean, press = 0.2, 0.01, 0.2, 0.15, 1000.0

@@ -7,7 +7,7 @@ import jaxmbs as mbs
 from tests.models import OnCart
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_pendulum_on_a_free_cart_in_closed_form():
     """Free in x: the cart's momentum stays, and the pendulum swings against the reduced mass (Routh)."""
     cart = OnCart()
@@ -21,7 +21,7 @@ def test_a_pendulum_on_a_free_cart_in_closed_form():
     np.testing.assert_allclose(np.sort(np.abs(every.roots))[2:], np.sqrt(k / m), rtol=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_spin_of_a_rotor_is_left_out():
     """A pendulum on a turning shaft: rotor and pendulum, roots against those of all modes without the two zeros."""
     b = mbs.SystemBuilder()
@@ -50,7 +50,7 @@ def _steady(system):
     return brentq(rises, -1.0, 1.0, xtol=1e-13)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_is_not_cyclic_is_said():
     cart = OnCart()
     system = cart.build()

@@ -13,7 +13,7 @@ def shares(graph):
     return {s.name: (s.independent, s.dependent, s.idle) for s in graph.storages}
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_dependent_inertias_of_a_double_pendulum(graphs):
     """Two angular momenta are states, and in the plane the two linear ones follow from them."""
     graph = graphs["pendulum detailed"]
@@ -21,7 +21,7 @@ def test_dependent_inertias_of_a_double_pendulum(graphs):
     assert shares(graph) == {"I:upper": (1, 0, 2), "m:upper": (0, 2, 1), "I:lower": (1, 0, 2), "m:lower": (0, 2, 1)}
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_point_masses_have_no_turning_inertia(graphs):
     graph = graphs["points detailed"]
     assert graph.dependent == ()
@@ -36,14 +36,14 @@ def test_dependent_inertias_depend_on_the_pose():
     assert aligned == {"m:upper": (1, 0, 2), "m:lower": (1, 0, 2)}
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_one_freedom_leaves_one_state(graphs):
     graph = graphs["crank detailed"]
     assert graph.dependent == ("m:crank", "I:rod", "m:rod", "m:slider")
     assert graphs["crank hamiltonian"].dependent == ()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_drives_set_the_flow_of_their_inertias(graphs):
     graph = graphs["arm detailed"]
     assert shares(graph)["I:tip"] == (3, 0, 0)
@@ -52,7 +52,7 @@ def test_drives_set_the_flow_of_their_inertias(graphs):
     assert [(s.junction, s.independent, s.dependent) for s in field.storages] == [("phi_dot", 3, 0), ("drives", 0, 1)]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_moduli_that_differ_by_their_signs_are_independent():
     """Two masses whose velocities are the sum and the difference of two rates hold two states, not one."""
     b = mbs.SystemBuilder()

@@ -9,8 +9,6 @@ from jaxmbs import forces as F
 from jaxmbs import hydraulics as H
 from jaxmbs.bondgraph import bond_graph, bond_powers, element_powers, junction_residual
 
-pytestmark = pytest.mark.long
-
 
 def machine():
     """A mass on a cylinder, which a pump on a driven rotor feeds through a line and a valve."""
@@ -48,6 +46,7 @@ def state(motion, k=5):
     return jax.tree.map(lambda x: x[k], motion.states)
 
 
+@pytest.mark.slow
 def test_supplied_is_stored_dissipated_and_mechanical(moved):
     powers = element_powers(*moved)
     for name, missing in powers.residual.items():
@@ -63,6 +62,7 @@ def test_supplied_is_stored_dissipated_and_mechanical(moved):
     assert np.all(powers.supplied["feed"] > 1e3) and np.all(np.abs(powers.supplied["pump"]) == 0.0)
 
 
+@pytest.mark.slow
 def test_the_shaft_takes_the_power_of_its_pump(moved):
     system, motion = moved
     powers = element_powers(system, motion)
@@ -76,6 +76,7 @@ def test_the_shaft_takes_the_power_of_its_pump(moved):
 
 
 @pytest.mark.parametrize("view", ["detailed", "inertia"])
+@pytest.mark.slow
 def test_nodes_join_the_graphs_of_elements(moved, view):
     system, motion = moved
     powers = bond_powers(system, state(motion), view)
@@ -91,6 +92,7 @@ def test_nodes_join_the_graphs_of_elements(moved, view):
     assert not any(element.kind == "port" for element in powers.graph.elements)
 
 
+@pytest.mark.slow
 def test_pressures_and_flows_are_states_of_integral_causality(moved):
     system, motion = moved
     graph = bond_graph(system, "detailed", state(motion))
@@ -106,6 +108,7 @@ def test_pressures_and_flows_are_states_of_integral_causality(moved):
     assert "<svg" in graph._repr_svg_()
 
 
+@pytest.mark.slow
 def test_a_plot_of_an_element_of_a_circuit(moved):
     ax = mbs.viz.plot_element_power(moved[1], element_powers(*moved), "valve")
     assert "dissipated" in [text.get_text() for text in ax.get_legend().get_texts()]

@@ -32,12 +32,12 @@ def swing():
 NAMES = [f"{system} {view}" for system in ("crank", "arm", "beam") for view in VIEWS]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_graphs_are_large_enough_to_test(graphs):
     assert len(graphs["arm detailed"].elements) > 30
 
 
-@pytest.mark.parametrize("name", marks.cases(NAMES, long=["crank detailed"]))
+@pytest.mark.parametrize("name", marks.cases(NAMES, slow=["crank detailed"]))
 def test_nothing_overlaps(graphs, name):
     places = layout(graphs[name])
     for (a, p), (b, q) in combinations(places.boxes.items(), 2):
@@ -97,7 +97,7 @@ def test_names_are_escaped():
     ElementTree.fromstring(viz.draw_bond_graph(mbs.bondgraph.bond_graph(b.build(), "detailed")))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_widths_follow_the_powers(swing):
     system, motion, powers = swing
     graph = mbs.bondgraph.bond_graph(system, "inertia")
@@ -111,7 +111,7 @@ def test_widths_follow_the_powers(swing):
         viz.draw_bond_graph(mbs.bondgraph.bond_graph(system), powers=powers)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["element", "kind"])
 def test_plot_power(swing, by):
     _, motion, powers = swing
@@ -128,7 +128,7 @@ def test_plot_power(swing, by):
     assert np.max(np.abs(below["missing"])) < 1e-3 * np.max(accounts.kinetic)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_plot_power_faults(swing):
     with pytest.raises(ValueError, match="by must be"):
         viz.plot_power(*swing[1:], by="body", ax=Figure().add_subplot())

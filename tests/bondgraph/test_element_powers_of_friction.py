@@ -6,7 +6,7 @@ import pytest
 import jaxmbs as mbs
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_heat_of_a_pendulum_that_slows_down():
     b = mbs.SystemBuilder(gravity=(0, -9.81, 0))
     b.body("bob", mass=1.3, com=(0.4, 0, 0), inertia=(1e-3, 0.02, 0.02))
@@ -25,7 +25,7 @@ def test_heat_of_a_pendulum_that_slows_down():
     assert np.max(np.abs(found.residual["rub"])) == 0.0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["detailed", "inertia", "hamiltonian"])
 def test_audit_of_a_four_bar_whose_pins_rub(view):
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
@@ -50,7 +50,7 @@ def test_audit_of_a_four_bar_whose_pins_rub(view):
             assert float(powers.net_power(f"R:rub {name}")) > 0.0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_bristles_store_what_they_give_back():
     """Energy of bristles at a steady load is that of a spring, and the rest is heat."""
     b = mbs.SystemBuilder(gravity=(0, 0, -9.81))

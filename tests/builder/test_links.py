@@ -104,7 +104,7 @@ def by_lengths():
     return b.build(), dict(zip("OAB", (angles[0], *np.diff(angles)), strict=True))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_links_drawn_at_their_places_are_assembled_there():
     drawn = four_bar()
     state = mbs.State.at(drawn, velocities={"O": 2.0})  # no guess
@@ -118,7 +118,7 @@ def test_links_drawn_at_their_places_are_assembled_there():
         np.testing.assert_allclose(one[name].force, two[name].force, atol=1e-8)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_points_of_a_drawing_have_derivatives():
     first = four_bar()
 

@@ -43,7 +43,7 @@ def test_bricard_line_symmetric():
     assert top.analysis.redundant == 1
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_general_six_bar_loop_is_locked_and_seven_moves():
     angles = (0.9, -0.7, 1.2, 0.8, -1.1, 0.6, 0.7)
     lengths = (1.0, 0.8, 1.1, 0.9, 0.7, 1.2, 1.0)
@@ -69,7 +69,7 @@ def stewart():
     return b
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_stewart_platform():
     top = stewart().build().topology
     assert top.mobility == 6
@@ -91,7 +91,7 @@ def parallelogram(rockers=2):
     return b.build()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_parallelogram_with_an_extra_rocker_moves():
     assert parallelogram(2).topology.mobility == 1
     top = parallelogram(3).topology
@@ -150,7 +150,7 @@ def test_a_tree_describes_its_coordinates():
     assert "mobility: 6" in text and "qw, qx, qy, qz" in text and "redundant" not in text
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_drives_and_couplers_take_freedoms():
     assert four_bar(drive=lambda t: 0.7 + t).topology.mobility == 0
     b = mbs.SystemBuilder()

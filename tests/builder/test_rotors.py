@@ -34,7 +34,7 @@ def test_the_joint_feels_its_inertia_times_the_square_of_the_ratio(place, inerti
     np.testing.assert_allclose(u_dot[1], RATIO * u_dot[0], rtol=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_gear_turns_the_rotor():
     """The coupler's effort on the joint is what turns the rotor, times the ratio; the base bears all three."""
     system = arm()
@@ -47,7 +47,7 @@ def test_the_gear_turns_the_rotor():
     np.testing.assert_allclose(slope, -TORQUE * RATIO**2 / (ARM + RATIO**2 * ROTOR) ** 2, rtol=1e-10)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_its_parent_bears_its_gyroscopic_moment():
     """A turntable about x with an arm about z: the momentum of arm and rotor about z turns with it."""
     b, rate, spin = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0)), 0.7, 1.5

@@ -32,7 +32,7 @@ def test_a_force_named_like_the_account_of_drives():
         b.build()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_bodies_without_position_stand_in_the_world_frame():
     """`at=` without `position=`: points and centres of mass are in world axes, of bodies further out too."""
     world, placed = mbs.SystemBuilder(gravity=DOWN_Y), mbs.SystemBuilder(gravity=DOWN_Y)
@@ -80,7 +80,7 @@ def test_a_bead_on_a_turning_guide_has_inertia_where_it_is_not_at_the_centre():
     np.testing.assert_allclose(mbs.forward_dynamics(system, state)[0], expected, rtol=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_loops_that_cannot_close_are_refused_with_like_too():
     with pytest.raises(mbs.ModelError, match="cannot be closed"):
         four_bar((1.0, 0.1, 0.2, 0.3))

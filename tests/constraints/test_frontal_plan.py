@@ -11,7 +11,7 @@ from tests.cases import models
 from tests.dynamics.test_sparse_saddle import closed_ring
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_width_of_a_row_does_not_grow():
     assert [frontal_plan(models.n_four_bar(n)).width for n in (1, 2, 5)] == [2, 2, 2]
 

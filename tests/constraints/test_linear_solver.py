@@ -16,7 +16,7 @@ def test_small_systems_are_dense_and_long_rows_frontal():
     assert SPECIMENS["tree"].system.topology.linear_solver == "dense"
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_user_names_one_and_like_keeps_it():
     system = four_bar_builder().build(linear_solver="frontal")
     assert four_bar_builder().build(like=system).topology.linear_solver == "frontal"

@@ -46,7 +46,7 @@ def test_mobility(name):
     assert found[0] == found[1]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_states_of_a_row_of_four_bars():
     system, at = row_of(12)
     guess = {name: -0.4 if name[0] == "A" else 0.4 for name in system.topology.joint_names if name[0] in "Al"}

@@ -17,7 +17,7 @@ def model(pair, **options):
     return b.build()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_sliding_ball():
     system, depth = model(SphereOnPlane(RADIUS), wear=WEAR), 1e-4
     state = mbs.State.at(

@@ -90,7 +90,7 @@ ROPES = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROPES)
 def test_a_rope_carries_the_weight(kind):
     system, state = hoist(**ROPES[kind])
@@ -103,7 +103,7 @@ def test_a_rope_carries_the_weight(kind):
     np.testing.assert_allclose(forces[:, 2], [M * G, -2 * M * G, M * G], rtol=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_they_go_along_a_motion_and_have_slopes():
     system, state = hoist(**ROPES["elastic"])
     states = jax.tree.map(lambda x: jnp.stack([x, x]), state)

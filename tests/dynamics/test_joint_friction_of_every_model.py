@@ -24,7 +24,7 @@ def friction_of(model, speed, **state):
     return mbs.dynamics.joint_friction(system, mbs.State.at(system, velocities={"guide": speed}, **state))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_models_of_a_block():
     w = SPEED / TRANSITION
     coulomb = MU * LOAD * np.tanh(w) * (1 + (RATIO - 1) * np.exp(-((w / 10) ** 2)))
@@ -42,7 +42,7 @@ def test_models_of_a_block():
         assert found.powers["guide"] == pytest.approx(-expected * SPEED, rel=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_bristles_of_a_block():
     bend = 2e-5
     found = friction_of(LuGre(MU, 1e4, 30.0, 2.0, RATIO * MU, TRANSITION), SPEED, internal={"rub.bristle": bend})
@@ -51,7 +51,7 @@ def test_bristles_of_a_block():
     assert found.efforts["guide"][0] == pytest.approx(-LOAD * (1e4 * bend + 30.0 * rate + 2.0 * SPEED), rel=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model",
     [

@@ -81,7 +81,7 @@ def thick_plate(kind, counts):
     return np.asarray(corner_stresses(structure, u))[at][:, 1].mean() / 1e6
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "counts", "tolerance"),
     [

@@ -15,7 +15,7 @@ meshio, skfem = pytest.importorskip("meshio"), pytest.importorskip("skfem")
 assembled = jax.jit(fem.assemble_dense)
 
 
-@pytest.mark.parametrize(("text", "kind"), [pytest.param(MSH4, "quad", marks=pytest.mark.long), (MSH2, "triangle")])
+@pytest.mark.parametrize(("text", "kind"), [pytest.param(MSH4, "quad", marks=pytest.mark.slow), (MSH2, "triangle")])
 def test_physical_groups_are_sets(text, kind, tmp_path):
     """A square of area 1 by both versions of the format; the set of its edge is an interface."""
     (tmp_path / "mesh.msh").write_text(text)

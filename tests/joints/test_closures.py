@@ -6,7 +6,7 @@ import pytest
 import jaxmbs as mbs
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_multiplier_of_a_rod_is_its_force():
     """A mass that swings on a rod: the rod pulls with `m (g cos x + v^2 / l)`, and positive would push."""
     mass, length, angle, speed = 2.0, 0.9, 0.4, 1.3

@@ -11,7 +11,7 @@ from tests.structural_matrices import beam
 LENGTH, EI, RHO_A, FORCE = 2.0, 3.0, 0.7, 5.0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_free_beam_pushed_in_the_middle():
     """Its inertia is a uniform load: the ends lag by F l^3 / 128 EI; another case beside it."""
     n = 8

@@ -45,7 +45,7 @@ def test_from_arrays_and_sparse():
     np.testing.assert_array_equal(trace.stiffness, np.eye(4))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_from_elements():
     damped = {"mount": (Spring((1.0,) * 6, damper=(2.0,) * 6), [("a", "b")]), "mass": (PointMass(1.0), [("b",)])}
     sub = assemble(Structure({"a": (0.0, 0, 0), "b": (0.0, 0, 1)}, damped), interface=["a"])
@@ -95,7 +95,7 @@ def test_another_damping_is_stored_as_the_first():
         plain.with_damping(*block_matrices(CHAIN, size=2))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_check_of_a_free_beam():
     """Rigid motions, mass properties about a point and about the centre in closed form."""
     report = check(assemble(beam(), interface=["0"]), about=(1.0, 2.0, 3.0), throw=True)
@@ -109,7 +109,7 @@ def test_check_of_a_free_beam():
     assert "mass [kg]" in str(report) and "centre of mass [m]" in str(report)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_check_of_a_reduced_beam_against_pyyeti():
     """Mass properties about the origin and the centre, fixed-interface frequencies, effective masses of `cbcheck`."""
@@ -133,7 +133,7 @@ def test_check_of_a_reduced_beam_against_pyyeti():
     np.testing.assert_allclose(shares, found.effmass_percent, atol=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_check_of_a_held_beam_and_of_its_mechanism():
     held = check(assemble(beam({"0": "all"})))
     assert (held.grounded, held.free_motions, held.faults) == ("held", 0, ())
@@ -164,7 +164,7 @@ def test_check_of_matrices_from_elsewhere():
         check(LinearSystem(mass=np.eye(4), stiffness=CHAIN - 2 * np.diag([0, 0, 0, 1.0])), throw=True)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_check_finds_a_spring_to_ground():
     """A soft spring to ground on one rotation is named by the energy of the rigid motions."""
     sub = assemble(beam())
@@ -225,7 +225,7 @@ def test_nastran_files(tmp_path):
     assert sub.coordinates == (("1", "x"), ("1", "rz"), ("7", "z"), ("9", "")) and sub.interface == (0, 1)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("even", [True, False])
 def test_sparse_matrix_as_blocks(even):
     """A random sparse matrix in blocks of three: equal to itself, added to another, its symmetry noticed."""

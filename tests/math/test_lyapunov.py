@@ -9,7 +9,7 @@ from scipy.linalg import solve_continuous_lyapunov
 from jaxmbs.math._lyapunov import lyapunov
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_against_scipy_and_differences():
     random = np.random.default_rng(1)
     A = random.normal(size=(6, 6)) - 4.0 * np.eye(6)
@@ -25,7 +25,7 @@ def test_against_scipy_and_differences():
     np.testing.assert_allclose(jax.grad(f)(0.0), (found[0] - found[1]) / 2e-5, rtol=1e-7)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_defective_and_lightly_damped():
     critical = np.array([[0.0, 1.0], [-9.0, -6.0]])
     light = np.array([[0.0, 1.0], [-9e4, -6e-3]])

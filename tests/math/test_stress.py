@@ -14,7 +14,7 @@ def matrix(s):
     return np.array([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_values_are_those_of_the_matrix():
     values = np.array([[np.linalg.eigvalsh(matrix(s))[::-1] for s in row] for row in RANDOM])
     np.testing.assert_allclose(principal(jnp.array(RANDOM)), values, atol=1e-13)

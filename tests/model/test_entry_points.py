@@ -56,7 +56,7 @@ def test_joints_are_compared(question):
         question(bar(), other)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_states_fit_all_systems_of_one_structure():
     state = mbs.State.at(bar(), pin=0.3)
     np.testing.assert_allclose(mbs.forward_dynamics(bar(mass=2.0), state)[0].shape, (1,))
@@ -66,7 +66,7 @@ def test_states_fit_all_systems_of_one_structure():
     assert mbs.State.at(four_bar(), A=0.3).structure == four_bar((1.0, 0.31, 0.9, 0.7)).topology.structure
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_motion_remembers_its_system():
     motion = mbs.simulate(bar(), mbs.State.at(bar(), pin=0.3), ts=[0.0, 0.1])
     assert motion.states.structure == motion.end.structure == bar().topology.structure

@@ -22,7 +22,7 @@ VECTORS = np.concatenate(
 SCIPY = Rotation.from_rotvec(VECTORS)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_forms_agree_with_scipy():
     matrices = SCIPY.as_matrix()
     np.testing.assert_allclose(rotations.from_vector(VECTORS), matrices, atol=1e-12)
@@ -56,7 +56,7 @@ def slopes(vector):
     return jax.jacfwd(through)(vector), jax.jacrev(through)(vector), slope, rotations.from_vector(steps)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("vector", [(0.0, 0.0, 0.0), (0.3, -0.2, 1.0), (0.0, 3.0, 0.5)])
 def test_derivatives_are_those_of_differences(vector):
     forward, reverse, slope, turned = slopes(jnp.array(vector))
@@ -66,7 +66,7 @@ def test_derivatives_are_those_of_differences(vector):
     np.testing.assert_allclose(slope, np.moveaxis(ahead - behind, 0, -1) / 2e-6, atol=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_ball_takes_the_quaternion_of_a_rotation():
     b = mbs.SystemBuilder()
     b.body("arm", mass=1.0, com=(0.5, 0, 0), inertia=0.1)

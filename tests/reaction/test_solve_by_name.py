@@ -12,7 +12,7 @@ LINKS = chain_of_bars(2)
 HELD = mbs.State.at(LINKS, pin0=0.3, pin1=0.4, velocities={"pin0": 1.0, "pin1": -2.0})
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_loads_along_a_given_trajectory_of_an_arm():
     """Newton's law of the outer link, and the torques of `inverse_dynamics`."""
     wanted = {"pin0": 2.0, "pin1": -1.0}
@@ -28,7 +28,7 @@ def test_loads_along_a_given_trajectory_of_an_arm():
     np.testing.assert_allclose(same["pin0"].effort, 0.0, atol=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_loads_along_a_given_trajectory_of_a_loop():
     """A four-bar held by its crank or by its rocker: the same power; a wrong acceleration is seen."""
     system = four_bar(stiffness=3.0, load=2.0)
@@ -48,7 +48,7 @@ def test_loads_along_a_given_trajectory_of_a_loop():
     assert not mbs.reactions(system, state, accelerations=a + 1.0, actuators=["A"]).ok
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_forces_of_named_laws():
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, 0.0))
     b.body("slide", 1.0)
@@ -82,7 +82,7 @@ class Tooth(mbs.forces.AbstractSignal):
         return psi[0] - self.ratio * psi[1]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["coupler", "rows"])
 def test_loads_of_named_rows(kind):
     """Two wheels geared 1 : 2 under a torque: the tooth's moments stand in that ratio."""

@@ -25,7 +25,7 @@ def cart(drive):
     return b.build()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", ["slide", "turntable"])
 def test_momentum_rates_of_driven_systems(drive):
     system = cart(drive)

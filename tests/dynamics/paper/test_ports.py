@@ -21,7 +21,7 @@ class Film(mbs.forces.AbstractPoseLaw):
         return -self.damping @ velocity, jnp.zeros(3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_field_is_as_unsymmetric_as_its_elements():
     """A point of a pendulum on a cart: R = G^T R_i G with G by differences, e_R = -R phi_dot, and its power."""
     hand, point, phi, phi_dot = OnCart(), (0.05, -0.4, 0.0), np.array([0.3, 0.6]), np.array([1.1, -2.0])

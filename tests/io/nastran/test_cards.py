@@ -160,7 +160,7 @@ def test_capitals_that_fit_two_files_name_none(tmp_path):
     assert "is not a file" in read("INCLUDE 'GRIDS.bdf'\n", tmp_path)[1][0]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_case_control_is_skipped_and_its_sets_are_chosen(tmp_path):
     held = "SPC1,1,123456,1\nSPC1,2,123456,2\n"
     deck = tmp_path / "deck.bdf"

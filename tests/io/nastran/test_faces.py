@@ -169,7 +169,7 @@ def test_bent_plate_as_nx_nastran_prints_it(tmp_path):
         np.testing.assert_allclose(u[node - 1, 2:5], values, atol=1e-5 * 1.53e-2)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_stretched_plate_as_msc_nastran_prints_it(tmp_path):
     """models/plate of pyNastran: 5 x 5 squares under forces at their nodes, which drilling rotations hardly hold."""
     nodes = [(2.0 * x, 2.0 * y) for y in range(6) for x in range(6)]

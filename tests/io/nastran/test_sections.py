@@ -62,7 +62,7 @@ SIZES = {
 }
 
 
-@pytest.mark.parametrize("name", cases(SECTIONS, long=["ROD", "TUBE", "TUBE2", "BAR"]))
+@pytest.mark.parametrize("name", cases(SECTIONS, slow=["ROD", "TUBE", "TUBE2", "BAR"]))
 def test_sections_by_their_dimensions(name, tmp_path):
     """Area and moments against the drawing; torsion of those that have a closed form; what makes no section."""
     sizes = SIZES[name]
@@ -110,7 +110,7 @@ def test_t_upside_down_and_shear_in_one_plane_only(tmp_path):
     assert "E and G of MAT1 7 make a Poisson's ratio" in faults(BAR + odd + plate, tmp_path)[0]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_rods_bars_and_defaults_say_the_same_as_others(tmp_path):
     """CONROD as CROD with PROD, RBAR as RBE2, BAROR as what it spares, a long line as its continuations."""
     grids = BAR + "GRID,3,,1.,1.,.2\nGRID,4,,1.5,.5,.3\nGRID,5,,.3,.2,.1\n"
@@ -135,7 +135,7 @@ def test_rods_bars_and_defaults_say_the_same_as_others(tmp_path):
     assert "CNA or CNB must be 123456" in faults(grids + "CBAR,1,1,1,2,0.,1.,0.\nRBAR,3,2,3,123,456\n", tmp_path)[0]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_scalar_points_masses_and_dampers(tmp_path):
     """A chain of scalar points in the four forms of cards, and one that hangs on a GRID; WTMASS; by hand."""
     text = "SPOINT,1,THRU,2\nGRID,3,,,,,,23456\nPARAM,WTMASS,2.\nPELAS,5,100.\nPMASS,6,3.\nPDAMP,7,4.\n"

@@ -169,7 +169,7 @@ def test_wrong_mimics(message, tmp_path):
     assert message in faults(chain(*WRONG_MIMICS[message]), tmp_path)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_mimics_that_hold_a_joint_are_said(tmp_path):
     found = read(chain(("revolute", MIMIC("2", 3, 0.4)), ("fixed", ""), ("revolute", MIMIC("1", 0, 0.1))), tmp_path)
     assert found.notes == (
@@ -209,7 +209,7 @@ def test_two_megabytes_of_unknown_elements(tmp_path):
     assert found.dropped[-1].startswith("and 59980 kinds")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_many_faults_end(tmp_path):
     """Thousands of joints on links that are not there."""
     joints = "".join(

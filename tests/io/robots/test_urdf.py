@@ -69,7 +69,7 @@ def test_stops_welds_and_a_free_base(path):
             mbs.io.read_urdf(path, **option)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_gradient_by_the_payload(arm, path):
     """Of the torque at the shoulder, beside differences of Pinocchio's."""
     builder = arm.builder

@@ -217,7 +217,7 @@ def test_garbage(content, tmp_path):
         read_uff(tmp_path / "none.uff")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_thousand_changed_bytes(tmp_path):
     """The same numbers, others that stand in the file, or an error of ours."""
     random, good, count = np.random.default_rng(0), bytearray(text().encode()), 0
