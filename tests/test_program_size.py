@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
-from jaxmbs import blocks, hydraulics
+from jaxmbs import blocks, hydraulics, probability
 from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.design import _minimise, _uncertainty
 from jaxmbs.forces import Attachment, BeamSection, FrictionForce, Sheave
@@ -141,6 +141,30 @@ def test_equations_of_design(verb, monkeypatch):
     with SMALL_PROGRAM(True):
         size = equations(function, *args)
     assert 0.9 * DESIGN[verb] < size <= DESIGN[verb]
+
+
+ONE = {"load": probability.Normal(1.0, 0.1)}
+FOUR = {
+    "load": probability.Gumbel(1.0, 0.1),
+    "strength": probability.Weibull(3.0, 15.0),
+    "size": probability.LogNormal(2.0, 0.1),
+    "share": probability.Beta(0.4, 0.02, 0.3, 0.5),
+}
+#: Equations of a percentile of a sum of squares, and of its derivative: of one normal number, and of four others.
+PERCENTILES = {"one": (ONE, 410, 640), "four": (FOUR, 1860, 11_600)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PERCENTILES)
+def test_equations_of_random_numbers(name):
+    """The numbers of a distribution stand at few places: in its values, in their slopes, and in what is implicit."""
+    numbers, most, most_derived = PERCENTILES[name]
+    answer = lambda scale: mbs.design.percentile(lambda x: scale * sum(v**2 for v in x.values()), numbers, 99.0)
+    for function, ceiling in ((answer, most), (jax.grad(answer), most_derived)):
+        size = equations(function, 1.0)
+        assert size <= ceiling, size
+        if jax.__version_info__ < (0, 11):  # later ones need fewer
+            assert size > 0.9 * ceiling, f"{size} equations; lower the ceiling"
 
 
 def test_programs_of_design():
