@@ -40,7 +40,7 @@ def importance_sampling(traced: Any, variables: RandomVariables, points: DesignP
     lost = int(np.sum(~np.all(np.isfinite(values), axis=1)))
     return {
         "probability": probability,
-        "derivatives": score_slopes(variables, u[is_failure], weights[is_failure] / number),
+        "derivatives": score_slopes(variables, u[is_failure], weights[is_failure] / number, question.compile),
         "error": error,
         "confidence": interval(probability, error),
         "samples": number,
@@ -87,7 +87,7 @@ def lost_samples(lost: int, number: int) -> tuple[str, ...]:
     return (f"{lost} of {number} samples gave no number; they count as failures",) * bool(lost)
 
 
-def score_slopes(variables: RandomVariables, u: np.ndarray, weights: np.ndarray) -> dict:
+def score_slopes(variables: RandomVariables, u: np.ndarray, weights: np.ndarray, compile: str) -> dict:
     """Derivatives of the sum of weights (k,) of failures at points (k, n), by parameter."""
     flat, unravel = ravel_pytree(variables)
 
@@ -100,5 +100,5 @@ def score_slopes(variables: RandomVariables, u: np.ndarray, weights: np.ndarray)
     size = 2 ** int(np.ceil(np.log2(len(u))))  # few programs for any number of failures
     u = np.concatenate([u, np.zeros((size - len(u), u.shape[1]))])
     weights = np.concatenate([weights, np.zeros(size - len(weights))])
-    slopes = jit(lambda f, u, w: parameter_slopes(variables, unravel(jax.grad(total)(f, u, w))))(flat, u, weights)
-    return named_slopes(variables, slopes)
+    slopes = jit(lambda f, u, w: parameter_slopes(variables, unravel(jax.grad(total)(f, u, w))), compile=compile)
+    return named_slopes(variables, slopes(flat, u, weights))

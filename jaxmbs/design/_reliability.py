@@ -133,7 +133,7 @@ def _by_design_points(
     if question.method in ("form", "sorm"):
         faults = (*faults, *bent_points(traced, variables, points, which, question))
     first = jax.tree.map(lambda x: jnp.asarray(x[np.argmin(np.abs(points.answer))]), points)
-    numbers, shares = jit(_at_design_point)(variables, first)
+    numbers, shares = jit(_at_design_point, compile=question.compile)(variables, first)
     common["design_point"] = {name: float(numbers[name]) for name in variables.names}
     common["importances"] = dict(zip(variables.names, np.asarray(shares, float).tolist(), strict=True))
     parts = _answers(traced, variables, points, which, question)
@@ -163,7 +163,7 @@ def _answers(traced, variables, points, which, question) -> dict:
     if question.method == "importance":
         return importance_sampling(traced, variables, points, question)
     if question.method == "form" and len(points.u) == 1:
-        found = _first_order(variables, points)
+        found = _first_order(variables, points, question.compile)
     else:
         found = system_probability(traced, variables, points, which, question)
     if question.samples:
@@ -173,7 +173,7 @@ def _answers(traced, variables, points, which, question) -> dict:
     return found
 
 
-def _first_order(variables: RandomVariables, points: DesignPoint) -> dict:
+def _first_order(variables: RandomVariables, points: DesignPoint, compile: str) -> dict:
     """Probability of one limit state, and its derivatives, by the design point alone."""
     u, gradient, index = (jnp.asarray(part[0]) for part in (points.u, points.gradient, points.answer))
     density = float(norm.pdf(index))
@@ -181,7 +181,7 @@ def _first_order(variables: RandomVariables, points: DesignPoint) -> dict:
     def slopes(variables):
         return parameter_slopes(variables, index_slopes(variables, u, gradient))
 
-    rows = jit(slopes)(variables)
+    rows = jit(slopes, compile=compile)(variables)
     derivatives = named_slopes(variables, rows, -density)
     return {"probability": float(ndtr(-index)), "derivatives": derivatives, "faults": ()}
 

@@ -31,7 +31,8 @@ def plain_sampling(traced: LimitState, variables: RandomVariables, question: Any
     few = (f"{count} of {number} samples failed: that says little, take more or another method",)
     return Reliability(
         probability, float(-ndtri(probability)) if 0 < count < number else np.nan, {}, {},
-        score_slopes(variables, points, np.full(count, 1.0 / number)), "samples", np.zeros((0, n)), np.zeros(0),
+        score_slopes(variables, points, np.full(count, 1.0 / number), question.compile), "samples",
+        np.zeros((0, n)), np.zeros(0),
         error=error, confidence=interval(probability, error), samples=number, failed=lost,
         faults=(*lost_samples(lost, number), *few * (count < _FEWEST)),
     )  # fmt: skip

@@ -49,7 +49,9 @@ def subset_simulation(traced: LimitState, variables: RandomVariables, question: 
         if reached
         else (f"no failure was found in {_LEVELS} levels: the probability is below {_SHARE:g}^{_LEVELS}",)
     )
-    slopes = score_slopes(variables, u[inside], np.full(np.sum(inside), probability / max(np.sum(inside), 1)))
+    slopes = score_slopes(
+        variables, u[inside], np.full(np.sum(inside), probability / max(np.sum(inside), 1)), question.compile
+    )
     return Reliability(
         probability, float(-ndtri(probability)), {}, {}, slopes if reached else {}, "subset", np.zeros((0, n)),
         np.zeros(0), error=error, confidence=interval(probability, error), samples=count, failed=lost,
