@@ -18,7 +18,7 @@ from ..kinematics._configuration import At, ClosureDirections, Configuration
 from ..kinematics._wrench_targets import WrenchTargets
 from ..math._linalg import skew
 from ..model._system import ClosureGroup, System
-from ..runtime import gather_static
+from ..runtime import gather_static, jit
 from ._rows import slopes_at
 
 
@@ -66,6 +66,7 @@ def _group_rows(group, R, x, t):
     return jax.vmap(_position_rows, _GROUP_AXES)(group.kind, group.basis, a, b, t)
 
 
+@jit  # traced once for all the places of a program where rows are asked for
 def _rows_and_directions(group, R, x, t):
     """Rows of position (elements, k) of a group, and `closure_directions`."""
     a, b = _frame_poses(group, R, x)

@@ -17,6 +17,7 @@ from ..math._spatial import cross_motion, scale
 from ..model._internal_states import GroupStates, InternalStates, group_states
 from ..model._signals import Signals
 from ..model._system import System
+from ..runtime import jit
 from ._poses import (
     first_body_position,
     frame_poses,
@@ -96,13 +97,18 @@ def configuration(system: System, P, psi, t, inertias=True, origin=None, interna
 
     Args: origin: by default the position of the first body.
     """
-    W = node_poses(system.topology, P, psi)
-    origin = first_body_position(system.topology, W) if origin is None else origin
+    W, S, R, x, origin, J = _tree_kinematics(system.topology, system.frames, P, psi, inertias, origin)
+    return Configuration(t, psi, P, W, S, R, x, origin, J, None, group_states(system, internal), None)
+
+
+@jit  # traced once for all the places of a program
+def _tree_kinematics(topology, frames, P, psi, inertias, origin):
+    """Poses of the nodes, twists of the columns, rotations and positions of the frames, the origin, inertias."""
+    W = node_poses(topology, P, psi)
+    origin = first_body_position(topology, W) if origin is None else origin
     W = shift_origin(W, origin)
-    R, x = frame_poses(system, W, origin)
     J = node_inertias(P, W) if inertias else None
-    S, s = joint_twists(system.topology, P, W), group_states(system, internal)
-    return Configuration(t, psi, P, W, S, R, x, origin, J, None, s, None)
+    return W, joint_twists(topology, P, W), *frame_poses(topology, frames, W, origin), origin, J
 
 
 def at_state(system: System, state, inertias=True) -> Configuration:

@@ -26,6 +26,7 @@ from ..math._spatial import (
     screw_twists,
     world_inertia,
 )
+from ..model._pose import Pose
 from ..model._system import System
 from ..model._topology import Topology
 from ..runtime import fusion_barrier, gather_static
@@ -182,17 +183,20 @@ def shift_origin(W, origin):
     return jnp.concatenate([W[:, :9], positions(W) - origin[None]], axis=1)
 
 
-def frame_poses(system: System, W, origin=None):
+def frame_poses(topology: Topology, frames: Pose, W, origin=None):
     """Pose of every frame: rotations (frames, 3, 3) and positions (frames, 3), like those of W from `origin`; no
-    batch axes."""
+    batch axes.
+
+    Args: frames: of the system, in their nodes.
+    """
     R = rotations(W)
     R = jnp.concatenate([R, np.eye(3, dtype=R.dtype)[None]])
     ground = jnp.zeros((1, 3), W.dtype) if origin is None else -origin[None]
     X = jnp.concatenate([positions(W), ground])
-    node = np.asarray(system.topology.frame_node) % len(R)
+    node = np.asarray(topology.frame_node) % len(R)
     R, X = gather_static(R, node), gather_static(X, node)
-    position = X + jnp.einsum("fij,fj->fi", R, system.frames.position)
-    return jnp.einsum("fij,fjk->fik", R, system.frames.rotation), position
+    position = X + jnp.einsum("fij,fj->fi", R, frames.position)
+    return jnp.einsum("fij,fjk->fik", R, frames.rotation), position
 
 
 def frame_twists(system: System, V):

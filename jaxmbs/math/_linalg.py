@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ..runtime import is_on, save_factor, tuning
+from ..runtime import is_on, jit, save_factor, tuning
 from ._spd import spd_inverse, spd_solve
 
 #: Weight of the lower block of a saddle system, relative to the largest of diag(A diag(M)^-1 A^T) (double, single).
@@ -136,6 +136,12 @@ def saddle_solve(M, A, b, c, rows: RowScale | None = None, fading: bool = False)
     if not n:  # a structure of welds: nothing moves, and rows on nothing carry nothing
         return jnp.zeros_like(b), jnp.zeros_like(c)
     unit, block = (jnp.ones_like(c, shape=len(c)), np.zeros(c.shape[0], int)) if rows is None else rows
+    return _saddle_solution(M, A, b, c, unit, tuple(int(k) for k in block), fading)
+
+
+@jit  # traced once for all the places of a program
+def _saddle_solution(M, A, b, c, unit, block, fading):
+    n, block = M.shape[0], np.asarray(block, int)
     each = (lambda x: x) if b.ndim == 1 else (lambda x: x[:, None])  # numbers of a row, for all columns
     A, c = unit[:, None] * A, each(unit) * c
     inverse, C = saddle_factor(M, A, block)

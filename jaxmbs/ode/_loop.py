@@ -17,7 +17,7 @@ from diffrax import RESULTS
 from jax import lax
 from jaxtyping import Array, PyTree
 
-from ..runtime import any_in_batch, expose, small_call
+from ..runtime import any_in_batch, expose, jit, small_call
 from ._diffrax_internals import is_diagonally_implicit
 from ._event import EventBracket, bracket_after_action, locate_event, start_bracket
 from ._implicit_step import step as implicit_step
@@ -52,6 +52,7 @@ def integrate(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTr
 def begin(problem: OdeProblem, y0: PyTree, t0: Array, dt0: Array, args: PyTree) -> LoopState:
     """The loop's state before the first step."""
     solver, term = problem.solver, problem.term
+    t0 = lax.convert_element_type(t0, jnp.result_type(t0))  # as in later steps, so that the rate is traced once
     order = solver.error_order(term)
     t_next, control = problem.controller.init(term, t0, problem.t1, stop_gradients(y0), dt0, args, solver.func, order)
     saved = jnp.searchsorted(problem.times, t0, side="right")
@@ -85,6 +86,7 @@ def first_of_duplicates(problem: OdeProblem) -> Array:
     return jnp.searchsorted(problem.times, problem.times, side="left")
 
 
+@jit  # traced once for the loop, its derivative's and the shape of its log
 def attempt_step(problem: OdeProblem, state: LoopState, args: PyTree) -> tuple[LoopState, Array, PyTree]:
     """One attempted step: (the loop's state after it, True if it was accepted, the solver's dense output)."""
     running, (solver_state, control, jumped) = state.is_running(problem), state.memory

@@ -59,7 +59,7 @@ def _frame_poses(system, states):
     def one(state):
         here = with_changes(system, state)
         W = node_poses(here.topology, node_parameters(here), state.coordinates)
-        return *frame_poses(here, W), W
+        return *frame_poses(here.topology, here.frames, W), W
 
     return jax.vmap(one)(states)
 
