@@ -19,6 +19,7 @@ from ._shooting import Shooting
 
 _MOST_ROUNDS = 8
 _LAST_ROUND = {8: 3e-8, 4: 1e-3}  # of the adjoint, over the whole
+_NO_END = {8: 1e-4, 4: 0.1}  # what is left of it where the rounds do not end: the derivative is then NaN
 
 
 class Solution(NamedTuple):
@@ -44,7 +45,7 @@ def solution(shooting: Shooting, system: System, start: tuple[State, Array], gra
     Args: start: where the search begins, without derivative but for the period of a cycle that has a given one;
         least: see `Flow.end`.
     """
-    found = stop_gradients(search(shooting, system, *start))
+    found = stop_gradients(search(shooting, system, *start, least))
     place = _Place(found.charts, jnp.where(found.is_last, found.inverse, 0.0))
     z = jnp.where(found.is_last, found.step, 0.0)
     moving = shooting, system, found.period if shooting.is_free else start[1]
@@ -141,4 +142,6 @@ def _adjoint_sum(back, bar, inverse, goes_on):
     none = jax.tree.map(jnp.zeros_like, jax.eval_shape(back, left)[0])
     first = left, jnp.zeros_like(left), jnp.zeros((), jnp.int32), none, jnp.zeros_like(bar)
     largest = lambda x: jnp.max(jnp.abs(x), initial=0.0)
-    return lax.while_loop(lambda s: goes_on(largest(s[0]), largest(s[1]), s[2]), once, first)[3]
+    left, whole, _, sums, _ = lax.while_loop(lambda s: goes_on(largest(s[0]), largest(s[1]), s[2]), once, first)
+    ends = largest(left) <= _NO_END[bar.dtype.itemsize] * largest(whole)
+    return jax.tree.map(lambda x: jnp.where(ends, x, jnp.nan), sums)

@@ -21,8 +21,6 @@ _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at 
 _SINGULAR = {8: 3e-8, 4: 1e-4}  # of the largest singular value: below is none, but for errors of the motions
 #: Least tolerance of the motions of the search: corrections that follow have the tolerances asked for.
 _TOLERANCE = {8: 1e-9, 4: 3e-5}
-#: Least steps of a cycle in it: of small deviations where the motion itself is at rest.
-_INTERVALS = 16
 #: Largest step that is the last one: the slope at its begin serves for the corrections and for derivatives.
 _LAST_STEP = {8: 1e-7, 4: 1e-2}
 
@@ -59,10 +57,13 @@ class NewtonSearch(NamedTuple):
     is_last: Array
 
 
-def search(shooting: Shooting, system: System, states: State, period: Array) -> NewtonSearch:
-    """Newton's method with a backtracking line search from states (m,) and a period, until its steps are small."""
+def search(shooting: Shooting, system: System, states: State, period: Array, least: int) -> NewtonSearch:
+    """Newton's method with a backtracking line search from states (m,) and a period, until its steps are small.
+
+    Args: least: see `Flow.end`, for slopes where the motion itself is at rest.
+    """
     shooting, system, states, period = stop_gradients((shooting, system, states, period))
-    once = _iteration(_with_tolerance(shooting, _TOLERANCE[period.dtype.itemsize]), system)
+    once = _iteration(_with_tolerance(shooting, _TOLERANCE[period.dtype.itemsize]), system, least)
 
     def goes_on(s):
         usable = jnp.all(jnp.isfinite(s.step)) & (s.length >= _LEAST_LENGTH)
@@ -80,7 +81,7 @@ def search(shooting: Shooting, system: System, states: State, period: Array) -> 
     return lax.while_loop(goes_on, once, first)
 
 
-def _iteration(shooting, system):
+def _iteration(shooting, system, least):
     """Function of a search that gives the next one."""
 
     def moved(charts, period, z):
@@ -91,7 +92,6 @@ def _iteration(shooting, system):
 
     def once(s):
         charts = shooting.charts(system, s.trial_states, s.trial_period)
-        least = -(-_INTERVALS // shooting.segments)
         linear = shooting.linearised(system, charts, s.trial_period, least)
         loss, J = 0.5 * jnp.sum(linear.rows**2), linear.matrix
         inverse = inverse_of(J)

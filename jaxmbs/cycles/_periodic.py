@@ -150,7 +150,12 @@ def _with_verdict(cycle, throw):
             "periodic: a multiplier is 1: the cycle is one of many, or at a fold, and has no derivatives (they are "
             'NaN); an oscillation without a period of its own takes free="period", one without losses held= too'
         )
+    elif bool(cycle.ok) and bool(jnp.any(jnp.isnan(cycle.multipliers))):
+        warn(f"periodic: small deviations are too quick for the steps, the multipliers are not known: {_SHORTER}")
     return cycle
+
+
+_SHORTER = "save more states (steps=), so that steps are shorter, or take solver=jaxmbs.ode.Rodas5P()"
 
 
 def _failure(cycle):
@@ -159,6 +164,11 @@ def _failure(cycle):
         return f"the motion over the period failed: {cycle.status}"
     size = cycle.residual.dtype.itemsize
     closed, same = float(cycle.residual) <= _CLOSED[size], float(cycle.rate_residual) <= _CLOSED_RATES[size]
+    if closed and same and cycle.num_trivial == 0:
+        return (
+            "the motion comes back, but its slopes are not finite: small deviations are too quick for the steps; "
+            + _SHORTER
+        )
     if closed and same:
         return "the search for a cycle with a period of its own ended at a state of rest; start from a livelier state"
     if closed:

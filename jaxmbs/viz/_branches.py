@@ -10,6 +10,7 @@ from ..checks import place_of
 from ..cycles._branch import Branch
 from ..cycles._cycle import Cycle
 from ..errors import ModelError
+from ..joints._coordinate_units import coordinate_units
 from ._canvas import curve_style, format_axes, get_axes
 
 #: Marks of the points by kind.
@@ -38,14 +39,14 @@ def plot_branches(
         color = curve_style(k)["color"]
         for kind, shown in (("-", stable), ((0, (3, 2)), ~stable)):
             both = shown[:-1] & shown[1:] | _neighbours(branch, shown)
-            for i in np.flatnonzero(both):
-                ax.plot(x[i : i + 2], y[i : i + 2], color=color, linestyle=kind, linewidth=1.4)
+            for run in _runs(both):  # one line each: dashes that begin anew at every cycle look like a full line
+                ax.plot(x[run], y[run], color=color, linestyle=kind, linewidth=1.4)
         for point in branch.points:
             words = None if point.kind in marked else point.kind
             marked.add(point.kind)
             style = {"color": color, "markerfacecolor": "white", "linestyle": "none", "zorder": 3}
             ax.plot(x[point.place], y[point.place], marker=_MARKS[point.kind], label=words, **style)
-    words = label or (f"largest {of}" if isinstance(of, str) else "")
+    words = label or (f"largest |{of}| [{_unit(branches[0], of)}]" if isinstance(of, str) else "")
     return format_axes(ax, branches[0].name, words, "beside" if marked else None)
 
 
@@ -54,6 +55,20 @@ def _neighbours(branch, shown):
     marked = np.zeros(len(shown), bool)
     marked[[point.place for point in branch.points]] = True
     return (marked[:-1] & shown[1:]) | (shown[:-1] & marked[1:])
+
+
+def _runs(shown):
+    """Places of the cycles of intervals (K - 1,) that are shown and follow each other."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(int)))
+    return [slice(first, last + 1) for first, last in edges.reshape(-1, 2)]
+
+
+def _unit(branch, of):
+    """Unit of a coordinate."""
+    states, count = branch.cycles.states, branch.cycles.states.coordinates.shape[-1]
+    names, layout = coordinate_names(states.structure, count), states.structure or (("", "", count, 0, ()),)
+    units = [unit for _, kind, size, _, _ in layout for unit in coordinate_units(kind, size)]
+    return units[place_of("coordinate", of, names)]
 
 
 def _numbers(branch, of):

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -96,3 +97,26 @@ def test_ball_on_a_shaking_table():
         wanted = np.roots([1.0, -trace, E_**2])
         np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(wanted), rtol=1e-8)
         assert is_stable is None or bool(found.stable) == is_stable
+
+
+@pytest.mark.long
+def test_small_deviations_at_rest_that_are_quick():
+    """Of an oscillator at rest, in closed form; the tolerances of its motion see none of them."""
+
+    def system(push, k):
+        return duffing(k=k, c=0.4, F=push, w=1.0, like=like)
+
+    def displaced(push, gradient):
+        found = mbs.periodic(system(push, 400.0), 2.0 * np.pi, gradient=gradient, throw=False)
+        return found.states.coordinates[0, 0]
+
+    like = duffing()
+    wanted = (1.0 / (400.0 - 1.0 + 0.4j)).real
+    for mode, derivative in (("forward", jax.jacfwd), ("reverse", jax.grad)):
+        slope = mbs.jit(derivative(lambda push, mode=mode: displaced(push, mode)))
+        np.testing.assert_allclose(slope(0.0), wanted, rtol=1e-8)
+    with pytest.warns(UserWarning, match="too quick for the steps"):
+        coarse = mbs.periodic(system(0.0, 1e4), 2.0 * np.pi)
+    assert np.all(np.isnan(coarse.multipliers)) and not coarse.stable
+    fine = mbs.periodic(system(0.0, 1e4), 2.0 * np.pi, steps=960)
+    np.testing.assert_allclose(np.abs(fine.multipliers), np.exp(-0.2 * 2.0 * np.pi), rtol=1e-6)
