@@ -107,7 +107,8 @@ class Rotor(eqx.Module):
         K, C = jnp.zeros((2, n, n), self.shaft.young.dtype)
         for bearing in self.bearings:
             by_both = getattr(bearing, "depends_on_frequency", False) and frequency is not None
-            k, c = bearing.coefficients(speed, frequency) if by_both else bearing.coefficients(speed)
+            given: tuple = (speed, frequency) if by_both else (speed,)
+            k, c = bearing.coefficients(*given)
             places = jnp.array([self.column(bearing.station, axis) for axis in "xy"])
             K, C = (x.at[places[:, None], places[None, :]].add(y) for x, y in ((K, k), (C, c)))
         return K, C
