@@ -144,7 +144,8 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
     ys_bar = _with_zeros(
         bars.ys, jax.tree.map(lambda y: jnp.broadcast_to(y[None], (problem.times.size, *y.shape)), y0)
     )
-    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_of_duplicates(problem)].add(ys), ys_bar)
+    first_row = first_of_duplicates(problem)
+    ys_bar = jax.tree.map(lambda ys: jnp.zeros_like(ys).at[first_row].add(ys), ys_bar)
     jumps_bar = None
     if problem.jump is not None:
         none = Jumps.empty(y0, t0, problem.max_actions).finished()

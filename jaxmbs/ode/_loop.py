@@ -76,7 +76,8 @@ def finish(problem: OdeProblem, state: LoopState) -> LoopState:
     problem.meter.close(state.meter)
     short = diffrax.is_successful(state.result) & (state.t < problem.t1)
     result = RESULTS.where(short, RESULTS.max_steps_reached, state.result)
-    ys = jax.tree.map(lambda ys: ys[first_of_duplicates(problem)], state.ys)
+    first = first_of_duplicates(problem)
+    ys = jax.tree.map(lambda ys: ys[first], state.ys)
     jumps = None if state.jumps is None else state.jumps.finished()
     return dataclasses.replace(state, result=result, ys=ys, jumps=jumps)
 
