@@ -38,9 +38,12 @@ def inverse_dynamics_loads(system: System, at: VelocityKinematics, V_dot, u_dot,
     return total(bodies.inverse_dynamics_loads(system, at, V_dot, u_dot, owners) for bodies in bodies_of(system))
 
 
-def acceleration_loads(system: System, at: VelocityKinematics, a, owners: WrenchTargets) -> Loads:
-    """The part of `inverse_dynamics_loads` that is linear in the accelerations a (nv,)."""
-    V_dot = ancestors(system.topology.nodes, scale(at.S, a))
+def acceleration_loads(system: System, at: VelocityKinematics, a, owners: WrenchTargets, V_dot=None) -> Loads:
+    """The part of `inverse_dynamics_loads` that is linear in the accelerations a (nv,).
+
+    Args: V_dot: the part of the twist rates (nodes, 6) that is, where it is known.
+    """
+    V_dot = ancestors(system.topology.nodes, scale(at.S, a)) if V_dot is None else V_dot
     return total(bodies.acceleration_loads(system, at, V_dot, a, owners) for bodies in bodies_of(system))
 
 

@@ -3,6 +3,8 @@
 Source: S2 (28)-(29) body by body, `h_dot = wrench` about the world origin.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,7 +20,7 @@ from ..errors import ModelError
 from ..kinematics._configuration import VelocityKinematics, at_state, node_accelerations, with_velocities
 from ..kinematics._elastic import mass_matrix as inertia_matrix
 from ..kinematics._tree import solve
-from ..kinematics._wrench_targets import node_targets
+from ..kinematics._wrench_targets import WrenchTargets, node_targets
 from ..math._linalg import saddle_solve
 from ..model._entry_points import state_function
 from ..model._system import System
@@ -38,7 +40,15 @@ def required_efforts(system: System, at: VelocityKinematics, V_dot, u_dot, loads
     )
 
 
-def accelerations(system: System, at: VelocityKinematics, method=None, loads=None):
+class Bias(NamedTuple):
+    """Twist rates (nodes, 6) at zero accelerations, and the loads on nodes and columns that they require beside
+    gravity."""
+
+    V_dot: Array
+    loads: Loads
+
+
+def accelerations(system: System, at: VelocityKinematics, method=None, loads=None, bias: Bias | None = None):
     """Accelerations u_dot (nv,), multipliers (rows,) and gaps (rows,) of the rows.
 
     They satisfy `M u_dot + bias - Q = A^T lambda`; the gaps `A u_dot - gamma` are rounding where the rows are
@@ -46,16 +56,16 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
 
     Args:
         method: of `linear_solver`, by default the one of the system.
-        loads: of the force elements on nodes and columns, where they are evaluated already.
+        loads: of the force elements on nodes and columns, where they are evaluated already; bias: likewise.
     """
     if system.friction is not None:
-        found = motion_with_friction(system, at, method, loads)
+        found = motion_with_friction(system, at, method, loads, bias=bias)
         return found.accelerations, found.multipliers, found.gaps
     if system.is_rigid_tree:
-        need = saddle_sides(system, at, loads)[0]
+        need = saddle_sides(system, at, loads, bias)[0]
         return solve(system.topology.nodes, at.S, at.J, need), *jnp.zeros((2, 0), at.psi.dtype)
     at = closures.with_rates(system, at)
-    need, gamma = saddle_sides(system, at, loads)
+    need, gamma = saddle_sides(system, at, loads, bias)
     method = linear_solver(system) if method is None else method
     if method != "dense":
         rows = constraint_operator(system, at)
@@ -67,11 +77,11 @@ def accelerations(system: System, at: VelocityKinematics, method=None, loads=Non
 
 
 def motion_with_friction(
-    system: System, at: VelocityKinematics, method=None, loads=None, compliance=None
+    system: System, at: VelocityKinematics, method=None, loads=None, compliance=None, bias: Bias | None = None
 ) -> FrictionSolution:
     """Accelerations as those of `accelerations`, of a system whose joints rub, with the loads of the joints."""
     at = closures.with_rates(system, at)
-    need, gamma, lack = _sides_and_lack(system, at, loads)
+    need, gamma, lack = _sides_and_lack(system, at, loads, bias)
     if system.is_rigid_tree:
         nodes, none = system.topology.nodes, jnp.zeros(0, need.dtype)
 
@@ -115,18 +125,24 @@ def all_efforts(system: System, at: VelocityKinematics):
     return loads.wrench, loads.column, jnp.concatenate([powers, found.powers])
 
 
-def saddle_sides(system: System, at: VelocityKinematics, loads=None):
+def saddle_sides(system: System, at: VelocityKinematics, loads=None, bias: Bias | None = None):
     """Right-hand sides of the saddle system: efforts (nv,) less bias at zero accelerations, and gamma (rows,), None
     for a tree of rigid bodies."""
-    return _sides_and_lack(system, at, loads)[:2]
+    return _sides_and_lack(system, at, loads, bias)[:2]
 
 
-def _sides_and_lack(system, at, loads=None):
-    """`saddle_sides`, and what the nodes need (nodes, 6) beside force elements and gravity at zero accelerations."""
+def bias_on(system: System, at: VelocityKinematics, owners: WrenchTargets) -> Bias:
+    """The bias, its loads on owners."""
     none = jnp.zeros_like(at.u)
     V_dot = node_accelerations(system.topology, at, none)
+    return Bias(V_dot, inverse_dynamics_loads(system, at, V_dot, none, owners))
+
+
+def _sides_and_lack(system, at, loads=None, bias=None):
+    """`saddle_sides`, and what the nodes need (nodes, 6) beside force elements and gravity at zero accelerations."""
+    V_dot, own = bias_on(system, at, node_targets(system)) if bias is None else bias
     F, Q = efforts(system, at)[:2] if loads is None else loads
-    lack = inverse_dynamics_loads(system, at, V_dot, none, node_targets(system)) - Loads(F)
+    lack = own - Loads(F)
     gamma = None if system.is_rigid_tree else constraints.acceleration_bias(system, at, V_dot)
     return Q - on_columns(system, at, lack), gamma, lack.wrench
 

@@ -15,15 +15,17 @@ from ..constraints import _closures as closures
 from ..constraints import _reaction_map as reaction_map
 from ..constraints import _rows as rows
 from ..constraints._joint_wrenches import joint_wrenches, wrenches_at_frames
-from ..dynamics._bodies import inverse_dynamics_loads
+from ..dynamics._bodies import acceleration_loads
 from ..dynamics._distribution import least_compliance_reactions
 from ..dynamics._efforts import efforts
 from ..dynamics._joint_friction import FrictionSolution, cut_friction, friction_loads
 from ..dynamics._loads import Loads
-from ..dynamics._newton_euler import accelerations, motion_with_friction
+from ..dynamics._newton_euler import accelerations, bias_on, motion_with_friction
 from ..dynamics._validity import has_ends, validity_at
-from ..kinematics._configuration import VelocityKinematics, configuration, node_accelerations, with_velocities
+from ..kinematics._configuration import VelocityKinematics, configuration, with_velocities
+from ..kinematics._tree import ancestors
 from ..kinematics._wrench_targets import body_targets
+from ..math._spatial import scale
 from ..model._system import System
 from ..runtime import gather_static, segment_sum_static
 from ._determinacy import joint_determinacy
@@ -45,14 +47,17 @@ def reactions_at(system: System, P: Array, state: State, a: Array | None, option
     at = configuration(system, P, state.coordinates, state.t, internal=state.internal)
     at = with_velocities(system, at, state.velocities)
     F, Q, _ = efforts(system, at, owners, acting)
-    solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), options)
+    still = bias_on(system, at, owners)
+    bias = still._replace(loads=Loads(_on_nodes(system.topology, still.loads.wrench), still.loads.column))
+    solved = _balance(system, at, a, (_on_nodes(system.topology, F), Q), bias, options)
     (system, at, (a, multipliers, gaps, stresses), given, friction), driven = solved, system
     top = system.topology
-    V_dot = node_accelerations(top, at, a)
+    moved = ancestors(top.nodes, scale(at.S, a))
+    V_dot = still.V_dot + moved
     if friction is not None:
         rub = friction_loads(system, friction, owners)
         F, Q = F + rub.wrench, Q + rub.column
-    lack = inverse_dynamics_loads(system, at, V_dot, a, owners) - Loads(F)
+    lack = still.loads + acceleration_loads(system, at, a, owners, moved) - Loads(F)
     wrench, effort = _joint_wrenches(system, at, lack.wrench, multipliers, friction)
     if _needs_distribution(system, options.compliance):
         multipliers = least_compliance_reactions(system, at, wrench, multipliers, options.compliance, options.method)
@@ -95,20 +100,22 @@ class _Balance(NamedTuple):
     friction: FrictionSolution | None
 
 
-def _balance(system, at, a, loads, options):
+def _balance(system, at, a, loads, bias, options):
     """Multipliers and efforts that balance the accelerations a (nv,), of drives or actuators; None: those of the
     system itself."""
     at, friction = closures.with_directions(system, at), None
     if a is None:
         if options.columns is None and options.method != "dense" and system.has_constraints:
-            saddle = sparse_saddle_with_stresses(system, at, loads, options.method)
+            saddle = sparse_saddle_with_stresses(system, at, loads, options.method, bias)
             if system.friction is not None:
-                friction = motion_with_friction(system, at, options.method, loads, options.compliance)
+                friction = motion_with_friction(system, at, options.method, loads, options.compliance, bias)
                 saddle = SaddleSolution(*friction[:3], saddle.stresses)
             return _Balance(system, at, saddle, jnp.zeros_like(at.u), friction)
         if system.friction is not None:
-            friction = motion_with_friction(system, at, options.method, loads, options.compliance)
-        a, multipliers, gaps = accelerations(system, at, options.method, loads) if friction is None else friction[:3]
+            friction = motion_with_friction(system, at, options.method, loads, options.compliance, bias)
+        a, multipliers, gaps = (
+            accelerations(system, at, options.method, loads, bias) if friction is None else friction[:3]
+        )
         if options.columns is None:
             saddle = SaddleSolution(a, multipliers, gaps, self_stresses(system, at))
             return _Balance(system, at, saddle, jnp.zeros_like(at.u), friction)

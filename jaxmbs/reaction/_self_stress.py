@@ -14,7 +14,7 @@ from jax import Array, lax
 
 from ..constraints import _constraints as constraints
 from ..constraints._saddle_operator import constraint_operator, row_kinds
-from ..dynamics._newton_euler import saddle_sides
+from ..dynamics._newton_euler import Bias, saddle_sides
 from ..dynamics._saddle import saddle_without_matrix
 from ..kinematics._configuration import VelocityKinematics
 from ..model._system import System
@@ -85,12 +85,14 @@ def project_out_range(A, y):
     return lax.fori_loop(0, min(A.shape), take_off, jnp.concatenate([A, y.T], axis=1))[:, columns:].T
 
 
-def sparse_saddle_with_stresses(system: System, at: VelocityKinematics, loads, method: str) -> SaddleSolution:
+def sparse_saddle_with_stresses(
+    system: System, at: VelocityKinematics, loads, method: str, bias: Bias | None = None
+) -> SaddleSolution:
     """Accelerations by a block-sparse solver with the self-stresses: one solve, so that one solver is compiled.
 
     From a random vector the least multipliers with the same efforts are subtracted; the rest exerts no effort.
     """
-    need, gamma = saddle_sides(system, at, loads)
+    need, gamma = saddle_sides(system, at, loads, bias)
     rows, tried = constraint_operator(system, at), random_multipliers(system, at.u.dtype)
     b = jnp.concatenate([need[None], -lax.stop_gradient(jax.vmap(rows.efforts)(tried))])
     c = jnp.concatenate([gamma[None], jnp.zeros_like(tried)])
