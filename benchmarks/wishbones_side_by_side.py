@@ -70,7 +70,7 @@ def by_slsqp(factors, margins, slopes):
 
 def main():
     options = parser(__doc__).parse_args()
-    number, looped = (4, 1) if options.quick else (96, 8)
+    number, looped = (4, 1) if options.quick else (32, 4)
     factors = np.random.default_rng(0).uniform(0.85, 1.15, (number, 7))
     study = lambda: mbs.batch(best, factors, chunk=8, progress=False, compile="quick")
     study()
