@@ -105,7 +105,7 @@ def minimise(
             begun = _at_largest_together(problem, points, compile) if is_worst else points
             runs = map(from_end, interior_points(problem, begun, tolerance, steps, compile))
             rows = zip(runs, checks, points, strict=True)
-            searches = [functools.partial(_search, problem, run, True, *pair) for run, *pair in rows]
+            searches = [functools.partial(_search, problem, run, True, one, point) for run, one, point in rows]
         return best_optimum(run_multistart(searches, problem.evaluate, compile))
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 from tqdm import tqdm
@@ -219,7 +220,7 @@ class _TwoObjectives:
         ]
         points = [self._variables(x, level, span) for x, level in zip(between, levels, strict=True)]
         found = interior_points(self._problem, points, tolerance, steps, self._compile)
-        return [self._outer_variables.unravel(x)[0] for x, _ in found]
+        return [self._outer_variables.unravel(jnp.asarray(x))[0] for x, _ in found]
 
     def search(self, begin: PyTree, level: float, span: float, tolerance: float, bar: tqdm) -> ConstrainedSearch:
         """Search for the minimum of the first objective where the second is at most a level."""
