@@ -12,7 +12,7 @@ from ..checks import place_of
 from ..constraints._kic import independent_columns
 from ..kinematics._configuration import Configuration, with_velocities
 from ..model._system import System
-from ..reaction._solve import reactions
+from ..reaction._solve import reactions_of_freedoms
 from ..signal_flow._signal_names import check_input_fields, input_fields, signal_names
 from ..signal_flow._signals import signals_at
 
@@ -66,12 +66,12 @@ class LoadOutputs(eqx.Module):
     Attributes:
         others: `NamedOutputs` or a function of the state and all accelerations.
         joints: names of the joints.
-        actuators: joints whose efforts make accelerations other than those of the motion.
+        columns: independent velocities, whose efforts make accelerations other than those of the motion.
     """
 
     others: NamedOutputs | Callable
     joints: tuple[str, ...] = eqx.field(static=True)
-    actuators: tuple[str, ...] = eqx.field(static=True)
+    columns: tuple[int, ...] = eqx.field(static=True)
 
     def at(self, system: System, at: Configuration, state: State, accelerations: Array) -> Array:
         """Values (m,) at a state, its configuration and all accelerations (nv,)."""
@@ -81,7 +81,7 @@ class LoadOutputs(eqx.Module):
             values = jnp.ravel(self.others(state, accelerations))
         if not self.joints:
             return values
-        found = reactions(system, state, frame="joint", accelerations=accelerations, actuators=self.actuators)
+        found = reactions_of_freedoms(system, state, accelerations, self.columns, "joint")
         loads = [part for name in self.joints for part in (found[name].force, found[name].moment)]
         return jnp.concatenate([values, *loads])
 
@@ -98,14 +98,7 @@ def with_loads(system, outputs, joints):
     top = system.topology
     for name in joints:
         place_of("joint", name, top.joint_names)
-    own = [
-        top.joints[k].name for k in range(len(top.joints)) if _has_column(top.joints[k], independent_columns(system))
-    ]
-    return LoadOutputs(outputs, joints, tuple(own))
-
-
-def _has_column(joint, columns):
-    return any(joint.velocities.start <= k < joint.velocities.stop for k in columns)
+    return LoadOutputs(outputs, joints, tuple(int(k) for k in independent_columns(system)))
 
 
 def output_names(system, outputs, count):

@@ -39,6 +39,20 @@ class _Options(NamedTuple):
 
 
 @jit  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
+def reactions_of_freedoms(
+    system: System, state: State, accelerations: ArrayLike, columns: Sequence[int], frame: str = "world"
+) -> Reactions:
+    """`reactions` at a state whose accelerations (nv,) efforts on single velocities produce, in place of all drives.
+
+    Args: columns: velocities that determine the motion, one for each freedom: then their efforts are unique, which
+    those on all velocities of joints with several are not.
+    """
+    acceleration = as_dtype(accelerations, state.coordinates.dtype)
+    own = tuple((int(k), int(k) + 1) for k in columns)
+    options = _Options(frame, "child", {}, solver_for(system, "auto"), own)
+    return _along(system, states_of(system, state), acceleration, False, options)
+
+
 def _along(system, states, accelerations, batched, options):
     """`reactions_at` of a state, or of every one of a batch."""
     from ._balance import reactions_at  # with all of dynamics and statics, which an answer of the store does not need

@@ -17,7 +17,7 @@ from ..forces._fields import number
 from ..joints import Distance
 from ..kinematics import rotation
 from ..model import System
-from ..reaction import reactions
+from ..reaction import Reactions, reactions
 from ..typing import ArrayLike, WordedError
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -157,7 +157,6 @@ def hardpoint_loads(
     motion: WordedError[State | HasStates],
     parts: WordedError[MountedParts],
     carrier: str = "ground",
-    accelerations: ArrayLike | None = None,
 ) -> dict[str, Array]:
     """Forces (..., 3) [N] of the carrier on parts at their hardpoints, along a motion or at a state.
 
@@ -166,15 +165,18 @@ def hardpoint_loads(
         motion: a State, or a Motion or states with leading axes.
         parts: as a `mount_` function returned them.
         carrier: body in whose axes the forces are given; its name, or "ground".
-        accelerations: (nv,), or (times, nv); by default those that drives and force elements cause.
 
     Between the points of one rigid arm, what statics does not determine is shared by least compliance.
     Raises: ModelError for what are no parts.
     """
     if not isinstance(parts, MountedParts):
         raise ModelError([f"parts are what a mount_ function returns, got {type(parts).__name__}"], "the question")
-    found = reactions(system, motion, accelerations=accelerations)
     R: Any = rotation(system, motion, carrier)  # type: ignore[arg-type]
+    return point_loads(reactions(system, motion), R, parts)
+
+
+def point_loads(found: Reactions, R: Any, parts: MountedParts) -> dict[str, Array]:
+    """Forces (..., 3) at the hardpoints of parts [N] along axes (..., 3, 3), of known reactions."""
     laws = set(parts.forces.values())
     force: Any = lambda name: found.law(name).force if name in laws else found[name].force
     in_world = {point: sum(force(name) for name in names) for point, names in parts.points.items()}
