@@ -212,12 +212,14 @@ class _TwoObjectives:
 
     def side_by_side(self, ends: list, levels: Any, span: float, steps: int, tolerance: float) -> list[PyTree]:
         """Designs with the least first objective at levels of the second, of searches from between both ends."""
-        if not len(levels) or steps < 1:
+        if not len(levels):
             return []
         shares = np.linspace(0.0, 1.0, len(levels) + 2)[1:-1]
         between = [
             jax.tree.map(lambda a, b, s=s: (1.0 - s) * np.asarray(a) + s * np.asarray(b), *ends) for s in shares
         ]
+        if steps < 1:
+            return between
         points = [self._variables(x, level, span) for x, level in zip(between, levels, strict=True)]
         found = interior_points(self._problem, points, tolerance, steps, self._compile)
         return [self._outer_variables.unravel(jnp.asarray(x))[0] for x, _ in found]
