@@ -53,6 +53,7 @@ def reactions_of_freedoms(
     return _along(system, states_of(system, state), acceleration, False, options)
 
 
+@jit
 def _along(system, states, accelerations, batched, options):
     """`reactions_at` of a state, or of every one of a batch."""
     from ._balance import reactions_at  # with all of dynamics and statics, which an answer of the store does not need
