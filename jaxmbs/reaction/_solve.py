@@ -38,7 +38,6 @@ class _Options(NamedTuple):
         return {top.column_joint_name[a]: slice(a, b) for a, b in self.columns or ()}
 
 
-@jit  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
 def reactions_of_freedoms(
     system: System, state: State, accelerations: ArrayLike, columns: Sequence[int], frame: str = "world"
 ) -> Reactions:
@@ -53,7 +52,7 @@ def reactions_of_freedoms(
     return _along(system, states_of(system, state), acceleration, False, options)
 
 
-@jit
+@jit  # asked once it takes milliseconds; in a loop of the user's it is part of a full program
 def _along(system, states, accelerations, batched, options):
     """`reactions_at` of a state, or of every one of a batch."""
     from ._balance import reactions_at  # with all of dynamics and statics, which an answer of the store does not need
