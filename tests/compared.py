@@ -21,7 +21,7 @@ _assert_allclose = np.testing.assert_allclose
 def _measured(actual, desired, rtol=1e-7, atol=0.0, **other):
     """The check, with the largest difference in parts of what it allows."""
     _assert_allclose(actual, desired, rtol, atol, **other)
-    shaped = np.broadcast_arrays(*(np.asarray(x) for x in (actual, desired)))
+    shaped = np.broadcast_arrays(*(np.asarray(x) * 1.0 for x in (actual, desired)))
     there = np.isfinite(shaped[0]) & np.isfinite(shaped[1])
     found, wanted = (x[there] for x in shaped)
     allowed = atol + rtol * np.abs(wanted)
