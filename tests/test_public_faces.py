@@ -32,13 +32,14 @@ FACES = {
     "jaxmbs.runtime": """
         FORWARD_MODE KnownFunction Packing Program SMALL_PROGRAM TracedFunction TrickState UnsupportedError
         any_in_batch as_argument as_array as_dtype as_host_array bytes_for_chunk bytes_of_arrays cache
-        check_kind chunked_vmap compile_batch compile_kind constant_product content_of explain_error export
-        expose fingerprint flag_advice follow_precision fusion_barrier garbage_collection_paused gather_static
-        host_call is_double is_motion is_on jaxpr_function jit kept_tiers kernel_options lapack lazy_where
-        load_program map_chunked missing_primitives not_tracing note ON_TAPE one_kernel progress_bar step_bar
-        public_call release_advice remat report_compiles reverse_only save_factor segment_sum_static
-        set_quick_flags sets_marks small_call store take_notes tracer_errors_in_words trick_states tuning
-        user_jit with_library_calls warn_of_wrong_release without_tricks without_unused working_bytes
+        check_kind chunked_vmap compile_batch compile_kind constant_product content_of explain_error
+        export expose fingerprint flag_advice follow_precision forget_with_programs fusion_barrier
+        garbage_collection_paused gather_static host_call is_double is_motion is_on jaxpr_function jit
+        kept_tiers kernel_options lapack lazy_where load_program map_chunked missing_primitives
+        not_tracing note ON_TAPE one_kernel progress_bar step_bar public_call release_advice remat
+        report_compiles reverse_only save_factor segment_sum_static set_quick_flags sets_marks small_call
+        store take_notes tracer_errors_in_words trick_states tuning user_jit with_library_calls
+        warn_of_wrong_release without_tricks without_unused working_bytes
     """,
     "jaxmbs.documents": """
         report

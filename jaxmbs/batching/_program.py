@@ -1,7 +1,7 @@
 """Batched programs: a function of one design, traced once with its status and cost, vectorised and compiled."""
 
 import math
-import weakref
+from collections import OrderedDict
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -18,6 +18,8 @@ from ..runtime import (
     bytes_for_chunk,
     bytes_of_arrays,
     compile_batch,
+    forget_with_programs,
+    is_double,
     is_motion,
     not_tracing,
     tuning,
@@ -26,7 +28,8 @@ from ..runtime import (
 from ._result import count_steps, design_status
 from ._table import design_shape, num_designs, select_designs
 
-_CACHE: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
+_CACHE: OrderedDict[Callable, dict] = OrderedDict()
+forget_with_programs(_CACHE)
 
 
 class BatchedFunction:
@@ -141,15 +144,24 @@ def batched_function(
     """The `BatchedFunction` of a function and a cost, cached by function and by shapes and types of the designs."""
     row = design_shape(designs)
     leaves, structure = jax.tree.flatten(row)
-    key = cost, compile, not_tracing(), structure, tuple((x.shape, x.dtype) for x in leaves)
-    try:
-        known = _CACHE.setdefault(function, {})
-    except TypeError:  # neither hashable nor weakly held
-        known = {}
+    key = cost, compile, is_double(), not_tracing(), structure, tuple((x.shape, x.dtype) for x in leaves)
+    known = _programs_of(function)
     batched = known.get(key) or BatchedFunction(function, cost, row, compile)
     if not batched.is_traced:
         known[key] = batched
     return batched
+
+
+def _programs_of(function: Callable) -> dict:
+    """The programs of a function, which is now the last that was asked for; none are kept if it is not hashable."""
+    try:
+        known = _CACHE.setdefault(function, {})
+    except TypeError:
+        return {}
+    _CACHE.move_to_end(function)
+    if len(_CACHE) > tuning.BATCHED_FUNCTIONS:
+        _CACHE.popitem(last=False)
+    return known
 
 
 def round_to_devices(chunk: int, devices: tuple) -> int:

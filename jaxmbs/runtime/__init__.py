@@ -22,7 +22,7 @@ from ._jit import SMALL_PROGRAM, compile_kind, garbage_collection_paused, jit
 from ._library_calls import with_library_calls
 from ._notes import note, take_notes
 from ._packing import Packing
-from ._precision import follow_precision, is_double
+from ._precision import follow_precision, forget_with_programs, is_double
 from ._progress import ON_TAPE, expose, progress_bar
 from ._public_calls import public_call
 from ._registry import TrickState, trick_states
@@ -70,6 +70,7 @@ __all__ = [
     "fingerprint",
     "flag_advice",
     "follow_precision",
+    "forget_with_programs",
     "fusion_barrier",
     "garbage_collection_paused",
     "gather_static",

@@ -1,6 +1,7 @@
 """Double precision switched on, or off, in the middle of a process."""
 
 import gc
+from collections.abc import MutableMapping
 
 import jax
 import jax.numpy as jnp
@@ -9,11 +10,17 @@ import numpy as np
 from ._tracing import not_tracing
 
 _seen: set[bool] = set()  # the setting at the last call, once there was one
+_caches: list[MutableMapping] = []
 
 
 def is_double() -> bool:
     """True if floats are double precision (`jax_enable_x64`)."""
     return jnp.result_type(float) == np.float64
+
+
+def forget_with_programs(cache: MutableMapping) -> None:
+    """Empty the cache, which holds what JAX has traced, where all programs are forgotten."""
+    _caches.append(cache)
 
 
 def follow_precision() -> None:
@@ -29,6 +36,8 @@ def follow_precision() -> None:
         return
     if _seen:
         jax.clear_caches()
+        for cache in _caches:
+            cache.clear()
         gc.collect()  # programs that refer to themselves hold their arrays as well
         _seen.clear()
     _seen.add(double)

@@ -108,6 +108,8 @@ RECOVERED_ROWS = 16
 # ---------------------------------------------------------------------------------------------------- many designs
 #: Designs that run on tapes, one after another on each core; more are worth the compiler (`first_answers.py`).
 TAPE_DESIGNS = 100
+#: Functions whose batched programs are kept: those asked last.  They hold their functions, none would go by itself.
+BATCHED_FUNCTIONS = 32
 #: Designs of a batch in one chunk on a CPU: as cheap each as 64, cheaper than 16 or 128 (`batch_of_motions.py`).
 CHUNK = 32
 #: Chunks of one call where a function has no loop of its own: a call takes 0.5 ms beside its work (`accelerator.py`).

@@ -330,3 +330,11 @@ def test_a_batch_of_motions_and_its_gradient():
     rise = [(total(good + h * e)[0] - total(good - h * e)[0]) / (2 * h) for e in np.eye(3)]
     np.testing.assert_allclose(slope, rise, rtol=1e-6)
     np.testing.assert_allclose(np.sum(found.values[0][found.ok]), value, rtol=1e-12)
+
+
+def test_programs_of_the_functions_asked_last_are_kept():
+    """They hold their functions: of a loop that asks a new one each time the first ones go."""
+    programs._CACHE.clear()
+    for _ in range(tuning.BATCHED_FUNCTIONS + 3):
+        batch(lambda x: x + 1.0, np.ones(2))
+    assert len(programs._CACHE) == tuning.BATCHED_FUNCTIONS

@@ -127,9 +127,14 @@ def plate(kind, m, load):
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", [elements.Quadrilateral, elements.Triangle])
-@pytest.mark.parametrize("load, expected", [("compression", 4.0), ("shear", 9.324535092561465)])
+@pytest.mark.parametrize(
+    "load, expected", [("compression", 4.0 / (1.0 + 2.0 * np.pi**2 / 3.5e4)), ("shear", 9.324535)]
+)
 def test_square_plates(kind, load, expected):
-    """Timoshenko and Gere (1961), case B6: the error of second order in the size of the elements, extrapolated."""
+    """Timoshenko and Gere (1961), case B6: the error of second order in the size of the elements, extrapolated.
+
+    Compressed by what transverse shear of stiffness 3.5e4 leaves of the load: that of a thin plate is less by 6e-4.
+    """
     coarse, fine = plate(kind, 8, load), plate(kind, 16, load)
     np.testing.assert_allclose((4 * fine - coarse) / 3, expected, rtol=1e-2)
     assert abs(fine - expected) < 0.35 * abs(coarse - expected)
