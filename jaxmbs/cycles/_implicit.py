@@ -1,6 +1,6 @@
 """The cycle as a function of the machine: corrections with one slope, and their derivatives.
 
-Source: Griewank and Walther, Evaluating derivatives (2008), chapter 15 (implicit functions and their adjoints).
+Source: Griewank and Walther (2008), chapter 15 (implicit functions and their adjoints).
 """
 
 from typing import Any, NamedTuple

@@ -61,10 +61,10 @@ class BearingTable(eqx.Module):
 
     Attributes:
         station: its number, from 0 (static).
-        speeds: (k,) [rad/s], rising, at least two, or one where frequencies are given.
+        speeds: (k,) [rad/s], rising, at least two, or one where omegas are given.
         stiffness, damping: (k, 2, 2), or (k, f, 2, 2) by frequency; cross-coupled ones off the diagonal
             [N/m, N s/m].
-        frequencies: (f,) of the whirl [rad/s], rising, at least two; None for coefficients that depend on the speed
+        omegas: (f,) of the whirl [rad/s], rising, at least two; None for coefficients that depend on the speed
             alone.
     """
 
@@ -72,17 +72,17 @@ class BearingTable(eqx.Module):
     speeds: Convertible[Float[Array, " k"]] = eqx.field(converter=as_array)
     stiffness: Convertible[Float[Array, "k *f 2 2"]] = eqx.field(converter=as_array)
     damping: Convertible[Float[Array, "k *f 2 2"]] = eqx.field(converter=as_array)
-    frequencies: Convertible[Float[Array, " f"] | None] = eqx.field(
+    omegas: Convertible[Float[Array, " f"] | None] = eqx.field(
         converter=lambda x: None if x is None else as_array(x), default=None
     )
 
     def __check_init__(self) -> None:
         _check("the bearing", self.station)
-        shape, least = (self.speeds.size,), 2 if self.frequencies is None else 1
+        shape, least = (self.speeds.size,), 2 if self.omegas is None else 1
         faults = _row_faults("speeds", self.speeds, least)
-        if self.frequencies is not None:
-            shape = (*shape, self.frequencies.size)
-            faults += _row_faults("frequencies", self.frequencies, 2)
+        if self.omegas is not None:
+            shape = (*shape, self.omegas.size)
+            faults += _row_faults("omegas", self.omegas, 2)
         faults += faults_if(
             *(
                 (x.shape != (*shape, 2, 2), f"{name} must have shape {(*shape, 2, 2)}, got {x.shape}")
@@ -95,15 +95,15 @@ class BearingTable(eqx.Module):
     @property
     def depends_on_frequency(self) -> bool:
         """True where the coefficients depend on the frequency of the whirl too."""
-        return self.frequencies is not None
+        return self.omegas is not None
 
-    def coefficients(self, speed: Array, frequency: Array | None = None) -> tuple[Array, Array]:
-        """Stiffness and damping (2, 2) at a speed () [rad/s] and a frequency () of the whirl [rad/s], that of the
+    def coefficients(self, speed: Array, omega: Array | None = None) -> tuple[Array, Array]:
+        """Stiffness and damping (2, 2) at a speed () [rad/s] and an omega () of the whirl [rad/s], that of the
         speed where none is given, as under unbalance."""
         rows = jnp.stack([self.stiffness, self.damping], axis=1)
-        if self.frequencies is not None:
-            by_frequency = jnp.moveaxis(rows, 2, 0).reshape(self.frequencies.size, -1)
-            rows = _between(self.frequencies, by_frequency, speed if frequency is None else frequency)
+        if self.omegas is not None:
+            by_frequency = jnp.moveaxis(rows, 2, 0).reshape(self.omegas.size, -1)
+            rows = _between(self.omegas, by_frequency, speed if omega is None else omega)
         rows = rows.reshape(-1, 8)
         found = rows[0] if self.speeds.size == 1 else _between(self.speeds, rows, speed)
         return found[:4].reshape(2, 2), found[4:].reshape(2, 2)

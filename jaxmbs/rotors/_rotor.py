@@ -26,7 +26,7 @@ class Rotor(eqx.Module):
         shaft: a `Shaft`; disks: each a `Disk`.
         bearings: `Bearing`, `BearingTable`, `PlainBearing`, or another with a `station` and `coefficients(speed)`:
             stiffness and damping (2, 2) of x and y; where `depends_on_frequency` is true, at
-            `coefficients(speed, frequency)` of the whirl.
+            `coefficients(speed, omega)`, omega of the whirl.
 
     Raises: ModelError for stations that the shaft has not, parts of another kind.
     """
@@ -100,14 +100,14 @@ class Rotor(eqx.Module):
         """True where the coefficients of some bearing depend on the frequency of the whirl."""
         return any(getattr(bearing, "depends_on_frequency", False) for bearing in self.bearings)
 
-    def supports(self, speed: Array, frequency: Array | None = None) -> tuple[Array, Array]:
-        """Stiffness and damping (n, n) of the bearings at a speed () [rad/s] and a frequency () of the whirl [rad/s],
+    def supports(self, speed: Array, omega: Array | None = None) -> tuple[Array, Array]:
+        """Stiffness and damping (n, n) of the bearings at a speed () [rad/s] and an omega () of the whirl [rad/s],
         by default that of the speed."""
         n = self.num_coordinates
         K, C = jnp.zeros((2, n, n), self.shaft.young.dtype)
         for bearing in self.bearings:
-            by_both = getattr(bearing, "depends_on_frequency", False) and frequency is not None
-            given: tuple = (speed, frequency) if by_both else (speed,)
+            by_both = getattr(bearing, "depends_on_frequency", False) and omega is not None
+            given: tuple = (speed, omega) if by_both else (speed,)
             k, c = bearing.coefficients(*given)
             places = jnp.array([self.column(bearing.station, axis) for axis in "xy"])
             K, C = (x.at[places[:, None], places[None, :]].add(y) for x, y in ((K, k), (C, c)))

@@ -25,7 +25,8 @@ ACTIVATION = 0.15  # of all actuators that have one
 def ours(system, state):
     """Mass matrix of the tree, efforts at no acceleration, rotation and position of every frame."""
     rest = jnp.zeros(system.topology.num_velocities)
-    poses = frame_poses(system, node_poses(system.topology, node_parameters(system), state.coordinates))
+    W = node_poses(system.topology, node_parameters(system), state.coordinates)
+    poses = frame_poses(system.topology, system.frames, W)
     return mbs.mass_matrix(system, state), mbs.inverse_dynamics(system, state, rest), *poses
 
 
