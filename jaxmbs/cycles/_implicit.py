@@ -33,7 +33,7 @@ class Solution(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Where the equations are solved: charts (m,) and the inverse of their slope, without derivatives."""
+    """A root of the equations: its charts (m,) and the inverse of the slope there, without derivatives."""
 
     charts: Chart
     inverse: Array
