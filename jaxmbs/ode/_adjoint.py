@@ -165,8 +165,10 @@ def _backward(kept, bars, perturbed, start, problem, t0, dt0):
             k, bars = carry
             row = packing.unpack(_row(pieces, jnp.maximum(k, 0)))
             found = step_vjp(problem, args_of, moving, row, bars, ys_bar, jumps_bar)
-            counts = (k >= 0) & (is_used | (row[0][4] <= last_used) | _leads_to_jump(row, last_jump))
-            return k - 1, jax.tree.map(lambda new, old: jnp.where(counts | jnp.isfinite(new), new, old), found, bars)
+            counts = is_used | (row[0][4] <= last_used) | _leads_to_jump(row, last_jump)
+            # in a batch others may have more steps: this one has none before its first
+            keep = lambda new, old: jnp.where((k >= 0) & (counts | jnp.isfinite(new)), new, old)
+            return k - 1, jax.tree.map(keep, found, bars)
 
         bars = lax.while_loop(lambda carry: any_in_batch(carry[0] >= 0), one, (count - 1, bars))[1]
         return number - 1, start[0], pieces, bars

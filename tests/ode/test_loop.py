@@ -8,6 +8,7 @@ import numpy as np
 import optimistix
 import pytest
 
+import jaxmbs as mbs
 from jaxmbs.ode._adjoint import integrate_with_adjoint
 from jaxmbs.ode._loop import integrate
 from jaxmbs.ode._problem import OdeProblem
@@ -204,3 +205,18 @@ def test_curvature_of_a_loss_at_its_zero():
     slope = jax.jacfwd(lambda k: end(k, integrate))(STIFFNESS[0])
     assert float(loss(STIFFNESS[0])) == 0.0
     np.testing.assert_allclose(jax.jacfwd(jax.grad(loss))(STIFFNESS[0]), jnp.sum(slope**2), rtol=1e-9)
+
+
+def test_gradients_side_by_side_are_those_alone():
+    """The steps that others of a batch have more are none of theirs."""
+
+    def end(k):
+        found = ours(integrate_with_adjoint, jnp.stack([k, STIFFNESS[1]]), START, problem(diffrax.Tsit5()))
+        return jnp.sum(found.y[0]), found.tried
+
+    gradient = jax.grad(end, has_aux=True)
+    stiffness = jnp.array([3.0, 400.0, 40.0, 0.1])
+    together, tried = mbs.jit(jax.vmap(gradient))(stiffness)
+    assert np.ptp(tried) > 20
+    one = mbs.jit(gradient)
+    np.testing.assert_allclose(together, [one(k)[0] for k in stiffness], rtol=1e-12)
