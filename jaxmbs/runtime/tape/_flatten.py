@@ -179,7 +179,7 @@ def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
         if program is None:  # tangents of what has a reverse derivative alone
             raise UnsupportedError(name)
         return program, list(args)
-    if name in ("custom_linear_solve", "linear_solve"):
+    if name in ("custom_linear_solve", "linear_solve") and "const_lengths" in params:  # not the one of lineax
         lengths = params["const_lengths"]
         first = lengths.matvec + lengths.vecmat
         sides = first + lengths.solve + lengths.transpose_solve
