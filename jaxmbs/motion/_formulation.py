@@ -301,6 +301,10 @@ class Formulation(eqx.Module):
         weight = (1.0 - mass) * metric(system).astype(m.dtype)
         return saddle_without_matrix(method, system, at, rows, m, g, mass, weight)[0]
 
+    def close(self, t: Array, psi: Array, p: Array) -> tuple[Array, Array]:
+        """(coordinates, p) of a state between steps, coordinates on constraints: momenta give velocities there."""
+        return self.project_position(t, psi)[0], p
+
     def project_position(self, t: ScalarLike, psi: Array) -> tuple[Array, Array]:
         """Coordinates after two Newton steps onto the constraints, quaternions of unit length; and True if the first
         step converged."""

@@ -88,6 +88,10 @@ class Velocity(Formulation):
     def momenta_of(self, at, second):
         return hamilton.momenta(self.system, with_velocities(self.system, at, second))
 
+    def close(self, t, psi, p):
+        """Velocities do not follow from the rows, as those of momenta do: they are projected too."""
+        return self._project_both(t, psi, p)[:2] if self.system.has_constraints else super().close(t, psi, p)
+
 
 class Prescribed(Formulation):
     """Nothing: the rows give coordinates and velocities, `A u = -f_t`."""

@@ -125,7 +125,7 @@ def _evaluate(args, places, closes, others, row):
     t, psi, p, *quadratures = row
     equations = args.equations.in_mode(*quadratures) if quadratures else args.equations
     if closes:
-        psi, _ = equations.project_position(t, psi)
+        psi, p = equations.close(t, psi, p)
     system, at = equations.system, equations.at(t, psi, p)
     if any(group.law.has_ends for group in system.rows):  # whose loads need the rates of all rows
         at = with_directions(system, at, values=True)

@@ -89,3 +89,13 @@ def test_prescribed_motion_of_a_system_with_freedoms_is_refused():
     system, state = driven_cart(5.0)
     with pytest.raises(mbs.ModelError, match='formulation="prescribed": the rows leave 1 freedoms open'):
         mbs.simulate(system, state, ts=TS, formulation="prescribed")
+
+
+@pytest.mark.slow
+def test_velocities_between_steps_keep_the_rows():
+    """Long steps over many saved times: velocities are projected as coordinates are."""
+    system, state = driven_cart(5.0)
+    options = {"formulation": "velocity", "interpolate": True, "rtol": 1e-4, "atol": 1e-4}
+    motion = mbs.simulate(system, state, ts=np.linspace(0.0, 0.4, 33), **options)
+    assert motion.ok and motion.diagnostics.num_steps < 16
+    assert np.max(motion.diagnostics.velocity_drift) < 1e-13
