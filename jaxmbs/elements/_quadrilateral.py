@@ -65,14 +65,22 @@ class QuadrilateralShell(AbstractShell):
         return condense(self._membrane_parts(xy)[1], 12), _strains(self._slopes(xy, _DN0)[0], 3)[0]
 
     def _membrane_parts(self, xy):
-        """Strain matrices (q, 3, 12 + 4), of the nodes and the incompatible modes, and their stiffness."""
+        """Strain matrices (q, 3, 12 + 4), of the nodes and the incompatible modes, and their stiffness.
+
+        With `corner_drilling`, drilling rotations are tied to those of the bilinear membrane at the corners.
+        """
         slopes, det = self._slopes(xy, _DN)
         inverse0, det0 = inverse_jacobian(_DN0, xy)
         bubbles = inverse0 @ _BUBBLES.astype(xy.dtype) * (det0 / det)[:, None, None]
         strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)
-        turn = jnp.concatenate([_drilling_rows(slopes, _N.astype(xy.dtype)), _drilling_rows(bubbles, None)], axis=1)
         weight, A = det * _WEIGHTS.astype(xy.dtype), self.section.membrane
         K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, A, strain)
+        if getattr(self, "corner_drilling", False):
+            slopes, weight = self._slopes(xy, _DNC)
+            turn = jnp.pad(_drilling_rows(slopes, np.eye(4, dtype=xy.dtype)), ((0, 0), (0, 4)))
+        else:
+            own, inner = _drilling_rows(slopes, _N.astype(xy.dtype)), _drilling_rows(bubbles, None)
+            turn = jnp.concatenate([own, inner], axis=1)
         return strain, K + self.drilling_factor * A[2, 2] * jnp.einsum("q,qi,qj->ij", weight, turn, turn)
 
     def bending(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
@@ -152,11 +160,14 @@ class Quadrilateral(IsotropicFields, QuadrilateralShell):
         drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
         residual_bending: True for the residual bending flexibility of Nastran's CQUAD4, by which one element bends
             under a force at its end as a beam; under pressure a mesh without it has smaller errors.
+        corner_drilling: True if drilling rotations are tied at the corners, to the membrane without its internal
+            modes, as those of Nastran's CQUAD4; for a weak `drilling`.
     """
 
     shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=5 / 6)
     drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
     residual_bending: bool = eqx.field(static=True, default=False)
+    corner_drilling: bool = eqx.field(static=True, default=False)
 
     @property
     def drilling_factor(self) -> Array:
@@ -178,10 +189,13 @@ class LayeredQuadrilateral(LayeredFields, QuadrilateralShell):
         drilling: modulus that ties the drilling rotation to the rotation of the membrane, over the shear modulus.
         residual_bending: True for the residual bending flexibility of Nastran's CQUAD4, by which one element bends
             under a force at its end as a beam; under pressure a mesh without it has smaller errors.
+        corner_drilling: True if drilling rotations are tied at the corners, to the membrane without its internal
+            modes, as those of Nastran's CQUAD4; for a weak `drilling`.
     """
 
     drilling: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.1)
     residual_bending: bool = eqx.field(static=True, default=False)
+    corner_drilling: bool = eqx.field(static=True, default=False)
 
     @property
     def drilling_factor(self) -> Array:

@@ -1,6 +1,6 @@
 """Base of solids: strains of shape functions, elasticity, loads on faces."""
 
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -26,7 +26,8 @@ class SolidRule(NamedTuple):
         corners: number of nodes that are corners.
         edges: pairs of corners whose middles are the other nodes, in their order; empty without such nodes.
         sides: corners of each face, counter-clockwise seen from outside.
-        bubbles: (q, 3, modes) slopes of internal displacement modes at `points`, or None.
+        enhanced: (q, modes, 3, 3) internal strains at `points`, tensors in natural coordinates whose weighted sum is
+            zero, or None.
     """
 
     shapes: ShapeFunctions
@@ -38,7 +39,7 @@ class SolidRule(NamedTuple):
     corners: int
     edges: tuple[tuple[int, int], ...]
     sides: tuple[tuple[int, ...], ...]
-    bubbles: np.ndarray | None = None
+    enhanced: np.ndarray | None = None
 
     @property
     def faces(self) -> tuple[tuple[int, ...], ...]:
@@ -91,16 +92,28 @@ class AbstractSolid(AbstractElement):
         return shear * jnp.asarray(twice, shear.dtype) + lame * jnp.asarray(np.outer(normal, normal), shear.dtype)
 
     def stiffness(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
-        """Stiffness `int B^T D B dV`, the internal modes condensed.
+        """Stiffness `int B^T D B dV`, the internal strains condensed.
 
         Source: Zienkiewicz and Taylor, The finite element method (2000), vol. 1, 6.
         """
         slopes, volumes = self._slopes(nodes, self.rule.points, self.rule.weights)
-        if self.rule.bubbles is not None:
-            slopes = jnp.concatenate([slopes, self._bubbles(nodes, volumes)], axis=2)
-        B = _strains(slopes)
+        B = self._assumed_strains(nodes, _strains(slopes))
+        if self.rule.enhanced is not None:
+            B = jnp.concatenate([B, self._enhanced_strains(nodes, volumes)], axis=2)
         K = jnp.einsum("qai,ab,qbj->ij", volumes[:, None, None] * B, self.elasticity(), B)
-        return K if self.rule.bubbles is None else condense(K, self.size)
+        return K if self.rule.enhanced is None else condense(K, self.size)
+
+    def _enhanced_tensors(self) -> np.ndarray:
+        """Internal strains (q, modes, 3, 3) in natural coordinates."""
+        return np.asarray(self.rule.enhanced)
+
+    def _strains_at(self, nodes, points):
+        """Strain matrices (q, 6, n) of the displacements at natural coordinates (q, 3)."""
+        return _strains(self._slopes(nodes, points, np.ones(len(points)))[0])
+
+    def _assumed_strains(self, nodes, strains):
+        """Strain matrices (q, 6, n) of the stiffness, from those of the displacements."""
+        return strains
 
     def mass(self, nodes: Float[Array, "k 3"]) -> Float[Array, "n n"]:
         """Consistent mass."""
@@ -124,8 +137,7 @@ class AbstractSolid(AbstractElement):
         self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"], points: np.ndarray
     ) -> Float[Array, "q 6"]:
         """Stresses at natural coordinates (q, 3), of the displacements of the nodes alone."""
-        slopes, _ = self._slopes(nodes, points, np.ones(len(points)))
-        return _strains(slopes) @ u.reshape(-1) @ self.elasticity().T
+        return self._strains_at(nodes, points) @ u.reshape(-1) @ self.elasticity().T
 
     def thermal_load(
         self, nodes: Float[Array, "k 3"], expansion: Float[Array, "6"], warming: Float[Array, " k"]
@@ -169,14 +181,41 @@ class AbstractSolid(AbstractElement):
         inverse, det = inverse_jacobian(natural, nodes)
         return inverse @ natural, det * weights.astype(nodes.dtype)
 
-    def _bubbles(self, nodes, volumes):
-        """Slopes of the internal modes, which the Jacobian at the centre turns, so that constant strains need none.
+    def _enhanced_strains(self, nodes, volumes):
+        """Strain matrices (q, 6, modes) of the internal strains, which the Jacobian at the centre turns, so that
+        constant strains need none.
 
-        Source: Taylor, Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211-1219.
+        Source: Simo and Rifai, Int. J. Numer. Meth. Eng. 29 (1990) 1595-1638.
         """
         inverse, det = inverse_jacobian(self.rule.shapes.slopes(self.rule.centre), nodes)
         scale = det * self.rule.weights.astype(nodes.dtype) / volumes
-        return inverse @ self.rule.bubbles.astype(nodes.dtype) * scale[:, None, None]
+        turned = inverse[0] @ self._enhanced_tensors().astype(nodes.dtype) @ inverse[0].T
+        return scale[:, None, None] * jnp.moveaxis(strain_components(turned), -1, 1)
+
+
+def strain_components(tensors: Array) -> Array:
+    """Strains xx yy zz and shear angles xy yz zx (..., 6) of tensors (..., 3, 3)."""
+    twice = tensors + jnp.swapaxes(tensors, -1, -2)
+    i, j = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]).T
+    halved = np.array([0.5, 0.5, 0.5, 1, 1, 1], tensors.dtype)
+    return twice[..., i, j] * np.expand_dims(halved, tuple(range(tensors.ndim - 2)))
+
+
+def strain_tensors(strains: Array) -> Array:
+    """Tensors (q, 3, 3, n) of strain matrices (q, 6, n)."""
+    xx, yy, zz, xy, yz, zx = jnp.moveaxis(strains, 1, 0)
+    rows = [[xx, xy / 2, zx / 2], [xy / 2, yy, yz / 2], [zx / 2, yz / 2, zz]]
+    return jnp.stack([jnp.stack(row, axis=1) for row in rows], axis=1)
+
+
+def natural_strains(points: np.ndarray, patterns: dict[tuple[int, int], Any]) -> np.ndarray:
+    """Tensors (q, modes, 3, 3) in natural coordinates, one for each pattern (q,) of each pair of axes."""
+    found = []
+    for (i, j), values in patterns.items():
+        unit = np.zeros((3, 3))
+        unit[i, j] = unit[j, i] = 1.0
+        found += [value[:, None, None] * unit for value in values(points.T)]
+    return np.stack(found, axis=1)
 
 
 def _strains(slopes):

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..typing import Convertible, Matrix3
 from ._base import as_optional_real, as_real
+from ._residual_bending import triangle_bending
 from ._shared_matrices import axes_across
 from ._shell import AbstractShell, IsotropicFields, LayeredFields
 from ._shell_section import squared_contraction
@@ -73,9 +74,12 @@ class TriangularShell(AbstractShell):
         """DKMT stiffness, and curvatures at the centre.
 
         Rotations are quadratic; along each side the transverse shear is uniform and in equilibrium with the bending
-        of the side.
+        of the side.  With residual bending rotations are linear.
         """
         section, weight = self.section, _area(xy) / 3
+        if getattr(self, "residual_bending", False):
+            uniform = _uniform_curvature(xy)
+            return triangle_bending(xy, uniform, section), uniform
         given = _shear_share(xy, section)
         curvature = _curvatures(xy, _MID_SIDES, given)
         K = weight * jnp.einsum("qai,ab,qbj->ij", curvature, section.bending, curvature)
@@ -85,18 +89,20 @@ class TriangularShell(AbstractShell):
 
     def corner_strains(self, xy: Float[Array, "k 2"]) -> tuple[Any, Array]:
         """Strain matrix (1, 3, 9), that of the centre, and curvature matrices (3, 3, 9) at the corners."""
-        return self.membrane(xy)[1][None], _curvatures(xy, np.eye(3), _shear_share(xy, self.section))
+        return self.membrane(xy)[1][None], self._curvatures(xy, np.eye(3))
+
+    def _curvatures(self, xy, points):
+        """Curvature matrices (q, 3, 9) over w, rx, ry at points (q, 3) in area coordinates."""
+        if getattr(self, "residual_bending", False):
+            return jnp.broadcast_to(_uniform_curvature(xy), (len(points), 3, 9))
+        return _curvatures(xy, points, _shear_share(xy, self.section))
 
     def plane_stiffness(self, xy: Float[Array, "k 2"]) -> Float[Array, "n n"]:
         """Stiffness with the work of the coupling on the uniform part of the membrane strains."""
         K, B = super().plane_stiffness(xy), self.section.coupling
         if B is None:
             return K
-        mixed = (
-            self._lumping_matrix(xy)
-            @ B
-            @ jnp.mean(_curvatures(xy, _MID_SIDES, _shear_share(xy, self.section)), axis=0)
-        )
+        mixed = self._lumping_matrix(xy) @ B @ jnp.mean(self._curvatures(xy, _MID_SIDES), axis=0)
         return K.at[:9, 9:].add(mixed).at[9:, :9].add(mixed.T)
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
@@ -121,10 +127,13 @@ class Triangle(IsotropicFields, TriangularShell):
         shear_factor: of the transverse shear.
         drilling: modulus that ties the drilling rotation to the rotation of a membrane of constant strain, over the
             shear modulus; None for the membrane in which drilling rotations take part.
+        residual_bending: True for the uniform curvature and the residual bending flexibility of Nastran's CTRIA3;
+            under pressure a mesh without it has smaller errors.
     """
 
     shear_factor: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=5 / 6)
     drilling: Convertible[Float[Array, "..."] | None] = eqx.field(converter=as_optional_real, default=None)
+    residual_bending: bool = eqx.field(static=True, default=False)
 
     @property
     def drilling_factor(self) -> Array | None:
@@ -142,10 +151,11 @@ class LayeredTriangle(LayeredFields, TriangularShell):
     Attributes:
         layup: its section in the axes of the laminate.
         angle: from the x axis of the element, along its first side, to that of the laminate, about the normal [rad].
-        drilling: as of `Triangle`.
+        drilling, residual_bending: as of `Triangle`.
     """
 
     drilling: Convertible[Float[Array, "..."] | None] = eqx.field(converter=as_optional_real, default=None)
+    residual_bending: bool = eqx.field(static=True, default=False)
 
     @property
     def drilling_factor(self) -> Array | None:
@@ -192,6 +202,14 @@ def _drilling_deviation(xy):
     _, _, opposite = _side_vectors(xy)
     mean = jnp.concatenate([opposite.T / (4.0 * _area(xy)), jnp.zeros((3, 1), xy.dtype)], axis=1).reshape(-1)
     return mean[None] + jnp.asarray(np.kron(np.eye(3), [0.0, 0.0, 1.0]), xy.dtype)
+
+
+def _uniform_curvature(xy):
+    """Curvature matrix (3, 9) over w, rx, ry of linear rotations."""
+    x, y = _area_slopes(xy)
+    zero = jnp.zeros_like(x)
+    rows = [[zero, zero, x], [zero, -y, zero], [zero, -x, y]]
+    return jnp.stack([jnp.stack(row, axis=-1).reshape(-1) for row in rows])
 
 
 def _shear_share(xy, section):

@@ -50,7 +50,12 @@ CASES = {  # element, positions, mass
     "triangle": (el.Triangle(**SHELL), FLAT[:3], None),
     "quadrilateral": (el.Quadrilateral(**SHELL), FLAT, None),
     "weak_triangle": (el.Triangle(**SHELL, drilling=4e-4), FLAT[:3], None),
-    "residual_quadrilateral": (el.Quadrilateral(**SHELL, drilling=4e-4, residual_bending=True), FLAT, None),
+    "residual_quadrilateral": (
+        el.Quadrilateral(**SHELL, drilling=4e-4, residual_bending=True, corner_drilling=True),
+        FLAT,
+        None,
+    ),
+    "residual_triangle": (el.Triangle(**SHELL, drilling=4e-4, residual_bending=True), FLAT[:3], None),
     "layered_triangle": (el.LayeredTriangle(LAYUP, 0.4), FLAT[:3], None),
     "layered_quadrilateral": (el.LayeredQuadrilateral(LAYUP, 0.4), FLAT, None),
     "shear_panel": (el.ShearPanel(2.0, 0.1, 1.5), FLAT, None),
@@ -59,6 +64,7 @@ CASES = {  # element, positions, mass
     "hexahedron": (el.Hexahedron(2.0, 0.3, 1.5), CUBE + BUMPS, None),
     "tetrahedron": (el.Tetrahedron(2.0, 0.3, 1.5), bent(el.Tetrahedron), None),
     "wedge": (el.Wedge(2.0, 0.3, 1.5), bent(el.Wedge), None),
+    "side_wedge": (el.Wedge(2.0, 0.3, 1.5, side_shear=True), bent(el.Wedge), None),
     "quadratic_tetrahedron": (el.QuadraticTetrahedron(2.0, 0.3, 1.5), bent(el.QuadraticTetrahedron), None),
     "quadratic_wedge": (el.QuadraticWedge(2.0, 0.3, 1.5), bent(el.QuadraticWedge), None),
     "quadratic_hexahedron": (el.QuadraticHexahedron(2.0, 0.3, 1.5), bent(el.QuadraticHexahedron), None),
@@ -149,7 +155,7 @@ def test_gradients(name):
 
 @pytest.mark.long
 def test_single_precision():
-    for name in ("thick_beam", "triangle", "quadrilateral", "hexahedron"):
+    for name in ("thick_beam", "triangle", "quadrilateral", "residual_triangle", "hexahedron", "side_wedge"):
         element, nodes, _ = CASES[name]
         single = jax.tree.map(lambda leaf: leaf.astype(jnp.float32), (element, jnp.asarray(nodes)))
         for matrix, full in zip(matrices(*single), matrices(element, jnp.asarray(nodes)), strict=True):

@@ -136,7 +136,7 @@ PUBLISHED = {
     ),
     "FV12 free plate": Published(free_plate(), (1.622, 2.360, 2.922, 4.233, 4.233, 7.416), 0.02, 3),
     "FV16 cantilevered plate": Published(cantilevered_plate(), (0.421, 1.029, 2.582, 3.306, 3.753, 6.555), 0.02),
-    "FV16, triangles": Published(cantilevered_plate("CTRIA3"), (0.421, 1.029, 2.582, 3.306, 3.753, 6.555), 0.02),
+    "FV16, triangles": Published(cantilevered_plate("CTRIA3"), (0.421, 1.029, 2.582, 3.306, 3.753, 6.555), 0.025),
     "FV22 rhombic plate": Published(rhombic_plate(), (133.95, 201.41, 265.81, 283.68, 334.45), 0.075),
     "FV32 tapered membrane": Published(tapered_membrane(), (44.623, 130.03, 162.70, 246.05, 379.90, 391.44), 0.015),
     "FV52 solid plate": Published(solid_plate(), (45.897, 109.44, 109.44, 167.89, 193.59, 206.19, 206.19), 0.05, 3),

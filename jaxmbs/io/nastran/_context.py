@@ -215,7 +215,8 @@ def default_cards(found: dict[str, list[Card]]) -> None:
 def _drilling(found):
     """PARAM K6ROT, 100 unless given, as a modulus over the shear modulus; of 0 what is next to nothing.
 
-    Its unit is 4e-6: displacements of a published plate are then those that MSC Nastran printed.
+    The Quick Reference Guide of MSC Nastran has 1e-6 and an integral over the element; the matrices that NX Nastran
+    2412 wrote for a deck of pyNastran have the whole area at each corner, which is 4e-6 over all.
     """
     given = [card.real(2, "K6ROT") for card in found.get("PARAM", ()) if card.text(1).upper() == "K6ROT"]
     return 4e-6 * max([100.0, *given][-1], 0.01)

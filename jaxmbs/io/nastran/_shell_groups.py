@@ -17,6 +17,7 @@ from ._groups import AbstractElementGroup, DeckParameters
 from ._partial_element import PartialElement
 
 _PLAIN = {3: elements.Triangle, 4: elements.Quadrilateral}
+_NASTRAN: dict[Any, dict[str, Any]] = {elements.Wedge: {"side_shear": True}}
 _LAYERED = {
     **{3: elements.LayeredTriangle, 4: elements.LayeredQuadrilateral},
     **{6: elements.QuadraticTriangle, 8: elements.QuadraticQuadrilateral},
@@ -58,8 +59,11 @@ class ShellGroup(AbstractElementGroup):
         drilling = bare.drilling if self.drilling is None else self.drilling
         if drilling is not None:
             bare = dataclasses.replace(bare, drilling=self._all(drilling))
+        weak = self.drilling is not None
         if self.kind == 4:
-            bare = dataclasses.replace(bare, residual_bending=True)
+            bare = dataclasses.replace(bare, residual_bending=True, corner_drilling=weak)
+        elif self.kind == 3:
+            bare = dataclasses.replace(bare, residual_bending=weak)
         section = bare.layup if self.thickness is None else self._sections(own, numbers)
         if self.offset is not None:
             section = jax.vmap(ShellSection.shift)(section, self.offset)
@@ -74,11 +78,14 @@ class ShellGroup(AbstractElementGroup):
         t = self._all(own.thickness) if self.thickness is None else self.thickness
         density = (stuff.density + own.area_mass / t) * numbers.mass
         E, nu = self._all(stuff.young), self._all(stuff.contraction)
+        factor = own.shear_factor
+        if stuff.shear_modulus is not None:  # of transverse shear where the card has E and nu too
+            factor = factor * 2.0 * (1.0 + stuff.contraction) * stuff.shear_modulus / stuff.young
+        factor, weak = self._all(factor), self.drilling is not None
         if len(self.nodes[0]) == 3:
-            weak = None if self.drilling is None else self._all(self.drilling)
-            return elements.Triangle(E, nu, t, density, self._all(own.shear_factor), weak)
-        drilling = self._all(jnp.asarray(0.1, E.dtype) if self.drilling is None else self.drilling)
-        return elements.Quadrilateral(E, nu, t, density, self._all(own.shear_factor), drilling, True)
+            return elements.Triangle(E, nu, t, density, factor, self._all(self.drilling) if weak else None, weak)
+        drilling = self._all(self.drilling if weak else jnp.asarray(0.1, E.dtype))
+        return elements.Quadrilateral(E, nu, t, density, factor, drilling, True, weak)
 
     def _sections(self, own, numbers):
         """Sections with the thickness of each element."""
@@ -139,12 +146,12 @@ class SolidGroup(AbstractElementGroup):
     def element(self, numbers: DeckParameters) -> AbstractElement:
         """Solids."""
         stuff = numbers.materials[numbers.properties[self.property].material]
-        density = self._all(stuff.density * numbers.mass)
+        density, options = self._all(stuff.density * numbers.mass), _NASTRAN.get(self.kind, {})
         if self.axes is None:
-            made = self.kind(self._all(stuff.young), self._all(stuff.contraction), density)
+            made = self.kind(self._all(stuff.young), self._all(stuff.contraction), density, **options)
         else:
             one, turn = jnp.ones(len(self.nodes), density.dtype), jax.vmap(turn_moduli, (None, 0))
-            made = self.kind(one, 0.0 * one, density, turn(stuff.moduli, self.axes))
+            made = self.kind(one, 0.0 * one, density, turn(stuff.moduli, self.axes), **options)
         return PartialElement(made, self.halves) if self.halves else made
 
     def mass_directions(self, element: Any, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:

@@ -34,7 +34,7 @@ def test_laminate(tmp_path):
     nodes = model.positions[np.array([0, 1, 2, 3])]
     axis = np.asarray(el.LayeredQuadrilateral(el.Laminate(*plies).section()).axes(nodes))
     angle = np.arctan2(axis[1, 0], axis[0, 0]) + np.deg2rad(20.0)
-    expected = el.LayeredQuadrilateral(el.Laminate(*plies, area_mass=2.0).section(), angle, 4e-4, True)
+    expected = el.LayeredQuadrilateral(el.Laminate(*plies, area_mass=2.0).section(), angle, 4e-4, True, True)
     np.testing.assert_allclose(stiffness(model, "CQUAD4 5")[0], expected.stiffness(nodes), rtol=1e-9, atol=1.0)
     made = model.elements["CQUAD4 5"].element(model.numbers)
     np.testing.assert_allclose(np.asarray(made.layup.area_mass), 1600.0 * 0.003 + 2.0, rtol=1e-12)
@@ -180,10 +180,10 @@ def test_stretched_plate_as_msc_nastran_prints_it(tmp_path):
     u = model.statics("LOAD 2", "")
     found = {2: (6.224124e-06, 2.957988e-06), 6: (3.683496e-05, 9.305489e-06), 36: (3.683496e-05, -9.305489e-06)}
     for node, values in found.items():
-        np.testing.assert_allclose(u[node - 1, :2], values, atol=1e-5 * 3.68e-5)
+        np.testing.assert_allclose(u[node - 1, :2], values, atol=2e-7 * 3.68e-5)
     (tmp_path / "stiff.bdf").write_text((tmp_path / "deck.bdf").read_text().replace("CQUAD4", "CQUADR"))
     stiff = read_nastran(tmp_path / "stiff.bdf").statics("LOAD 2", "")
     assert 1e-4 < abs(stiff[5, 0] / u[5, 0] - 1) < 1e-3  # CQUADR has stiff drilling rotations
     (tmp_path / "given.bdf").write_text("BEGIN BULK\nPARAM,K6ROT,25000.\n" + (tmp_path / "deck.bdf").read_text()[11:])
     given = read_nastran(tmp_path / "given.bdf").statics("LOAD 2", "")
-    np.testing.assert_allclose(given, stiff, rtol=1e-9, atol=1e-18)
+    assert 1e-3 < abs(given[5, 0] / u[5, 0] - 1) < 3e-3  # at the corners the same modulus is stiffer
