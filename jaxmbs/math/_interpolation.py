@@ -5,6 +5,8 @@ first and last point it continues along the end slope, so it is C1 everywhere. E
 x and the data.
 """
 
+import math
+
 import jax
 import jax.numpy as jnp
 from jax import lax
@@ -13,9 +15,23 @@ from jaxtyping import Array, Float, Int
 from ..runtime import jit
 
 
+#: Above so many points, n, intervals are looked up in two rounds: among every sqrt(n)-th point, then among those between.
+_ONE_ROUND = 64
+
+
 def interval(points: Float[Array, " n"], x: Float[Array, ""]) -> Int[Array, ""]:
-    """Index i of the interval `points[i] <= x < points[i+1]`, clipped to the first and last one."""
-    return jnp.clip(jnp.sum(points <= x) - 1, 0, points.shape[0] - 2)
+    """Index i of the interval `points[i] <= x < points[i+1]`, clipped to the first and last one.
+
+    By counting, which a batch does side by side: of n points twice their square root.
+    """
+    n, points = points.shape[0], lax.stop_gradient(points)
+    first = 0
+    if n > _ONE_ROUND:
+        stride = math.isqrt(n)
+        first = stride * jnp.maximum(jnp.sum(points[::stride] <= x) - 1, 0)
+        first = jnp.minimum(first, n - stride)
+        points = lax.dynamic_slice_in_dim(points, first, stride, allow_negative_indices=False)
+    return jnp.clip(first + jnp.sum(points <= x) - 1, 0, n - 2)
 
 
 def hermite(points, values, slopes, x) -> Float[Array, "..."]:

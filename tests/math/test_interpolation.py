@@ -62,3 +62,13 @@ def test_derivatives_in_the_data_are_finite(points, values):
 def test_interval():
     found = [int(interval(jnp.array([0.0, 1.0, 2.0]), jnp.array(x))) for x in (-1.0, 0.0, 0.5, 1.0, 2.0, 3.0)]
     assert found == [0, 0, 0, 1, 1, 1]
+
+
+@pytest.mark.parametrize("n", [2, 64, 65, 81, 2010])
+def test_intervals_of_short_and_long_tables(n):
+    """Between, at and beside the points, and beyond the ends."""
+    draws = np.random.default_rng(n)
+    points = np.cumsum(draws.uniform(0.1, 1.0, n))
+    x = np.concatenate([points, points + 1e-9, points - 1e-9, [-5.0, 1e9], draws.uniform(points[0], points[-1], 100)])
+    found = jax.vmap(lambda x: interval(jnp.asarray(points), x))(jnp.asarray(x))
+    np.testing.assert_array_equal(found, np.clip(np.searchsorted(points, x, side="right") - 1, 0, n - 2))
