@@ -14,8 +14,7 @@ from jaxtyping import Array, Float, Int
 
 from ..runtime import jit
 
-
-#: Above so many points, n, intervals are looked up in two rounds: among every sqrt(n)-th point, then among those between.
+#: Above so many points, n, intervals are looked up in two rounds: every sqrt(n)-th point, then those between.
 _ONE_ROUND = 64
 
 
