@@ -91,9 +91,9 @@ def test_the_spring_does_the_work_of_the_load(kind):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["mcpherson", "five_link"])
+@pytest.mark.parametrize("kind", ["mcpherson", "five_link", "trailing_arm"])
 def test_members_against_plain_statics(kind):
-    """Six unknowns on the upright, written out: tensions of rods and the force at the strut's top."""
+    """Six unknowns on the upright, written out: tensions of rods, force at the strut's top, loads of the hinge."""
     own, loads, (at, contact) = rig(kind).suspension, rig(kind).loads(FORCE, travel=TRAVEL), pose(kind)
     H = {name: np.asarray(x) for name, x in own.hardpoints.items()}
     columns = []
@@ -105,7 +105,16 @@ def test_members_against_plain_statics(kind):
     else:
         along = H["S"] - at["D"]
         columns.append(wrench(at["D"], along / np.linalg.norm(along)))
+    if kind == "trailing_arm":
+        line = H["Q"] - H["P"]
+        across = np.linalg.svd(line[None])[2][1:]  # moments that the hinge carries
+        columns += [wrench(H["P"], axis) for axis in np.eye(3)] + [np.concatenate([np.zeros(3), m]) for m in across]
     found = np.linalg.solve(np.stack(columns, 1), -wrench(contact, FORCE))
+    if kind == "trailing_arm":
+        hinge = [*loads.hinge["force"], *(across @ loads.hinge["moment"])]
+        np.testing.assert_allclose([loads.tensions["strut"], *hinge], found, atol=1e-9 * 4500.0)
+        np.testing.assert_allclose(line @ loads.hinge["moment"], 0.0, atol=1e-9 * 4500.0)
+        return
     tensions = [loads.tensions[rod.name] for rod in own.rods]
     np.testing.assert_allclose(tensions, found[: len(own.rods)], atol=1e-9 * 4500.0)
     rest = loads.chassis["S"] if kind == "mcpherson" else [loads.tensions["strut"]]

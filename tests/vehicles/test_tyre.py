@@ -115,7 +115,15 @@ def test_slopes_are_finite_standing_rolling_and_in_the_air():
 
 
 def carriage(tyre, slope=0.0, aslant=0.0, brake=0.0, like=None):
-    """A wheel under a mass that moves along x, y and z."""
+    """A wheel under a mass that moves along x, y and z, on its tyre and held by a spring."""
+    b = carriage_parts(slope, aslant)
+    b.force("brake", mbs.SpringDamper(stiffness=brake, damping=0.01 * brake), joint="axle")
+    b.force("tyre", tyre, between=("ground", "wheel"))
+    return b.build(like=like)
+
+
+def carriage_parts(slope=0.0, aslant=0.0):
+    """The wheel and its mass in a builder."""
     down = np.array([-np.sin(slope), -np.sin(aslant), -np.sqrt(1 - np.sin(slope) ** 2 - np.sin(aslant) ** 2)])
     b = mbs.SystemBuilder(gravity=9.81 * down)
     for name, mass in (("x", 1.0), ("y", 1.0), ("hub", 400.0)):
@@ -124,9 +132,7 @@ def carriage(tyre, slope=0.0, aslant=0.0, brake=0.0, like=None):
     for name, axis, parent, child in (("x", "x", "ground", "x"), ("y", "y", "x", "y"), ("z", "z", "y", "hub")):
         b.joint(name, mbs.Prismatic(axis), parent, child)
     b.joint("axle", mbs.Revolute("y"), "hub", "wheel")
-    b.force("brake", mbs.SpringDamper(stiffness=brake, damping=0.01 * brake), joint="axle")
-    b.force("tyre", tyre, between=("ground", "wheel"))
-    return b.build(like=like)
+    return b
 
 
 @pytest.mark.long
@@ -157,6 +163,27 @@ def test_a_wheel_rolls_up_a_slope_stops_and_rolls_back():
     motion = mbs.simulate(system, state, ts=ts, rtol=1e-9, atol=1e-9)
     slowing = 422 * 9.81 * np.sin(0.1) / (422 + 1.2 / radius**2)
     np.testing.assert_allclose(system.velocities(motion.states)["x"], 1.5 - slowing * ts, atol=0.01)
+
+
+@pytest.mark.long
+def test_a_wheel_is_braked_to_zero_stands_and_starts():
+    """At constant torques it slows and starts as a rolling mass does; between it stands still."""
+    b = carriage_parts()
+    b.force("tyre", vehicles.Tyre(LINEAR), between=("ground", "wheel"))
+    b.force("brake", vehicles.BrakeTorque(mbs.forces.Step(3.5, 0.2, 600.0, 0.0), slow=0.05), joint="axle")
+    b.force("engine", mbs.Actuator(mbs.forces.Step(4.0, 0.2, 0.0, 300.0)), joint="axle")
+    system = b.build()
+    rest = 0.3 - 422 * 9.81 / 2e5
+    radius = 0.3 - 422 * 9.81 / 2e5 / 3
+    state = mbs.State.at(system, z=rest, velocities={"x": 10.0, "axle": 10.0 / radius})
+    motion = mbs.simulate(system, state, ts=np.array([0.0, 1.5, 3.0, 3.5, 5.1, 6.1]), rtol=1e-7, atol=1e-8)
+    x, v = system.coordinates(motion.states)["x"], system.velocities(motion.states)["x"]
+    inertia = 422 + 1.2 / radius**2
+    slowing, starting = 600.0 / rest / inertia, 300.0 / rest / inertia
+    np.testing.assert_allclose(v[1], 10.0 - 1.5 * slowing, rtol=0.02)
+    np.testing.assert_allclose(x[2], 10.0**2 / (2 * slowing), rtol=0.02)
+    assert np.all(np.abs(v[2:4]) < 1e-3) and abs(x[3] - x[2]) < 1e-4
+    np.testing.assert_allclose(v[4:], [starting, 2 * starting], rtol=0.03)
 
 
 @pytest.mark.long
