@@ -119,7 +119,7 @@ def linear_response(block, heights, seconds):
 
 @pytest.mark.long
 def test_a_car_in_time_beside_its_random_response():
-    """A real car on a road follows its linearisation, which on a long road has the root mean squares of its spectra."""
+    """A real car follows its linearisation, which on a long road has the root mean squares of its spectra."""
     dry = braked_car(lambda _: mbs.forces.Constant(0.0), relaxes=False)  # with relaxation any shift is a rest
     rest = mbs.equilibrium(dry, mbs.State.at(dry))
     still = braked_car(lambda _: mbs.forces.Constant(0.0))
