@@ -72,7 +72,7 @@ def improve(objective, designs, low, high, rate, steps=20):
     """Values (steps, designs) and the last designs: Adam inside of bounds, all designs at once."""
     rule = optax.adam(rate)
 
-    @jax.jit
+    @mbs.jit
     def step(designs, memory):
         values, slopes = jax.vmap(jax.value_and_grad(objective))(designs)
         change, memory = jax.vmap(rule.update)(slopes, memory)
@@ -159,7 +159,7 @@ for k in (0, -1):
 # The bond at the hub carries what multibody dynamics finds there, all three forces and all three moments.
 
 # %%
-carried, _, system, motion = jax.jit(bond_forces)(better_arms[0])
+carried, _, system, motion = mbs.jit(bond_forces)(better_arms[0])
 hub = mbs.reactions(system, motion, frame="joint")["hub"]
 both = np.concatenate([hub.force, hub.moment], axis=1)
 difference = np.abs(np.asarray(carried["hub"].on_first) - both).max()
