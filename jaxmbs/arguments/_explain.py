@@ -30,6 +30,17 @@ _RAW = (
     np.linalg.LinAlgError,
 )
 
+#: Errors of functions that ask a traced number for its value.
+_OF_TRACES = (
+    jax.errors.ConcretizationTypeError,
+    jax.errors.TracerArrayConversionError,
+    jax.errors.TracerIntegerConversionError,
+)
+NEEDS_NUMBERS = (
+    "needs numbers that are known before anything is compiled, and got traced ones: call it outside of jit, grad and "
+    "vmap, or hand it what no trace has touched"
+)
+
 #: Calls that methods and properties are counted as if they had: fewer of theirs make up for a compiler.
 _CALLED_OFTEN = 240
 
@@ -110,6 +121,8 @@ def as_public_call(function: Callable, name: str, count: int = 0) -> Callable:
             with _AROUND[-1](name, calls):
                 return function(*args, **options)
         except _RAW as error:
+            if isinstance(error, _OF_TRACES) and _is_from_below(error):
+                raise TypeError(f"{name} {NEEDS_NUMBERS}") from error
             if unknown := _unknown_argument(function, options, error):
                 raise TypeError(f"{name}: {unknown}") from error
             faults = _is_raw(error) and argument_faults(function, args, options, error)
@@ -149,12 +162,17 @@ def _is_raw(error):
     """True for an error from below the library, or of a line of it that raises nothing itself."""
     if isinstance(error, (*_IN_WORDS, jax.errors.JAXTypeError)) or type(error).__module__.startswith("jaxtyping"):
         return False
-    frames = traceback.extract_tb(error.__traceback__)[1:]
-    if not frames or any(not _is_below(frame.filename) for frame in frames):
+    if not _is_from_below(error):
         return False
-    last = frames[-1]
+    last = traceback.extract_tb(error.__traceback__)[-1]
     is_own = _HERE in Path(last.filename).parents
     return not (is_own and linecache.getline(last.filename, last.lineno or 0).strip().startswith("raise"))
+
+
+def _is_from_below(error):
+    """True where no function of the user's stands between a public call and the error."""
+    frames = traceback.extract_tb(error.__traceback__)[1:]
+    return bool(frames) and all(_is_below(frame.filename) for frame in frames)
 
 
 def _is_below(file):

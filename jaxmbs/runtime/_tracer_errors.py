@@ -36,6 +36,8 @@ def tracer_errors_in_words() -> Iterator[None]:
     try:
         yield
     except TRACER_ERRORS as error:
+        if not _frames_of_user(error):  # the library's own question; the public call says it
+            raise
         raise TypeError(explain_error(error)) from error
 
 
@@ -49,11 +51,15 @@ def explain_error(error: Exception) -> str:
 
 def _place_of(error) -> str:
     """Name and line of the last function of the user's that led to an error."""
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_own(frame.filename)]
+    frames = _frames_of_user(error)
     if not frames:
         return "a function"
     last = frames[-1]
     return f"{last.name} ({Path(last.filename).name}:{last.lineno})"
+
+
+def _frames_of_user(error):
+    return [frame for frame in traceback.extract_tb(error.__traceback__) if _is_own(frame.filename)]
 
 
 def _is_own(file) -> bool:

@@ -12,6 +12,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.arguments import argument_faults
+from jaxmbs.probability import Normal
 from tests.cases.models import simple_pendulum
 
 HUGE = 10**400
@@ -106,3 +107,23 @@ def test_an_argument_that_is_none_is_told_from_those_that_are():
         mbs.simulate(system, mbs.State.at(system), t=1.0)
     with pytest.raises(TypeError, match="reactions: there is no argument 'unit'; there are: system, motion"):
         mbs.reactions(system, mbs.State.at(system), unit="N")
+
+
+ON_THE_HOST = {
+    "minimise": lambda x: mbs.minimise(lambda d: (d["a"] - x) ** 2, {"a": 0.3}, progress=False).value,
+    "sweep": lambda x: mbs.sweep(lambda d: d["a"] * x, {"a": jnp.arange(3.0)}, progress=False).values,
+    "tolerances": lambda x: mbs.design.tolerances(lambda d: d["a"] * x, {"a": 1.0}, {"a": 0.1}),
+    "reliability": lambda x: mbs.design.reliability(lambda d: 3.0 * x - d["a"], {"a": Normal(0.0, 1.0)}).index,
+}
+
+
+@pytest.mark.parametrize("name", ON_THE_HOST)
+@pytest.mark.parametrize("transform", [jax.jit, mbs.jit, jax.grad], ids=["jit", "mbs.jit", "grad"])
+def test_what_computes_on_the_host_says_so_within_a_trace(name, transform):
+    with pytest.raises(TypeError, match=f"{name} needs numbers that are known before anything is compiled"):
+        transform(ON_THE_HOST[name])(1.5)
+
+
+def test_a_function_of_the_user_keeps_its_own_error():
+    with pytest.raises(TypeError, match="write jnp.sin in place of np.sin"):
+        mbs.jit(lambda x: np.asarray(x))(1.5)
