@@ -1,5 +1,7 @@
 """Straight beam in space, Euler-Bernoulli or Timoshenko, with end offsets and releases."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -282,6 +284,29 @@ class Beam(AbstractElement):
         )
         return T.T @ f
 
+    def span(self, nodes: Float[Array, "k 3"]) -> tuple[Any, Array]:
+        """Length [m] and axes (3, 3), rows x y z, of the beam between the ends of its offsets."""
+        length, axes, _ = self._axes(nodes)
+        return length, axes
+
+    def span_load(self, nodes: Float[Array, "k 3"], at: Array, forces: Array, moments: Array) -> Array:
+        """Consistent load (12,) of forces (q, 3) [N] and moments (q, 3) [N m] in world axes.
+
+        They act at shares `at` (q,) of the length.  Deflections and rotations of the ends are exact.
+        Source: Przemieniecki (1968), 5.
+        """
+        length, axes, _, T = self._matrices(nodes)
+        (x, y, z), (turn, about_y, about_z) = (axes @ forces.T), (axes @ moments.T)
+        f = jnp.zeros(12, nodes.dtype)
+        for places, along in ((np.array([0, 6]), x), (np.array([3, 9]), turn)):
+            f = f.at[places].set(jnp.stack([jnp.sum((1.0 - at) * along), jnp.sum(at * along)]))
+        planes = (_PLANE_Y, 1.0, y, about_z), (_PLANE_Z, _SIGN_Z, z, -about_y)
+        for (_, ratio), (plane, sign, across, bend) in zip(self._planes(length), planes, strict=True):
+            deflection, rotation = _shapes_at(at, ratio)
+            work = across @ deflection + bend @ rotation / length
+            f = f.at[plane].set(work * _rotation_scale(length, sign))
+        return T.T @ f
+
     degeneracy = "its ends meet, or its reference lies along it"
 
     def is_degenerate(self, nodes: np.ndarray) -> np.ndarray:
@@ -306,6 +331,16 @@ def _rotation_scale(length, sign):
     """Scale (4,) of deflections and rotations of a plane: 1, l, 1, l with the signs of the plane."""
     one = jnp.ones_like(length)
     return jnp.stack([one, length, one, length]) * jnp.asarray(np.broadcast_to(sign, 4), length.dtype)
+
+
+def _shapes_at(s, ratio):
+    """Deflections (q, 4) and rotations times the length (q, 4) at places s (q,) in [0, 1]."""
+    bubble, zero = (s - s**2) / 2.0, 0.0 * s
+    bent = jnp.stack([1.0 - 3.0 * s**2 + 2.0 * s**3, s - 2.0 * s**2 + s**3, 3.0 * s**2 - 2.0 * s**3, s**3 - s**2], 1)
+    sheared = jnp.stack([1.0 - s, bubble, s, -bubble], 1)
+    turned = jnp.stack([6.0 * (s**2 - s), 1.0 - 4.0 * s + 3.0 * s**2, 6.0 * (s - s**2), 3.0 * s**2 - 2.0 * s], 1)
+    held = jnp.stack([zero, 1.0 - s, zero, s], 1)
+    return (bent + ratio * sheared) / (1.0 + ratio), (turned + ratio * held) / (1.0 + ratio)
 
 
 def _shape_products(shapes, ratio):

@@ -104,7 +104,9 @@ class Deck(Reported, eqx.Module):
 
         Raises: ModelError for an interface that is not there; ValueError for blocks where there are ties.
         """
-        structure = self.structure
+        return self._assemble(self.structure, interface, blocks)
+
+    def _assemble(self, structure, interface=(), blocks=False):
         if self.coordinates.plain:
             found = assemble(structure, interface, blocks)
             return found if blocks else found.replace(massless=self.massless)
@@ -155,19 +157,23 @@ class Deck(Reported, eqx.Module):
         Raises: UnknownNameError; ModelError for sets with cards that are not read, which it names.
         """
         load, temperature = self._sets(load, temperature)
+        return self._load(self.structure, load, temperature)
+
+    def _load(self, structure, load, temperature):
         total = jnp.zeros((len(self.names), 6))
         if load:
-            total = total + self.loads[load].forces(self.structure, load)
-        return total + thermal_forces(self, self._temperature(temperature)) if temperature else total
+            total = total + self.loads[load].forces(structure, load)
+        return total + thermal_forces(self, structure, self._temperature(temperature)) if temperature else total
 
     def statics(self, load: str | None = None, temperature: str | None = None) -> Float[Array, "nodes 6"]:
         """Displacements and rotations of all nodes in basic axes under a load, as of `load`, with enforced places."""
         load, temperature = self._sets(load, temperature)
-        forces, count = self.load(load, temperature), len(self.names)
+        structure, count = self.structure, len(self.names)
+        forces, system = self._load(structure, load, temperature), self._assemble(structure)
         held = jnp.zeros((count, 6)) if self.enforced is None else self.enforced.displacements(count)
         held = held + self.loads[load].enforced(count) if load else held
-        forces = forces - stiffness_forces(self.structure, held)
-        system = self.system
+        if self.enforced is not None or (load and self.loads[load].moves):
+            forces = forces - stiffness_forces(structure, held)
         (rows,) = jax.vjp(self.displacements, jnp.zeros(system.num_rows))[1](forces)
         return self.displacements(equilibrium(system, rows).displacement) + held
 

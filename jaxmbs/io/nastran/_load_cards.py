@@ -7,11 +7,11 @@ import numpy as np
 from ._cards import Card
 from ._connections import Groups
 from ._context import DeckContext
-from ._loads import Acceleration, EnforcedPlaces, FacePressures, LoadSet, NodalForces
+from ._loads import Acceleration, EnforcedPlaces, FacePressures, LoadSet, NodalForces, SpanLoads
 
 #: Cards whose sets are read; others of a set make it unusable.
-READ = ("FORCE", "MOMENT", "FORCE1", "MOMENT1", "PLOAD", "PLOAD2", "PLOAD4", "GRAV", "RFORCE", "SPCD")
-UNREAD = """ACCEL ACCEL1 FORCE2 MOMENT2 PLOAD1 PLOADX1 RFORCE1 SLOAD DEFORM PLOADB3 FORCEAX PRESAX PLOADX
+READ = ("FORCE", "MOMENT", "FORCE1", "MOMENT1", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "GRAV", "RFORCE", "SPCD")
+UNREAD = """ACCEL ACCEL1 FORCE2 MOMENT2 PLOADX1 RFORCE1 SLOAD DEFORM PLOADB3 FORCEAX PRESAX PLOADX
 LOADCYH LOADCYN LOADCYT UXVEC""".split()
 
 
@@ -85,11 +85,14 @@ def _sum(card, made):
 
 
 class _Places:
-    """Faces and nodes of elements by number."""
+    """Faces and nodes of elements by number, and the places of bars in their groups."""
 
     def __init__(self, elements: Groups) -> None:
         self.nodes: dict[int, tuple] = {}
+        self.bars: dict[int, tuple[str, int]] = {}
         for name, own in elements.items():
+            if name.split()[0] in ("CBAR", "CBEAM"):
+                self.bars |= {number: (name, k) for k, number in enumerate(own.ids)}
             if name.split()[0] in ("CBAR", "CBEAM", "CROD", "CONROD", "CBUSH", "CTUBE", "CVISC", "CONM2"):
                 continue
             faces = getattr(getattr(own, "kind", None), "rule", None)
@@ -169,6 +172,27 @@ def _pressure_of_element(card, deck, places):
         yield "face", face, [sign * p for p in values], direction
 
 
+_SPAN_TYPES = [f"{what}{axis}{frame}" for frame in ("", "E") for what in "FM" for axis in "XYZ"]
+
+
+def _along_bar(card, deck, places):
+    """PLOAD1 at X1, or linear from X1 to X2 where both are given and differ."""
+    number, kind, scale = card.integer(2, "EID"), card.text(3).upper(), card.text(4).upper()
+    if number not in places.bars:
+        card.fault(f"there is no CBAR or CBEAM {number}")
+        return
+    if kind not in _SPAN_TYPES:
+        card.fault(f"TYPE {kind} must be one of {', '.join(_SPAN_TYPES)}")
+        return
+    begin, first = card.real(5, "X1"), card.real(6, "P1")
+    end = card.real(7, "X2", begin)
+    last, spread = card.real(8, "P2", 0.0), end != begin
+    if scale not in ("LE", "FR") and not (scale in ("LEPR", "FRPR") and not spread):
+        card.fault(f"SCALE {scale} must be LE or FR; loads per projected length are not read")
+    row = [begin, end], [first, last], scale.startswith("FR"), spread, _SPAN_TYPES.index(kind) % 6, kind.endswith("E")
+    yield "span", *places.bars[number], *row
+
+
 def _numbers(card, ranges, places):
     """Numbers of elements that there are; a fault for one that is named alone and is not there."""
     for numbers in ranges:
@@ -239,6 +263,13 @@ def _gather(own) -> Iterable:
     for rows in faces.values():
         nodes, pressures, directions = zip(*rows, strict=True)
         yield FacePressures(nodes, np.array(pressures, float), np.array(directions, float))
+    spans: dict[str, list] = {}
+    for part in own:
+        if isinstance(part, tuple) and part[0] == "span":
+            spans.setdefault(part[1], []).append(part[2:])
+    for group, rows in spans.items():
+        bars, at, values, *flags = zip(*rows, strict=True)
+        yield SpanLoads(group, bars, np.array(at), np.array(values), *flags)
     enforced = [part for part in own if isinstance(part, tuple) and part[0] == "enforced"]
     if enforced:
         yield _gather_enforced(enforced)
@@ -251,5 +282,12 @@ def _gather_enforced(pairs):
 
 _READERS = {
     **dict(FORCE=_force, MOMENT=_force, FORCE1=_force_between, MOMENT1=_force_between, GRAV=_gravity),
-    **dict(RFORCE=_rotation, PLOAD=_pressure, PLOAD2=_pressure_on, PLOAD4=_pressure_of_element, SPCD=_prescribed),
+    **dict(
+        RFORCE=_rotation,
+        PLOAD=_pressure,
+        PLOAD1=_along_bar,
+        PLOAD2=_pressure_on,
+        PLOAD4=_pressure_of_element,
+        SPCD=_prescribed,
+    ),
 }

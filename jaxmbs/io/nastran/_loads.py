@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...elements._base import as_optional_real, as_real
+from ...elements._shared_matrices import gauss_points
 from ...elements._solid import face_rule
 from ...errors import ModelError
 from ...fem import Structure
@@ -67,6 +68,54 @@ def _corner_shapes(N, corners):
     return found
 
 
+class SpanLoads(eqx.Module):
+    """PLOAD1: forces and moments along bars of one property, concentrated or linear between two places.
+
+    Attributes:
+        group: name of the bars, "CBAR 3"; places (m,): which of them.
+        at: (m, 2) where it begins and ends; fractions: (m,) whether as a share of the length, else as a length [m].
+        values: (m, 2) there [N, N m, or per m]; spread: (m,) False where it is concentrated at the first.
+        direction: (m,) 0-5 for forces and moments along x, y, z; own_axes: (m,) of the bar, else of the deck.
+    """
+
+    group: str = eqx.field(static=True)
+    places: tuple[int, ...] = eqx.field(static=True)
+    at: Convertible[Float[Array, "m 2"]] = eqx.field(converter=as_real)
+    values: Convertible[Float[Array, "m 2"]] = eqx.field(converter=as_real)
+    fractions: tuple[bool, ...] = eqx.field(static=True)
+    spread: tuple[bool, ...] = eqx.field(static=True)
+    direction: tuple[int, ...] = eqx.field(static=True)
+    own_axes: tuple[bool, ...] = eqx.field(static=True)
+
+    def forces(self, structure: Structure) -> Float[Array, "nodes 6"]:
+        """Forces on all nodes: consistent ones, exact at the ends of the bars."""
+        group, places = structure.groups[self.group], np.array(self.places, int)
+        bars = group.element if group.shared else jax.tree.map(lambda leaf: leaf[places], group.element)
+        flags = [np.array(flag) for flag in (self.fractions, self.spread, self.own_axes)]
+        units = np.eye(6)[np.array(self.direction, int)]
+        nodes = group.connections[places]
+        axes = (None if group.shared else 0, *[0] * 7)
+        found = jax.vmap(_span_load, axes)(bars, structure.positions[nodes], self.at, self.values, units, *flags)
+        total = jnp.zeros((structure.num_nodes, 6))
+        return total.at[nodes].add(found.reshape(*nodes.shape, 6))
+
+
+_POINTS, _WEIGHTS = gauss_points(3, 1)  # a linear load on cubic deflections
+
+
+def _span_load(bar, nodes, at, values, unit, fraction, spread, own):
+    length, axes = bar.span(nodes)
+    begin, end = at / jnp.where(fraction, 1.0, length)
+    share = jnp.asarray((1.0 + _POINTS[:, 0]) / 2.0, nodes.dtype)
+    weights = jnp.asarray(_WEIGHTS / 2.0, nodes.dtype)
+    load = weights * length * (end - begin) * (values[0] + share * (values[1] - values[0]))
+    load = jnp.where(spread, load, weights * values[0])
+    places = jnp.where(spread, begin + share * (end - begin), begin)
+    frame = jnp.where(own, axes, jnp.eye(3, dtype=axes.dtype))
+    force, moment = unit[:3] @ frame, unit[3:] @ frame
+    return bar.span_load(nodes, places, load[:, None] * force[None], load[:, None] * moment[None])
+
+
 class Acceleration(eqx.Module):
     """GRAV and RFORCE: the masses in a field `field - spin x (spin x (r - centre))` [m/s^2]."""
 
@@ -115,6 +164,11 @@ class LoadSet(eqx.Module):
             if not isinstance(part, EnforcedPlaces):
                 total = total + self._factor(k) * part.forces(structure)
         return total
+
+    @property
+    def moves(self) -> bool:
+        """True if it has enforced places."""
+        return any(isinstance(part, EnforcedPlaces) for part in self.parts)
 
     def enforced(self, count: int) -> Float[Array, "nodes 6"]:
         """Enforced displacements."""

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from ...elements._base import as_real
 from ...elements._shell_section import strain_rotation
 from ...errors import ModelError
+from ...fem import Structure
 from ...fem._loads import _scatter_to_nodes
 from ...typing import AnyArray
 from ._lumped import MasslessGroup
@@ -16,14 +17,14 @@ from ._materials import Material, SolidMaterial
 from ._shell_groups import ShellGroup
 
 
-def free_motions(deck: Any, temperatures: Float[Array, " nodes"]) -> dict[str, Array]:
+def free_motions(deck: Any, structure: Structure, temperatures: Float[Array, " nodes"]) -> dict[str, Array]:
     """Displacements (elements, k, c) by group in which warmed elements have no stress.
 
     An element is warmed by the mean of its nodes.  Strains of one material are uniform; layers bend as well.
 
     Raises: ModelError for curved shells of other materials than MAT1.
     """
-    structure, numbers = deck.structure, deck.numbers
+    numbers = deck.numbers
     found, faults = {}, []
     for name, own in deck.elements.items():
         bare = own.of if isinstance(own, MasslessGroup) else own
@@ -49,11 +50,10 @@ def free_motions(deck: Any, temperatures: Float[Array, " nodes"]) -> dict[str, A
     return found
 
 
-def thermal_forces(deck: Any, temperatures: Float[Array, " nodes"]) -> Float[Array, "nodes 6"]:
+def thermal_forces(deck: Any, structure: Structure, temperatures: Float[Array, " nodes"]) -> Float[Array, "nodes 6"]:
     """Forces that make the strains of warming: stiffness of each element times its free motion."""
-    structure = deck.structure
     total = jnp.zeros((structure.num_nodes, 6))
-    for name, motion in free_motions(deck, temperatures).items():
+    for name, motion in free_motions(deck, structure, temperatures).items():
         group = structure.groups[name]
         forces = group.map(lambda e, nodes, x: e.stiffness(nodes) @ x.reshape(-1), structure.positions, motion)
         total = total + _scatter_to_nodes(structure, group, forces)
@@ -63,7 +63,7 @@ def thermal_forces(deck: Any, temperatures: Float[Array, " nodes"]) -> Float[Arr
 def recover(deck: Any, u: AnyArray, temperatures: Array | None, what: str) -> dict[str, Array]:
     """`forces`, `stresses` or `corner_stresses` of all elements that have them, less those of free motions."""
     structure, u = deck.structure, as_real(u)
-    free = {} if temperatures is None else free_motions(deck, temperatures)
+    free = {} if temperatures is None else free_motions(deck, structure, temperatures)
     found = {}
     for name, group in structure.groups.items():
         element = group.element
