@@ -138,12 +138,12 @@ FACES = {
         CarAxle CleatRoad Compliance Compression ContactForces Convention CruiseControl FialaTyre
         FlatRoad ForwardSpeed FourPost Lane LaneChange LinearTyre LoadTable MagicFormula
         MountedParts PartLoads PathFollower RandomRoad Ride Rig RigCurves RoadMixDamage RoadRecord
-        RoadShare SineRoad SingleTrack Slip SlipSlopes SteadyTurn SteerGain StepResponse Strut
+        RoadShare RollCurves SineRoad SingleTrack Slip SlipSlopes SteadyTurn SteerGain StepResponse Strut
         SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre WEIGHTINGS WeightingFilter
         brake_in_turn car double_wishbone five_link four_post hardpoint_loads kc_rig
         linearise_hardpoints load_cases mcpherson mount_anti_roll_bar mount_differential
         mount_solid_axle mount_steering mount_suspension mount_twist_beam mount_wheel post_heights
-        read_tir ride road_mix_damage road_records_damage sine_steer_response slopes_over
+        read_tir ride road_mix_damage road_records_damage roll_curves sine_steer_response slopes_over
         step_steer_response trailing_arm weighting wheel_inputs
     """,
     "jaxmbs.coupling": """

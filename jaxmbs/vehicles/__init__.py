@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ._road import AbstractRoad, FlatRoad
     from ._road_mix import RoadMixDamage, RoadRecord, RoadShare, road_mix_damage, road_records_damage
     from ._road_shapes import CleatRoad, SineRoad, SurfaceRoad, TandemCams
+    from ._roll_curves import RollCurves, roll_curves
     from ._single_track import ForwardSpeed, SingleTrack
     from ._steady_turn import SteadyTurn
     from ._suspension import Arm, Strut, Suspension, SuspensionRod
@@ -79,6 +80,7 @@ __all__ = [
     "RoadMixDamage",
     "RoadRecord",
     "RoadShare",
+    "RollCurves",
     "SineRoad",
     "SingleTrack",
     "Slip",
@@ -117,6 +119,7 @@ __all__ = [
     "ride",
     "road_mix_damage",
     "road_records_damage",
+    "roll_curves",
     "sine_steer_response",
     "slopes_over",
     "step_steer_response",

@@ -44,7 +44,7 @@ EXEMPT = {
         flexible.StressEnvelope flexible.Stresses analysis.CampbellDiagram
         vehicles.Ride vehicles.Rig vehicles.RigCurves vehicles.PartLoads vehicles.LoadTable vehicles.Compliance
         vehicles.MountedParts vehicles.BrakeInTurn vehicles.SteerGain vehicles.StepResponse vehicles.SteadyTurn
-        vehicles.Lane vehicles.FourPost vehicles.RoadMixDamage
+        vehicles.Lane vehicles.FourPost vehicles.RoadMixDamage vehicles.RollCurves
         fatigue.Cycles fatigue.PsdTable qualification.CriticalPlane qualification.DamageSpectrum
         qualification.ResponseSpectrum qualification.ShockSpectrum qualification.StressSpectrum
         qualification.Envelope qualification.RandomResponse qualification.SineResponse
@@ -152,7 +152,7 @@ LONG = """
     vehicles.mount_twist_beam vehicles.mount_anti_roll_bar vehicles.mount_steering vehicles.mount_differential
     vehicles.car vehicles.hardpoint_loads vehicles.PathFollower vehicles.BrakeTorque vehicles.CruiseControl
     vehicles.linearise_hardpoints vehicles.road_mix_damage vehicles.road_records_damage vehicles.four_post
-    vehicles.post_heights
+    vehicles.post_heights vehicles.roll_curves
 """.split()
 WITHOUT = {name: reason for reason, names in EXEMPT.items() for name in names.split()}
 INNER = {"jaxmbs.runtime"}  # a room for the library itself

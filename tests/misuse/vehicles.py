@@ -150,6 +150,12 @@ CASES = {
         "hardpoints none: those of the suspension",
         positive="wheel_load",
     ),
+    "vehicles.roll_curves": case(
+        lambda z: call(rig(), 0.25, SPRING, {"P": ARM["P"]}),
+        "hardpoints none: those of the suspension",
+        "opposite sign: one wheel or the other is higher",
+        "opposite array: curves over several",
+    ),
     "vehicles.mount_suspension": case(
         lambda z: call(
             mbs.vehicles.trailing_arm(ARM, 0.25),

@@ -1,0 +1,87 @@
+"""An axle of two equal suspensions in roll: travels of both wheels at constant axle load, and their curves."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+from ..errors import ModelError
+from ..forces import AbstractScalarLaw
+from ..forces._fields import number
+from ..runtime import jit
+from ..typing import ArrayLike, WordedError
+from ._rig import Rig, _places
+from ._rig_curves import RigCurves
+
+_STEPS = 5  # of Newton: the load over travel bends little, each step doubles the digits
+
+
+class RollCurves(NamedTuple):
+    """An axle in roll, arrays (...) of the poses asked; the right wheel is the image of the left one.
+
+    Attributes:
+        angle: of the line through both contacts against the body, positive where the left wheel is higher [rad].
+        heave: mean travel of both wheels that keeps the load [m].
+        moment: of both loads about the middle of the axle [N m]; its slope over the angle is the roll stiffness.
+        left, right: curves of the wheels.
+    """
+
+    angle: Array
+    heave: Array
+    moment: Array
+    left: RigCurves
+    right: RigCurves
+
+
+def roll_curves(
+    rig: WordedError[Rig],
+    opposite: ArrayLike,
+    spring: WordedError[AbstractScalarLaw],
+    hardpoints: Mapping[str, ArrayLike] | None = None,
+) -> RollCurves:
+    """Curves of both wheels over opposite travel, with the body as high as the axle load asks.
+
+    Args:
+        rig: of the left suspension, `kc_rig`.
+        opposite: half of the difference of the travels, left less right [m].
+        spring: law over the length of the strut; an anti-roll bar leaves the load as it is and is not in it.
+        hardpoints: in place of those of the suspension, all or some of them [m]; derivatives by these.
+
+    Raises: ModelError for what is no rig or no law.
+    """
+    faults = [] if isinstance(rig, Rig) else ["rig must be one of kc_rig"]
+    faults += [] if isinstance(spring, AbstractScalarLaw) else [f"spring must be a force law, not {spring!r}"]
+    if faults:
+        raise ModelError(faults, "the axle")
+    own, opposite = rig.with_points(hardpoints), number(opposite)
+    heave, loads = _balance(own, opposite, spring)
+    left, right = own.curves(heave + opposite), own.curves(heave - opposite)
+    (y, z), (other_y, other_z) = ((curves.contact[..., 1], curves.contact[..., 2]) for curves in (left, right))
+    moment = loads[0] * y - loads[1] * other_y
+    return RollCurves(jnp.arctan2(z - other_z, y + other_y), heave, moment, left, right)
+
+
+@jit
+def _balance(rig, opposite, spring):
+    """Mean travel (...) at the load of the design position, and the loads of both wheels."""
+
+    def load(travel):
+        """Of a wheel, by virtual work."""
+        places, rates = jax.jvp(lambda z: _places(rig, z, jnp.zeros_like(z)), (travel,), (jnp.ones_like(travel),))
+        return -spring.effort(places["strut"], jnp.zeros_like(travel), jnp.zeros_like(travel)) * rates["strut"]
+
+    def one(half):
+        ends = jnp.stack([half, -half])
+        rest = load(jnp.zeros_like(half))
+
+        def step(heave, _):
+            loads, slopes = jax.jvp(jax.vmap(load), (heave + ends,), (jnp.ones(2, half.dtype),))
+            return heave - (jnp.sum(loads) - 2.0 * rest) / jnp.sum(slopes), None
+
+        heave = lax.scan(step, jnp.zeros_like(half), length=_STEPS)[0]
+        return heave, jax.vmap(load)(heave + ends)
+
+    heave, loads = jax.vmap(one)(opposite.ravel())
+    return heave.reshape(opposite.shape), tuple(x.reshape(opposite.shape) for x in loads.T)
