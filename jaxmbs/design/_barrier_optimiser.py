@@ -80,7 +80,7 @@ def _program(problem: DesignProblem, rows: np.ndarray, tolerance: float, steps: 
         low = jnp.where(where.has_lower, mu / where.below, 0.0)
         high = jnp.where(where.has_upper, mu / where.above, 0.0)
         first = first._replace(z=jnp.full_like(first.z, jnp.inf), low=low, high=high)
-        found = barrier_search(barrier, first, mu, _CLOSER * tolerance, steps)
+        found = barrier_search(barrier, first, None, mu, _CLOSER * tolerance, steps)
         return start + scale * found.at.x, found.evaluations
 
     return solve

@@ -40,6 +40,7 @@ class BarrierSolution(NamedTuple):
         at: unknowns; value: f there.  Multipliers, residual and violation are of the scaled problem.
         residual: of the KKT conditions; violation: the largest one.
         factors: of f, e, c.
+        curvature: (n, n) of the Lagrangian, or its BFGS matrix.
         history: (steps + 1, 3) value of f, residual and evaluations where the problem asks for them.
     """
 
@@ -51,6 +52,7 @@ class BarrierSolution(NamedTuple):
     evaluations: Any
     reason: Any
     factors: Any
+    curvature: Any
     history: Any
 
 
@@ -97,9 +99,11 @@ def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None) -
 
 @eqx.filter_custom_jvp
 def barrier_search(
-    problem: BarrierProblem, first: Iterate, mu: Array, tolerance: float, steps: int
+    problem: BarrierProblem, first: Iterate, curvature: Array | None, mu: Array, tolerance: float, steps: int
 ) -> BarrierSolution:
     """Search from a first iterate; its derivatives by the problem are by the implicit function theorem.
+
+    curvature: (n, n) the first BFGS matrix, of a problem nearby; None: that of the first step.
 
     Each pass of the loop evaluates the point that the last one stepped to, and steps on: derivatives are evaluated at
     one place of the program, values of trials at another.
@@ -112,23 +116,24 @@ def barrier_search(
         chosen = jax.tree.map(lambda a, b: jnp.where(goes_on, a, b), stepped, carry)
         return chosen._replace(ended=~goes_on)
 
-    done = lax.while_loop(lambda carry: ~carry.ended, attempt, _first_carry(problem, first, mu, steps))
+    done = lax.while_loop(lambda carry: ~carry.ended, attempt, _first_carry(problem, first, curvature, mu, steps))
     f, e, c = done.found
     violation = jnp.maximum(jnp.max(jnp.abs(e), initial=0.0), jnp.max(c, initial=0.0))
     return BarrierSolution(
         done.at, f / done.factors[0], done.residual, violation, done.steps, done.evaluations, done.reason,
-        done.factors, done.history,
+        done.factors, done.W / done.factors[0], done.history,
     )  # fmt: skip
 
 
-def _first_carry(problem, first, mu, steps):
+def _first_carry(problem, first, curvature, mu, steps):
     n, (p, m), dtype = len(first.x), problem.sizes(first.x), first.x.dtype
     zero, count, no = jnp.zeros((), dtype), jnp.zeros((), jnp.int32), jnp.asarray(False)
     found = (zero, jnp.zeros(p, dtype), jnp.zeros(m, dtype))
     slopes = tuple(jnp.zeros((*part.shape, n), dtype) for part in found)
     history = jnp.full((steps + 1 if problem.has_history else 0, 3), jnp.nan, dtype)
+    W = jnp.eye(n, dtype=dtype) if curvature is None else curvature
     return _Carry(
-        first, first.x, slopes, found, tuple(part + 1.0 for part in found), jnp.eye(n, dtype=dtype), mu, zero + 1.0,
+        first, first.x, slopes, found, tuple(part + 1.0 for part in found), W, mu, zero + 1.0,
         zero, zero, no, count, count, count + 1, zero, count + STEP_LIMIT, no, history,
     )  # fmt: skip
 
@@ -150,7 +155,7 @@ def _evaluated(problem, carry, tolerance):
         W = problem.times(factors).hessian(at.x, (1.0, at.y, at.z))
         W = jnp.where(is_first | (carry.raised == 0.0), W, carry.W)
     else:
-        W = jnp.where(is_first, carry.W, _bfgs(carry, at, slopes, where))
+        W = jnp.where(is_first, factors[0] * carry.W, _bfgs(carry, at, slopes, where, problem.is_warm))
     W = W + carry.raised * jnp.eye(len(at.x))
     residual = _residual(at, where, found, slopes, jnp.zeros_like(carry.mu))
     residual = jnp.where(jnp.isfinite(found[0]), residual, jnp.nan)
@@ -276,7 +281,7 @@ def _verdict(at, found, slopes, residual, stalled, tolerance, where, is_first):
     return jnp.where(residual <= tolerance, CONVERGED, reason).astype(jnp.int32)
 
 
-def _bfgs(carry, new, slopes, where):
+def _bfgs(carry, new, slopes, where, has_size):
     """Damped BFGS matrix of the Lagrangian after a step (Powell 1978)."""
     W, step = carry.W, new.x - carry.x
     weights = lambda slopes: slopes[0] + new.y @ slopes[1] + new.z @ slopes[2]
@@ -284,7 +289,7 @@ def _bfgs(carry, new, slopes, where):
     bent = W @ step
     least, product = step @ bent, step @ change
     # the first matrix has the size of the curvature along the first step
-    is_first = (carry.steps == 1) & (product > 0.0)
+    is_first = (carry.steps == 1) & (product > 0.0) & (not has_size)
     unit = (change @ change) / jnp.where(product > 0.0, product, 1.0)
     W = jnp.where(is_first, unit * jnp.eye(len(step)), W)
     bent, least = jnp.where(is_first, unit * step, bent), jnp.where(is_first, unit * (step @ step), least)

@@ -17,8 +17,12 @@ _ELSEWHERE = 0.2  # share of samples that look for failures away from the design
 _NORMAL_95 = 1.959963984540054  # standard normal number of the two-sided 95 % interval
 
 
-def importance_sampling(traced: Any, variables: RandomVariables, points: DesignPoint, question: Any) -> dict:
+def importance_sampling(
+    traced: Any, variables: RandomVariables, points: DesignPoint, question: Any, slopes: bool = True
+) -> dict:
     """Probability by normal samples about the design points, as fields of a result; what has no number fails.
+
+    slopes: with its derivatives.
 
     A fifth of them spreads over all directions at the distance of the design points: failures elsewhere then have
     their part in the probability and in its error, where samples about the points alone would hardly ever meet them.
@@ -29,7 +33,7 @@ def importance_sampling(traced: Any, variables: RandomVariables, points: DesignP
     """
     rng = np.random.default_rng(question.seed)
     number = question.samples
-    centres, spreads, shares = _mixture(points)
+    centres, spreads, shares = _mixture(_centres(points, question.system))
     which = rng.choice(len(shares), size=number, p=shares)
     u = centres[which] + spreads[which, None] * rng.normal(size=(number, centres.shape[1]))
     values = traced.sampled(u, variables, question.compile, number)
@@ -38,9 +42,10 @@ def importance_sampling(traced: Any, variables: RandomVariables, points: DesignP
     weights = np.where(is_failure, np.exp(log_ratio), 0.0)
     probability, error = float(np.mean(weights)), float(np.std(weights, ddof=1) / np.sqrt(number))
     lost = int(np.sum(~np.all(np.isfinite(values), axis=1)))
+    score = lambda: score_slopes(variables, u[is_failure], weights[is_failure] / number, question.compile)
     return {
         "probability": probability,
-        "derivatives": score_slopes(variables, u[is_failure], weights[is_failure] / number, question.compile),
+        "derivatives": score() if slopes else {},
         "error": error,
         "confidence": interval(probability, error),
         "samples": number,
@@ -49,11 +54,29 @@ def importance_sampling(traced: Any, variables: RandomVariables, points: DesignP
     }
 
 
-def _mixture(points: DesignPoint) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _centres(points: DesignPoint, system: str) -> np.ndarray:
+    """Points (k, n) about which failures are likely: the design points, or of a system in parallel the nearest point
+    that fails by all tangents.
+
+    Source: Lawson and Hanson 1974, Solving Least Squares Problems, 23.4 (least distance programming).
+    """
+    if system == "series" or len(points.u) < 2:
+        return points.u
+    from scipy.optimize import nnls
+
+    normals = -points.gradient / np.linalg.norm(points.gradient, axis=1, keepdims=True)
+    E = np.column_stack([normals, np.sum(normals * points.u, axis=1)]).T
+    one = np.zeros(len(E))
+    one[-1] = 1.0
+    left = E @ nnls(E, one)[0] - one
+    return points.u if left[-1] > -1e-8 else -left[None, :-1] / left[-1]
+
+
+def _mixture(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centres (k + 1, n), standard deviations and shares (k + 1,) of the normal densities that samples are of."""
-    k, n = points.u.shape
-    spread = max(1.0, float(np.min(np.linalg.norm(points.u, axis=1))) / np.sqrt(n))
-    centres = np.concatenate([points.u, np.zeros((1, n))])
+    k, n = points.shape
+    spread = max(1.0, float(np.min(np.linalg.norm(points, axis=1))) / np.sqrt(n))
+    centres = np.concatenate([points, np.zeros((1, n))])
     spreads, shares = np.append(np.ones(k), spread), np.append(np.full(k, (1.0 - _ELSEWHERE) / k), _ELSEWHERE)
     return centres, spreads, shares
 

@@ -54,6 +54,7 @@ class InteriorPoint(Reported, eqx.Module):
     evaluations: Array
     reason: Array
     _at: Any
+    _curvature: Array
     history: History | None = None
 
     reasons = REASONS
@@ -137,7 +138,7 @@ def interior_point(
     solve = functools.partial(
         _solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps, has_history
     )
-    at = None if warm is None else warm._at
+    at = None if warm is None else (warm._at, warm._curvature)
     if not_tracing() and is_concrete(x0, lower, upper, at):
         solve = jit(solve, compile=compile)
     found = solve(x0, lower, upper, at)
@@ -145,7 +146,7 @@ def interior_point(
     return InteriorPoint(
         unravel(at.x), found.value, at.y * of_equations / unit, at.z * of_inequalities / unit, at.low / unit,
         at.high / unit, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
-        _history(found.history) if has_history else None,
+        found.curvature, _history(found.history) if has_history else None,
     )  # fmt: skip
 
 
@@ -158,9 +159,10 @@ def _solve(functions, exact, reverse, tolerance, steps, has_history, x0, lower, 
     """The solution, its multipliers those of the scaled problem."""
     converted = eqx.filter_closure_convert(functions, x0)
     problem = BarrierProblem(converted, lower, upper, exact, reverse, "steepest", warm is not None, has_history)
-    first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), warm))
+    at, curvature = (None, None) if warm is None else jax.lax.stop_gradient(warm)
+    first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), at))
     mu = jnp.asarray(_FIRST_MU if warm is None else _WARM_MU, x0.dtype)
-    return barrier_search(problem, first, mu, tolerance, steps)
+    return barrier_search(problem, first, curvature, mu, tolerance, steps)
 
 
 def _flat(function, design):

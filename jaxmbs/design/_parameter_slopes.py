@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from ..probability import RandomVariables
+from ..probability._map_alike import map_alike
 from ..runtime import lapack
 
 
@@ -16,14 +17,13 @@ def parameter_slopes(variables: RandomVariables, by_leaf: RandomVariables) -> li
     Returns: for each variable: "mean" and "deviation", with which a distribution stays in its family and keeps its
     ends where it has some, and its parameters; then for each correlated pair the "correlation".
     """
-    found: list[dict[str, Array]] = []
-    for name, one in variables.distributions.items():
-        leaves = by_leaf.distributions[name]
-        moments = one.moments()
-        _, pull = jax.vjp(lambda mean, deviation, one=one: _arrays(one.with_moments(mean, deviation)), *moments)
+    def of_moments(one, leaves):
+        _, pull = jax.vjp(lambda *moments: _arrays(one.with_moments(*moments)), *one.moments())
         mean, deviation = pull(_arrays(leaves))
         own = {key: getattr(leaves, key) for key in one.parameters if key not in ("mean", "deviation")}
-        found.append({"mean": mean, "deviation": deviation, **own})
+        return {"mean": mean, "deviation": deviation, **own}
+
+    found = map_alike(of_moments, *([*each.distributions.values()] for each in (variables, by_leaf)))
     return [*found, *({"correlation": slope} for slope in by_leaf.correlation.values())]
 
 
@@ -64,7 +64,7 @@ def _at_point(variables, u, gradient):
     factor = variables.factor()
     z = u if factor is None else factor @ u
     along = gradient if factor is None else lapack.solve_triangular(factor, gradient, transposed=True)
-    slopes = jnp.stack([_slope(one, z[k]) for k, one in enumerate(variables.distributions.values())])
+    slopes = jnp.stack(map_alike(_slope, [*variables.distributions.values()], list(z)))
     return z, slopes, jnp.where(slopes > 0.0, along / jnp.where(slopes > 0.0, slopes, 1.0), 0.0)
 
 
@@ -92,16 +92,18 @@ def log_density(variables: RandomVariables, at: RandomVariables, u: Array) -> Ar
     """
     factor, own = at.factor(), variables.factor()
     z = u if factor is None else factor @ u
-    total = jnp.zeros(())
-    moved = []
-    for k, name in enumerate(at.names):
-        one, base = variables.distributions[name], at.distributions[name]
-        slope = _slope(base, z[k])
+
+    def moved(one, base, z):
+        """The normal number, and the logarithm of the density of it that is the number's."""
+        slope = _slope(base, z)
         is_steep = slope > 0.0
-        change = (one.from_normal(z[k]) - base.from_normal(z[k])) / jnp.where(is_steep, slope, 1.0)
-        moved.append(z[k] - jnp.where(is_steep, change, 0.0))
-        total = total - jnp.log(jnp.where(is_steep, _slope(one, moved[-1]), 1.0))
-    normal = jnp.stack(moved)
+        change = (one.from_normal(z) - base.from_normal(z)) / jnp.where(is_steep, slope, 1.0)
+        normal = z - jnp.where(is_steep, change, 0.0)
+        return normal, -jnp.log(jnp.where(is_steep, _slope(one, normal), 1.0))
+
+    rows = ([*each.distributions.values()] for each in (variables, at))
+    normal, logs = (jnp.stack(part) for part in zip(*map_alike(moved, *rows, list(z)), strict=True))
+    total = jnp.sum(logs)
     if own is None:
         return total - 0.5 * normal @ normal
     white = lapack.solve_triangular(own, normal)

@@ -82,8 +82,9 @@ def reliability(
         starts: first points of each search, the medians and others around; those of different ends count as a series.
             By default the medians alone, and eight where no search from there finds a design point.
         samples: of "importance", default 10000; of each level of "subset", default 4000; of "pce" and of "samples",
-            default 100000.  With "form" and "sorm"
-            these samples about the design points are to confirm the probability, otherwise it is not `ok`.
+            default 100000.  With "form" and "sorm" these samples about the design points are to confirm the
+            probability, otherwise it is not `ok`: default 2000 values, without gradients; 0 for none, where they cost
+            too much: no verdict is `ok` then.
         seed: of samples and starts.
         tolerance: of design points, relative to the index or to one.
         steps: gradients of a search, at most.
@@ -97,7 +98,7 @@ def reliability(
     _check(method, system, starts, samples, tolerance, steps)
     variables = read_variables(variables)
     traced = trace_limit_state(limit_state, variables, gradient, compile)
-    default = {"importance": 10_000, "subset": 4_000, "pce": 100_000, "samples": 100_000}.get(method, 0)
+    default = {"importance": 10_000, "subset": 4_000, "pce": 100_000, "samples": 100_000}.get(method, 2_000)
     question = ReliabilityOptions(
         method, system, starts, default if samples is None else samples, seed, tolerance, steps, compile
     )
@@ -166,11 +167,12 @@ def _answers(traced, variables, points, which, question) -> dict:
         found = _first_order(variables, points, question.compile)
     else:
         found = system_probability(traced, variables, points, which, question)
-    if question.samples:
-        sampled = importance_sampling(traced, variables, points, question)
-        found["faults"] = (*found["faults"], *sampled["faults"], *_unconfirmed(found["probability"], sampled))
-        found |= {name: sampled[name] for name in ("error", "confidence", "samples", "failed")}
-    return found
+    if not question.samples:
+        found["faults"] = (*found["faults"], "no samples confirm it")
+        return found
+    sampled = importance_sampling(traced, variables, points, question, slopes=False)
+    found["faults"] = (*found["faults"], *sampled["faults"], *_unconfirmed(found["probability"], sampled))
+    return found | {name: sampled[name] for name in ("error", "confidence", "samples", "failed")}
 
 
 def _first_order(variables: RandomVariables, points: DesignPoint, compile: str) -> dict:

@@ -16,6 +16,7 @@ from ..forces._fields import number
 from ..math._newton import newton_root
 from ..runtime import jit, lapack
 from ._distribution import AbstractDistribution
+from ._map_alike import map_alike
 
 _NODES = 40  # of Gauss-Hermite's rule: correlations of lognormal numbers to ten digits
 _STRONGEST = 1.0 - 1e-7  # correlation of normal numbers that is still solved for
@@ -89,7 +90,8 @@ class RandomVariables(eqx.Module):
             own = self.factor() if factor is None else factor
             assert own is not None  # there are pairs
             u = own @ u
-        return {name: one.from_normal(u[k]) for k, (name, one) in enumerate(self.distributions.items())}
+        numbers = map_alike(lambda one, u: one.from_normal(u), self._distributions, list(u))
+        return dict(zip(self.names, numbers, strict=True))
 
 
 class _PairCorrelation(eqx.Module):

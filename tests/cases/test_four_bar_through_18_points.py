@@ -29,7 +29,7 @@ def path(x):
     length = jnp.sqrt(jnp.sum(gap**2, axis=0))
     cosine = (coupler**2 + length**2 - rocker**2) / (2.0 * coupler * length)
     sine = -jnp.sqrt(1.0 - cosine**2)
-    unit = jnp.stack([gap[0] * cosine - gap[1] * sine, gap[1] * cosine + gap[0] * sine]) / length
+    unit = jnp.stack([gap[0] * cosine - gap[1] * sine, gap[1] * cosine + gap[0] * sine]) / length[None]
     px, py = pin + along * unit + across * jnp.stack([-unit[1], unit[0]])
     c, s = jnp.cos(turned), jnp.sin(turned)
     return jnp.stack([x0 + px * c - py * s, y0 + px * s + py * c], axis=1)
