@@ -60,11 +60,15 @@ class Merit(NamedTuple):
 
 def merit_along(
     at: Iterate, where: BoundDistances, found: tuple, slopes: tuple, step: Iterate, system: ReducedSystem, W: Array,
-    mu: Array, weight: Array,
+    mu: Array, weight: Array, is_new: Array,
 ) -> Merit:  # fmt: skip
-    """The merit at a point and along a Newton step, with a weight of the violation that makes it fall.
+    """The merit at a point and along a Newton step, with a weight of the violation that makes it fall, and that is
+    above the multipliers.
 
-    Source: Nocedal and Wright, Numerical Optimization (2006), (18.36).
+    weight: the last one, which is kept where it suffices; is_new: not so, the barrier parameter has changed. One that
+    is far above the multipliers lets a search only creep along curved limits.
+
+    Source: Nocedal and Wright, Numerical Optimization (2006), (18.32), (18.36).
     """
     _, e, c = found
     violation = jnp.sum(jnp.abs(e)) + jnp.sum(jnp.abs(c + at.s))
@@ -73,7 +77,9 @@ def merit_along(
     slope = slope + mu * jnp.sum(jnp.where(where.has_upper, step.x / where.above, 0.0))
     bent = 0.5 * jnp.maximum(step.x @ (W @ step.x) + jnp.sum(system.stiffness * step.s**2), 0.0)
     needed = jnp.where(violation > 0.0, (slope + bent) / (0.9 * jnp.where(violation > 0.0, violation, 1.0)), 0.0)
-    weight = jnp.maximum(jnp.where(needed > weight, 1.2 * needed, weight), 1e-8)
+    multipliers = jnp.concatenate([jnp.abs(step.y), jnp.abs(at.z + step.z)])
+    needed = jnp.maximum(jnp.maximum(needed, jnp.max(multipliers, initial=0.0)), 1e-8)
+    weight = jnp.where((needed > weight) | is_new, 1.2 * needed, weight)
     return Merit(_merit(at.s, where, found, mu, weight), slope - weight * violation, weight, violation)
 
 

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..math import _square as square
+from ..runtime import with_library_calls
 from ._barrier_derivatives import change_of_solution
 from ._barrier_line_search import line_search, merit_along
 from ._barrier_problem import BarrierProblem, BoundDistances, Iterate, bound_distances
@@ -110,6 +111,8 @@ def barrier_search(
     """
 
     def attempt(carry):
+        if len(first.x) > 1:  # a kernel of whole machines takes minutes to compile, and runs no faster
+            carry = carry._replace(at=carry.at._replace(x=with_library_calls(carry.at.x)))
         carry = _evaluated(problem, carry, tolerance)
         goes_on = (carry.reason == STEP_LIMIT) & (carry.steps < steps)
         stepped = _stepped(problem, carry, tolerance, goes_on)
@@ -133,7 +136,7 @@ def _first_carry(problem, first, curvature, mu, steps):
     history = jnp.full((steps + 1 if problem.has_history else 0, 3), jnp.nan, dtype)
     W = jnp.eye(n, dtype=dtype) if curvature is None else curvature
     return _Carry(
-        first, first.x, slopes, found, tuple(part + 1.0 for part in found), W, mu, zero + 1.0,
+        first, first.x, slopes, found, tuple(part + 1.0 for part in found), W, mu, zero,
         zero, zero, no, count, count, count + 1, zero, count + STEP_LIMIT, no, history,
     )  # fmt: skip
 
@@ -228,7 +231,7 @@ def _stepped(problem, carry, tolerance, goes_on):
     system = reduced_system(at, where, carry.W, *slopes[1:], carry.shift)
     mu = _next_mu(carry, where, tolerance)
     step = newton_step(system, at, where, slopes[0], found[1], found[2] + at.s, mu)
-    merit = merit_along(at, where, found, slopes, step, system, carry.W, mu, carry.weight)
+    merit = merit_along(at, where, found, slopes, step, system, carry.W, mu, carry.weight, mu < carry.mu)
     trial, dual = line_search(
         problem.times(carry.factors), at, where, found, slopes, step, system, merit, mu, carry.stalled, goes_on
     )

@@ -7,6 +7,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
@@ -179,7 +180,7 @@ def _variables(design0, bounds):
     if not leaves:
         raise ValueError("design0 has no variables")
     x0, unravel = ravel_pytree(jax.tree.map(lambda leaf: jnp.asarray(leaf, float), design0))
-    if is_concrete(x0) and not bool(jnp.all(jnp.isfinite(x0))):
+    if is_concrete(x0) and not np.all(np.isfinite(np.asarray(x0))):
         raise ValueError(f"design0 must be finite numbers, not {design0}")
     ends = []
     for pair in bounds_by_leaf(design0, structure, bounds):
@@ -191,7 +192,7 @@ def _variables(design0, bounds):
     rows = list(zip(leaves, ends, strict=True))
     over = lambda side: [jnp.broadcast_to(pair[side], jnp.shape(leaf)).ravel() for leaf, pair in rows]
     lower, upper = (jnp.concatenate(over(side)) for side in (0, 1))
-    if is_concrete(lower, upper) and not bool(jnp.all(lower <= upper)):
+    if is_concrete(lower, upper) and not np.all(np.asarray(lower) <= np.asarray(upper)):
         raise ValueError("the bounds cross: a lower one is above its upper one")
     return x0, lower, upper, unravel
 

@@ -17,6 +17,7 @@ def parameter_slopes(variables: RandomVariables, by_leaf: RandomVariables) -> li
     Returns: for each variable: "mean" and "deviation", with which a distribution stays in its family and keeps its
     ends where it has some, and its parameters; then for each correlated pair the "correlation".
     """
+
     def of_moments(one, leaves):
         _, pull = jax.vjp(lambda *moments: _arrays(one.with_moments(*moments)), *one.moments())
         mean, deviation = pull(_arrays(leaves))

@@ -17,6 +17,18 @@ POINTS = np.array(
     ]
 )  # fmt: skip
 BEST = 0.009028884630975733
+DESIGN = [
+    0.7776338585022228,
+    0.3127488154138018,
+    0.44190044990600874,
+    0.6745633312567264,
+    -0.040786083126927435,
+    -0.3545633542881509,
+    -0.3487230850846727,
+    0.5483086192558935,
+    0.7165120998868791,
+    0.8915558848868657,
+]
 LOWER, UPPER = np.array([1e-3] * 4 + [-50.0] * 6), np.full(10, 50.0)
 
 
@@ -60,10 +72,11 @@ def first_designs(number):
 def test_the_best_of_64_starts():
     def search(x):
         found = mbs.design.interior_point(distance, x, (LOWER, UPPER), inequalities=grashof, steps=300)
-        return {"value": found.value, "converged": found.ok}
+        return {"value": found.value, "converged": found.ok, "design": found.design}
 
     found = mbs.batch(search, first_designs(64), progress=False, compile="full").values
     values = np.asarray(found["value"])
     assert np.sum(found["converged"]) >= 56
     np.testing.assert_allclose(np.min(values), BEST, rtol=1e-6)
+    np.testing.assert_allclose(found["design"][np.argmin(values)], DESIGN, atol=1e-3)
     assert np.sum(values < BEST * (1.0 + 1e-6)) >= 6

@@ -7,6 +7,19 @@ import jaxmbs as mbs
 
 from .test_working_set import PIN, ROD, STABLE, mass, rod_over_a_turn, weight
 
+AREAS = [
+    30.521806816,
+    0.1,
+    23.199887868,
+    15.222906942,
+    0.1,
+    0.551355591,
+    7.457200313,
+    21.036427911,
+    21.528441744,
+    0.1,
+]
+ALONE = [7.937867966, 0.1, 8.062132034, 3.937867966, 0.1, 0.1, 5.744722215, 5.568986284, 5.568986284, 0.1]
 INTERIOR = {"optimiser": "interior point", "progress": False, "steps": 300}
 
 
@@ -31,6 +44,15 @@ def test_ten_bars_under_stress_and_displacement():
     assert best.limit("stress").price == pytest.approx(-123.2444862865154 / 25e3, rel=1e-3)
     alone = mbs.minimise(weight, np.full(10, 20.0), (0.1, None), limits=limits[:1], **INTERIOR)
     assert alone.ok and alone.value == pytest.approx(1593.181, rel=1e-6)
+    np.testing.assert_allclose(best.design, AREAS, atol=1e-3)
+    price = np.max(best.limit("displacement").prices)
+    np.testing.assert_allclose(price, 4882.979654308266 / 2.0, rtol=1e-4)
+    np.testing.assert_allclose(best.bound_prices[[1, 4, 9]], [96.13038967, 229.178677, 220.9861134], atol=0.1)
+    np.testing.assert_allclose(alone.design, ALONE, atol=0.01)
+    strong = np.array([*[25e3] * 8, 75e3, 25e3])
+    other = [mbs.Limit("stress", "stress", -strong, strong)]
+    found = mbs.minimise(weight, np.full(10, 20.0), (0.1, None), limits=other, **INTERIOR)
+    assert found.ok and found.value == pytest.approx(1497.6, rel=1e-6)
 
 
 @pytest.mark.long
@@ -39,3 +61,6 @@ def test_ten_bars_with_frequencies_that_meet():
     lower = np.array([7.0, 15.0, *np.full(6, 20.0)])
     best = mbs.minimise(mass, np.full(10, 20.0), (0.645, 50.0), limits=[mbs.Limit("f", "f", lower)], **INTERIOR)
     assert best.value == pytest.approx(532.0298092157224, rel=1e-6) and best.limit("f").ok
+    pairs = [(35.63835, 0, 2), (14.91909, 1, 3), (24.06744, 6, 7), (12.58395, 8, 9)]
+    for area, *bars in [*pairs, (0.645, 4), (4.62304, 5)]:
+        np.testing.assert_allclose(best.design[np.array(bars)], area, atol=1e-3)

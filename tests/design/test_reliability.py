@@ -163,7 +163,7 @@ def test_what_the_first_order_does_not_see_is_told():
     assert any("not the nearest failure" in fault for fault in kink.faults)
     bent = reliability(lambda x: 3.0 - (x["a"] + x["b"]) / np.sqrt(2.0) - 0.5 * (x["a"] - x["b"]) ** 2, TWO, "sorm")
     assert not bent.ok and np.isnan(bent.probability)
-    doubtful = reliability(lambda x: 3.0 - x["a"] - 0.15 * x["b"] ** 2, TWO, samples=4000)
+    doubtful = reliability(lambda x: 3.0 - x["a"] - 0.15 * x["b"] ** 2, TWO)
     assert any("samples about the design point give" in fault for fault in doubtful.faults)
     assert "bends within a deviation" in doubtful.faults[0]
     assert reliability(lambda x: 3.0 - x["a"] - 0.01 * x["b"] ** 2, TWO).ok
