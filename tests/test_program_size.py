@@ -20,7 +20,7 @@ import jaxmbs as mbs
 from jaxmbs import blocks, hydraulics, probability
 from jaxmbs.contact import HuntCrossley, SphereOnPlane
 from jaxmbs.design import _minimise, _uncertainty
-from jaxmbs.forces import Attachment, BeamSection, FrictionForce, Sheave
+from jaxmbs.forces import Attachment, BeamSection, Eyelet, FrictionForce, PolynomialSpring, Sheave, WrapSphere
 from jaxmbs.friction import LuGre, SmoothCoulomb
 from jaxmbs.joints import AbstractRows
 from jaxmbs.linear import LinearSystem
@@ -207,6 +207,35 @@ def hoists(count, **cable):
     return b.build()
 
 
+def spatial_tendons(count):
+    """Eight arms, so many pairs of which a path with a spring of its length joins round a ball."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    for k in range(8):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Revolute("y"), "ground", f"b{k}", parent_frame=(1.0 * (k % 2), float(k // 2), 0.0))
+    for k in range(count):
+        ends = [("ground", (-1.0, float(k), 0.0)), ("ground", (2.0, float(k), 0.0))]
+        ball = WrapSphere(("ground", (0.5, float(k), -0.1)), 0.2, axis="y")
+        path = [Attachment(ends[0]), Eyelet((f"b{2 * k}", (0.0, 0.0, 0.5))), ball, Attachment(f"b{2 * k + 1}")]
+        b.cable(f"t{k}", path, law=PolynomialSpring([100.0, 5.0], damping=[1.0]))
+    return b.build()
+
+
+def fixed_tendons(count):
+    """Eight wheels and four discs, so many of which have the length of a tendon between two wheels, with a spring."""
+    b = mbs.SystemBuilder()
+    for k in range(8):
+        b.body(f"b{k}", 1.0, inertia=0.1)
+        b.joint(f"j{k}", mbs.Revolute("z"), "ground", f"b{k}")
+    for k in range(4):
+        b.body(f"d{k}", 0.1, inertia=0.01)
+        b.joint(f"t{k}", mbs.Revolute("z"), "ground", f"d{k}")
+    for k in range(count):
+        b.constraint(f"g{k}", mbs.Coupler({f"t{k}": -1.0, f"j{k}": 1.0 + k, f"j{k + 1}": -2.0}))
+        b.force(f"s{k}", PolynomialSpring([100.0, 5.0], damping=[1.0]), joint=f"t{k}")
+    return b.build()
+
+
 def geared(count):
     """Sixteen wheels, so many of them coupled to the next one."""
     b = mbs.SystemBuilder()
@@ -377,6 +406,8 @@ KINDS = {
     "contact with bristles": (lambda n: touching(n, LuGre(0.3, 1e3, 5.0)), 4, (2220, 30), (5390, 135)),
     "cable with friction": (lambda n: hoists(n, stiffness=1e5, friction=0.2), 4, (1840, 20), (5385, 65)),
     "friction as a law": (rubbed, 4, (1070, 20), (3280, 50)),
+    "spatial tendon": (spatial_tendons, 4, (2570, 10), (6840, 20)),
+    "fixed tendon": (fixed_tendons, 4, (770, 10), (2880, 20)),
     "coupler": (geared, 15, (850, 40), (3100, 40)),
     "row of a user": (guided, 4, (1010, 20), (4320, 20)),
     "drive": (turned, 15, (890, 20), (3900, 40)),

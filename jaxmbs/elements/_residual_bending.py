@@ -10,7 +10,7 @@ from ._shell_section import ShellSection
 
 #: Ratio of the shear stiffness of angles that vary over a quadrilateral to that of their mean, where bending alone
 #: makes it.  With 40 the matrices of squares of three thicknesses are those that NX Nastran 2412 wrote for a deck of
-#: pyNastran (`static_solid_shell_bar_kelm`), to all digits; the paper leaves the number open.
+#: pyNastran (`static_solid_shell_bar_kelm`), to all digits; no paper that we have gives the number.
 _VARYING = 40.0
 
 
