@@ -12,9 +12,12 @@ from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..runtime import as_array
 from ..typing import ArrayLike
+from ._bearing_groups import coefficients_of
 from ._parts import Bearing, BearingTable, Disk
 from ._plain_bearing import PlainBearing
 from ._shaft import Shaft
+
+_OF_DISKS = "mass", "diametral", "polar"
 
 
 class Rotor(eqx.Module):
@@ -70,10 +73,11 @@ class Rotor(eqx.Module):
         """Mass M, gyroscopic matrix G and stiffness K of the shaft (n, n) with the disks, without bearings: at the
         speed W `M q'' + W G q' + K q = f`."""
         M, spins, K = self.shaft.plane()
-        for disk in self.disks:
-            k = self.column(disk.station)
-            M = M.at[k, k].add(disk.mass).at[k + 1, k + 1].add(disk.diametral)
-            spins = spins.at[k + 1, k + 1].add(disk.polar)
+        if self.disks:
+            k = np.array([self.column(disk.station) for disk in self.disks])
+            mass, diametral, polar = (jnp.stack([getattr(d, n) for d in self.disks]) for n in _OF_DISKS)
+            M = M.at[k, k].add(mass).at[k + 1, k + 1].add(diametral)
+            spins = spins.at[k + 1, k + 1].add(polar)
         none = jnp.zeros_like(spins)
         G = jnp.concatenate([jnp.concatenate([none, spins], 1), jnp.concatenate([-spins, none], 1)])
         return block_diag(M, M), G, block_diag(K, K)
@@ -105,10 +109,17 @@ class Rotor(eqx.Module):
         by default that of the speed."""
         n = self.num_coordinates
         K, C = jnp.zeros((2, n, n), self.shaft.young.dtype)
-        for bearing in self.bearings:
-            by_both = getattr(bearing, "depends_on_frequency", False) and omega is not None
-            given: tuple = (speed, omega) if by_both else (speed,)
-            k, c = bearing.coefficients(*given)
-            places = jnp.array([self.column(bearing.station, axis) for axis in "xy"])
-            K, C = (x.at[places[:, None], places[None, :]].add(y) for x, y in ((K, k), (C, c)))
+        for _, places, (k, c) in self.coefficients(speed, omega):
+            K, C = (x.at[places[:, :, None], places[:, None, :]].add(y) for x, y in ((K, k), (C, c)))
         return K, C
+
+    def coefficients(
+        self, speed: Array, omega: Array | None = None
+    ) -> list[tuple[list[int], np.ndarray, tuple[Array, Array]]]:
+        """Numbers (b,) of bearings, columns (b, 2) of their deflections along x and y, their stiffness and damping
+        (b, 2, 2), of each group of `coefficients_of`.  Args: as of `supports`."""
+        found = []
+        for numbers, both in coefficients_of(self.bearings, speed, omega):
+            stations = [self.bearings[k].station for k in numbers]
+            found.append((numbers, np.array([[self.column(k, axis) for axis in "xy"] for k in stations]), both))
+        return found

@@ -164,9 +164,8 @@ def whirl_at(
 
 
 def _bearing_forces(rotor, speed, q):
-    found = []
-    for bearing in rotor.bearings:
-        stiffness, damping = bearing.coefficients(speed)
-        u = q[np.array([rotor.column(bearing.station, axis) for axis in "xy"])]
-        found.append(lax.complex(stiffness, speed * damping) @ u)
-    return jnp.stack(found) if found else jnp.zeros((0, 2), q.dtype)
+    forces = jnp.zeros((len(rotor.bearings), 2), q.dtype)
+    for numbers, places, (stiffness, damping) in rotor.coefficients(speed):
+        Z = lax.complex(stiffness, speed * damping)
+        forces = forces.at[np.array(numbers)].set(jnp.einsum("bij,bj->bi", Z, q[places]))
+    return forces

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ._limits import plot_limit_values
     from ._mechanism import plot_mechanism, plot_views
     from ._mode_animation import ModeAnimation, animate_mode
+    from ._orbits import plot_orbits
     from ._plots import plot_coordinates, plot_energy, plot_history, plot_reactions
     from ._power import plot_element_power, plot_power
     from ._qualification import (
@@ -56,6 +57,7 @@ __all__ = [
     "plot_modes",
     "plot_notches",
     "plot_nyquist",
+    "plot_orbits",
     "plot_parallel",
     "plot_pareto_front",
     "plot_polar",

@@ -87,7 +87,7 @@ EXEMPT = {
         viz.plot_reactions viz.plot_history
         viz.plot_importances viz.Scene viz.Solid viz.ModeAnimation viz.animate viz.plot_bode
         viz.plot_branches viz.plot_campbell viz.plot_envelope viz.plot_pareto_front viz.plot_limits viz.plot_mac
-        viz.plot_modes
+        viz.plot_modes viz.plot_orbits
         viz.plot_nyquist viz.plot_parallel viz.plot_polar viz.plot_scatter viz.plot_structure viz.plot_views
         viz.plot_margins viz.plot_notches viz.plot_psd viz.plot_rainflow_matrix viz.plot_shock_spectrum viz.plot_sn
         viz.scene viz.animate_mode studies.sweep studies.open documents.report demo.run

@@ -20,6 +20,8 @@ from jaxmbs.demo import _mechanism as mechanism
 from jaxmbs.demo import _pictures as pictures
 from tests.marks import cases
 
+from .test_orbits import response as whirling
+
 TIMES = np.linspace(0.0, 2.0, 41)
 
 
@@ -88,6 +90,7 @@ def pictured(fleet, motion):
         "plot_nyquist": lambda ax: viz.plot_nyquist(functions, ax=ax),
         "plot_campbell": lambda ax: viz.plot_campbell(np.arange(5.0) * 40, hertz, ax=ax),
         "plot_branches": lambda ax: viz.plot_branches(branch(), "x", ax=ax),
+        "plot_orbits": lambda ax: viz.plot_orbits(whirling().orbit(1), ax=ax),
         "plot_mac": lambda ax: viz.plot_mac(np.eye(4), ax=ax),
         "plot_pareto_front": lambda ax: viz.plot_pareto_front(front, "peak [kN]", "mass [kg]", ax=ax),
         "plot_limits": lambda ax: viz.plot_limits(limited, ax=ax),
@@ -224,7 +227,7 @@ def faults(figure) -> list[str]:
 NAMES = ["plot_coordinates", "plot_reactions", "plot_reactions moment", "plot_energy", "plot_power"]
 NAMES += ["plot_power kind", "plot_element_power", "plot_mechanism", "plot_history", "plot_limit_values"]
 OTHERS = ["plot_views", "plot_envelope", "plot_polar", "plot_bode", "plot_nyquist", "plot_campbell", "plot_mac"]
-OTHERS += ["plot_branches"]
+OTHERS += ["plot_branches", "plot_orbits"]
 OTHERS += [
     "plot_importances",
     "plot_pareto_front",
