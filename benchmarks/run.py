@@ -38,6 +38,7 @@ NAMES = (
     "contact",
     "joint_friction",
     "cables",
+    "cycles",
     "validity",
     "vehicles",
     "qualification",

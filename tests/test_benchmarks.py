@@ -42,6 +42,7 @@ PACKAGES = {
     "identify_arm": ("mujoco", "plotly", "tabulate"),
     "cables": (),
     "contact": (),
+    "cycles": (),
     "hydraulic_arm": (),
     "joint_friction": (),
     "kinds": (),
@@ -64,7 +65,7 @@ LONG += (
     "substructures",
     "diffrax_loops",
 )
-LONG += ("cables", "contact", "hydraulic_arm", "joint_friction", "kinds", "long_run_energy", "notebooks")
+LONG += ("cables", "contact", "cycles", "hydraulic_arm", "joint_friction", "kinds", "long_run_energy", "notebooks")
 LONG += ("qualification", "reliability", "shock_records", "states", "study_store")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers", "identify_arm")
 

@@ -18,6 +18,7 @@ from ..errors import ModelError
 from ..kinematics._configuration import at_state
 from ..model._entry_points import check_single_state, check_state
 from ..model._system import System
+from ..motion._event import acts
 from ..motion._motion import Motion
 from ..ode._options import GRADIENTS
 from ..signal_flow._sampling import sample_periods
@@ -41,10 +42,17 @@ def check_choices(period: Any, free: Any, gradient: Any, event: Any, counts: Map
         (gradient not in GRADIENTS, f"gradient={gradient!r} must be one of {', '.join(GRADIENTS)}"),
         (event is not None and segments != 1, "a cycle with events has one segment: leave segments= out"),
     )
+    faults += _event_faults(event)
     if period is not None:
         faults += _period_faults(period)
     if faults:
         raise ModelError(faults, "the cycle")
+
+
+def _event_faults(event):
+    events = event if isinstance(event, list | tuple) else [] if event is None else [event]
+    ending = [getattr(one, "name", None) or f"event {k}" for k, one in enumerate(events) if not acts(one)]
+    return [f"{name!r} ends the motion, and a cycle goes on: give it an action=" for name in ending]
 
 
 def _period_faults(period):
@@ -68,10 +76,16 @@ def first_state(system: System, start: State | Motion | None) -> State:
     return start[0]
 
 
-def check_samples(system: System, period: Array, segments: int) -> None:
-    """Raises: ModelError where a segment is no whole number of the periods of sampled blocks."""
+def check_samples(system: System, period: Array, segments: int, is_free: bool = False) -> None:
+    """Raises: ModelError where a segment is no whole number of the periods of sampled blocks, or is free."""
     rhythms = sample_periods(system)
-    if rhythms is None or not is_concrete(period, rhythms):
+    if rhythms is None:
+        return
+    if is_free:
+        raise ModelError(
+            ["blocks are sampled: a period of the machine's own is no whole number of theirs"], "the cycle"
+        )
+    if not is_concrete(period, rhythms):
         return
     length = float(period) / segments
     share = length / np.asarray(rhythms)

@@ -4,7 +4,10 @@ Directions are an orthonormal basis of what the rows leave free, so that no set 
 chosen, which becomes singular at some pose of a turn.
 """
 
+from collections.abc import Callable
+
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
@@ -15,6 +18,7 @@ from ..constraints import _constraints as constraints
 from ..constraints._kic import independent_columns
 from ..kinematics._configuration import at_state
 from ..kinematics._poses import coordinate_rate, node_parameters, normalise, step_coordinates
+from ..math._eigen import eig
 from ..math._linalg import full_rank_lstsq
 from ..model._internal_states import InternalStates
 from ..model._system import System
@@ -136,6 +140,28 @@ def accelerations_and_rates(system: System, state: State) -> Array:
     equations = Velocity(system, node_parameters(system), ones)
     second = equations.join(state.velocities, state.internal)
     return equations.rate(state.t, (state.coordinates, second, jnp.zeros(0, second.dtype)))[1]
+
+
+def quickest(system: System, charts: Chart) -> Array:
+    """Largest size () of the rates at which small deviations from the states of charts (p,) change [1/s]."""
+    if not charts.num_numbers:
+        return jnp.zeros((), charts.rate.dtype)
+
+    def size(chart):
+        rates = lambda xi: rates_seen(system, chart, chart.state_at(system, xi, chart.state.t))
+        A = value_and_slope(rates, jnp.zeros(chart.num_numbers, chart.rate.dtype))[1]
+        return jnp.max(jnp.abs(eig(stop_gradients(A))[0]))
+
+    return jnp.max(lax.map(size, charts))
+
+
+def value_and_slope(function: Callable[[Array], Array], z: Array) -> tuple[Array, Array]:
+    """(value (n,), slope (n, k)) of a function of z (k,), evaluated once."""
+    if not z.shape[0]:
+        value = function(z)
+        return value, jnp.zeros((*value.shape, 0), value.dtype)
+    along = lambda direction: jax.jvp(function, (z,), (direction,))
+    return jax.vmap(along, out_axes=(None, 1))(jnp.eye(z.shape[0], dtype=z.dtype))
 
 
 def _null_space(A: Array, size: int) -> Array:

@@ -18,6 +18,9 @@ from ..reports import Report
 from ..tables import format_number
 from ._chart import displacement
 
+#: Errors of multipliers: of rounding, and at a fold, where the place of the cycle is known to half of the digits.
+_ROUNDING, _AT_FOLD = 1e-9, 1e-5
+
 
 class Cycle(Motion):
     """A periodic motion: a `Motion` over one period, which every question of a motion takes.
@@ -60,9 +63,10 @@ class Cycle(Motion):
     @property
     def stable(self) -> Bool[Array, "..."]:
         """True if all multipliers but the one along a free period are smaller than 1: small deviations die out, but
-        for a shift in time (traceable).  A cycle that is one of many is not."""
+        for a shift in time (traceable).  A cycle that is one of many is not, nor is one at a fold."""
         others = without_trivial(self.multipliers, min(self.num_trivial, 1))
-        return jnp.all(jnp.abs(others) < 1.0 - 1e-9, axis=-1)
+        margin = jnp.where(self.is_singular, _AT_FOLD, _ROUNDING)
+        return jnp.all(jnp.abs(others) < 1.0 - margin[..., None], axis=-1)
 
     @property
     def frequency(self) -> Float[Array, "..."]:

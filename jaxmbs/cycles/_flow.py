@@ -3,8 +3,6 @@
 from typing import Any
 
 import equinox as eqx
-import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from ..assembly._state import State
@@ -15,7 +13,7 @@ from ..typing import AnyArray
 
 
 class Flow(eqx.Module):
-    """CycleOptions with which motions are simulated, see `simulate`."""
+    """Options with which motions are simulated, see `simulate`."""
 
     solver: Any
     rtol: AnyArray
@@ -24,7 +22,14 @@ class Flow(eqx.Module):
     formulation: Any = eqx.field(static=True)
     max_steps: int = eqx.field(static=True)
 
-    def motion(self, system: System, state: State, ts: Array, gradient: str = "forward") -> Motion:
+    def motion(
+        self,
+        system: System,
+        state: State,
+        ts: Array,
+        gradient: str = "forward",
+        longest_step: Array | None = None,
+    ) -> Motion:
         """The motion from a state, saved at times ts (T,) [s]."""
         return simulate(
             system,
@@ -37,13 +42,15 @@ class Flow(eqx.Module):
             formulation=self.formulation,
             event=self.event,
             max_steps=self.max_steps,
+            longest_step=longest_step,
             progress=False,
             throw=False,
         )
 
-    def end(self, system: System, state: State, t1: Array, gradient: str = "forward", least: int = 1) -> State:
-        """The state at a time t1 () [s].  Args: least: number of equal intervals, at whose ends a step ends."""
-        if least == 1:
-            return self.motion(system, state, t1[None], gradient).end
-        share = jnp.asarray(np.arange(1, least + 1) / least, t1.dtype)
-        return self.motion(system, state, state.t + (t1 - state.t) * share, gradient).end
+    def end(
+        self, system: System, state: State, t1: Array, gradient: str = "forward", least: Array | int | None = None
+    ) -> State:
+        """The state at a time t1 () [s].  Args: least: number of steps, for deviations that tolerances
+        do not see where the motion is at rest."""
+        longest = None if least is None else (t1 - state.t) / least
+        return self.motion(system, state, t1[None], gradient, longest).end

@@ -12,15 +12,14 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from ..math import _square as square
-from ..math._eigen import eig
 from ..math._nan import nan_where
 from ..math._product_eigen import product_eigenvalues
 from ..model._system import System
 from ..motion._motion import Motion
 from ..ode._loop import stop_gradients
 from ..ode._named_solver import is_implicit
-from ._chart import Chart, rates_seen
-from ._shooting import Shooting, begin_slope, end_slope, value_and_slope
+from ._chart import Chart, quickest
+from ._shooting import Shooting, begin_slope, end_slope
 
 #: Longest explicit step times the rate of small deviations: of twice that Dopri8's is wrong by its own size.
 _LONGEST = 3.0
@@ -43,20 +42,7 @@ def multipliers_of(
     if is_implicit(shooting.flow.solver):
         return found
     step = period / jnp.maximum(len(motion) - 1, motion.diagnostics.num_steps).astype(period.dtype)
-    return nan_where(stop_gradients(_quickest(system, charts) * step) > _LONGEST, found)
-
-
-def _quickest(system, charts):
-    """Largest size () of the rates at which small deviations change, at the begins of the parts [1/s]."""
-    if not charts.num_numbers:
-        return jnp.zeros((), charts.rate.dtype)
-
-    def size(chart):
-        rates = lambda xi: rates_seen(system, chart, chart.state_at(system, xi, chart.state.t))
-        A = value_and_slope(rates, jnp.zeros(chart.num_numbers, chart.rate.dtype))[1]
-        return jnp.max(jnp.abs(eig(stop_gradients(A))[0]))
-
-    return jnp.max(lax.map(size, charts))
+    return nan_where(stop_gradients(quickest(system, charts) * step) > _LONGEST, found)
 
 
 def _values(moving, charts, every):

@@ -10,39 +10,34 @@ from jax import Array, lax
 from ..assembly._state import State
 from ..model._system import System
 from ..ode._loop import stop_gradients
-from ..runtime import lapack
-from ._chart import Chart
+from ..ode._named_solver import is_implicit
+from ._chart import Chart, quickest
+from ._folds import FoldProbe
 from ._shooting import Shooting
 
 _MOST_STEPS = 60  # trials of the line search included
 _LARGEST_CHANGE = 0.3  # of the period in one step, of its logarithm
 _LEAST_LENGTH = 1e-4  # of a step that is tried
 _SUFFICIENT_DECREASE = 0.1  # share of the decrease that the slope predicts, at which a trial is taken (Armijo)
-_SINGULAR = {8: 3e-8, 4: 1e-4}  # of the largest singular value: below is none, but for errors of the motions
-#: Least tolerance of the motions of the search: corrections that follow have the tolerances asked for.
-_TOLERANCE = {8: 1e-9, 4: 3e-5}
-#: Largest step that is the last one: the slope at its begin serves for the corrections and for derivatives.
-_LAST_STEP = {8: 1e-7, 4: 1e-2}
-
-
-def inverse_of(J: Array) -> Array:
-    """The inverse of a slope J of which there may be more rows than columns, without derivative.
-
-    Directions in which it is singular, as where the cycle is one of many, are left out.
-    """
-    U, s, Vh = lapack.svd(lax.stop_gradient(J))
-    used = s > _SINGULAR[J.dtype.itemsize] * jnp.max(s, initial=0.0)
-    return Vh.T @ (jnp.where(used, 1.0 / jnp.where(used, s, 1.0), 0.0)[:, None] * U.T)
+#: Tolerances of the motions of the search: that of the last step, after which corrections with the tolerances asked
+#: for follow, and that of the first; between, a share of the square of the last step, as Newton's method leaves that.
+_FINE, _COARSE, _OF_SQUARE = {8: 1e-9, 4: 3e-5}, {8: 1e-5, 4: 1e-3}, 1e-3
+_NOISE = 100.0  # of tolerances: rows that are smaller need not decrease
+#: Step that is the last one where the slope is as good as its inverse needs; one that is the last in any case.
+_GOOD_STEP, _LAST_STEP, _REGULAR = {8: 1e-6, 4: 1e-2}, {8: 1e-7, 4: 1e-2}, 0.1
+#: Least steps of a motion over the period, and in a time in which small deviations change by their size.
+_LEAST_STEPS, _STEPS_BY_RATE = 24, 2.0
 
 
 class NewtonSearch(NamedTuple):
     """A Newton search: the point taken last with its step, and the one to be tried.
 
     `loss` () is half the square of the rows, `descent` () its slope along the step, `length` () the share of the step
-    that leads to the trial.
+    that leads to the trial, `tolerance` () that of its motion, `least` () the least singular value of the slope.
     """
 
     trials: Array
+    tolerance: Array
     states: State
     period: Array
     loss: Array
@@ -50,35 +45,53 @@ class NewtonSearch(NamedTuple):
     step: Array
     length: Array
     inverse: Array
-    is_singular: Array
+    least: Array
     charts: Chart
     trial_states: State
     trial_period: Array
     is_last: Array
+    probe: FoldProbe
+
+    @property
+    def is_singular(self) -> Array:
+        """True () where the cycle is one of many, or so near a fold that its slopes are not known."""
+        size = jnp.max(jnp.abs(self.step), initial=0.0)
+        return self.probe.is_at_fold(self.least, size + _FINE[size.dtype.itemsize] / self.least)
 
 
 def search(shooting: Shooting, system: System, states: State, period: Array, least: int) -> NewtonSearch:
     """Newton's method with a backtracking line search from states (m,) and a period, until its steps are small.
 
-    Args: least: see `Flow.end`, for slopes where the motion itself is at rest.
+    Args: least: most of the least number of steps of a motion, see `Flow.end`.
     """
     shooting, system, states, period = stop_gradients((shooting, system, states, period))
-    once = _iteration(_with_tolerance(shooting, _TOLERANCE[period.dtype.itemsize]), system, least)
+    charts = shooting.charts(system, states, period)
+    bytes_ = period.dtype.itemsize
+    once = _iteration(shooting, system, _least_steps(shooting, system, charts, period, least))
 
     def goes_on(s):
         usable = jnp.all(jnp.isfinite(s.step)) & (s.length >= _LEAST_LENGTH)
-        return ~s.is_last & (s.trials < _MOST_STEPS) & usable
+        searches = ~s.is_last & (s.trials < _MOST_STEPS) & usable
+        return searches | (s.is_last & s.probe.is_wanted(s.least))
 
-    charts = shooting.charts(system, states, period)
     n, h = shooting.segments * charts.num_numbers, shooting.held.number
     free, infinite = int(shooting.is_free), jnp.asarray(jnp.inf, period.dtype)
     none, inverse = jnp.zeros(n + free, period.dtype), jnp.zeros((n + free, n + h), period.dtype)
-    no, one = jnp.asarray(False), jnp.ones_like(infinite)
+    coarse, one = jnp.full_like(infinite, _COARSE[bytes_]), jnp.ones_like(infinite)
     first = NewtonSearch(
         jnp.zeros((), jnp.int32),
-        *(states, period, infinite, infinite, none, one, inverse, no, charts, states, period, no),
+        *(coarse, states, period, infinite, infinite, none, one, inverse, infinite, charts, states, period),
+        *(jnp.asarray(False), FoldProbe.none(none)),
     )
     return lax.while_loop(goes_on, once, first)
+
+
+def _least_steps(shooting, system, charts, period, most):
+    """Least number () of steps over a segment."""
+    least = jnp.asarray(_LEAST_STEPS, period.dtype)
+    if not is_implicit(shooting.flow.solver):
+        least = jnp.maximum(least, _STEPS_BY_RATE * period * quickest(system, charts))
+    return jnp.minimum(jnp.where(jnp.isfinite(least), least, jnp.inf) / shooting.segments, most)
 
 
 def _iteration(shooting, system, least):
@@ -91,25 +104,48 @@ def _iteration(shooting, system, least):
         return shooting.states(system, charts, xi, longer), longer
 
     def once(s):
+        bytes_ = s.period.dtype.itemsize
         charts = shooting.charts(system, s.trial_states, s.trial_period)
-        linear = shooting.linearised(system, charts, s.trial_period, least)
-        loss, J = 0.5 * jnp.sum(linear.rows**2), linear.matrix
-        inverse = inverse_of(J)
+        linear = _with_tolerance(shooting, s.tolerance).linearised(system, charts, s.trial_period, least)
+        loss, parts = 0.5 * jnp.sum(linear.rows**2), linear.decomposition
+        inverse = parts.inverse
         step = -inverse @ linear.rows
-        descent, whole = linear.rows @ (J @ step), jnp.ones_like(loss)
+        size, whole = jnp.max(jnp.abs(step), initial=0.0), jnp.ones_like(loss)
         if shooting.is_free:
             whole = jnp.minimum(1.0, _LARGEST_CHANGE / jnp.maximum(jnp.abs(step[-1]), 1e-30))
         nearer = loss <= s.loss + _SUFFICIENT_DECREASE * s.length * s.descent
-        small = jnp.max(jnp.abs(step), initial=0.0) <= _LAST_STEP[s.period.dtype.itemsize]
-        better = (s.trials == 0) | nearer | (small & jnp.isfinite(loss))
-        taken = (s.trial_states, s.trial_period, loss, descent, step, whole, inverse, linear.is_singular, charts)
-        kept = (s.states, s.period, s.loss, s.descent, s.step, 0.5 * s.length, s.inverse, s.is_singular, s.charts)
+        noise = loss <= (_NOISE * s.tolerance) ** 2
+        good = size <= _GOOD_STEP[bytes_] * jnp.minimum(1.0, (parts.least / _REGULAR) ** 2)
+        small = (good | (size <= _LAST_STEP[bytes_])) & jnp.isfinite(loss)
+        better = ~s.is_last & ((s.trials == 0) | nearer | small | noise)
+        descent = linear.rows @ (linear.matrix @ step)
+        taken = (s.trial_states, s.trial_period, loss, descent, step, whole, inverse, parts.least, charts)
+        kept = (s.states, s.period, s.loss, s.descent, s.step, 0.5 * s.length, s.inverse, s.least, s.charts)
         chosen = jax.tree.map(lambda a, b: jnp.where(better, a, b), taken, kept)
-        _, period, *_, step, length, _, _, charts = chosen
-        trial = moved(charts, period, length * step)
-        return NewtonSearch(s.trials + 1, *chosen, *trial, better & small)
+        fine = _FINE[bytes_]
+        is_last = s.is_last | (better & small & (s.tolerance <= fine))
+        tolerance = jnp.clip(_OF_SQUARE * size**2, fine, s.tolerance)
+        probe = s.probe.after(s.is_last, s.least, parts.least, parts.direction)
+        return _next(s, chosen, better, is_last, tolerance, probe, moved)
 
     return once
+
+
+def _next(s, chosen, better, is_last, tolerance, probe, moved):
+    """The search with the point chosen, its next trial and its tolerance.
+
+    A trial that is refused leads to a shorter one; where the tolerance is coarse, first to the same point with the
+    fine one.
+    """
+    states, period, loss, descent, step, length, inverse, least, charts = chosen
+    fine = _FINE[period.dtype.itemsize]
+    again = ~better & ~is_last & (s.tolerance > fine)
+    z = jnp.where(is_last, step + probe.displacement, length * step)
+    trial = moved(charts, period, jnp.where(again, 0.0, z))
+    tolerance = jnp.where(again | is_last, fine, jnp.where(better, tolerance, s.tolerance))
+    loss, length = jnp.where(again, jnp.inf, loss), jnp.where(again, 2.0 * length, length)
+    at = states, period, loss, descent, step, length, inverse, least, charts
+    return NewtonSearch(s.trials + 1, tolerance, *at, *trial, is_last, probe)
 
 
 def _with_tolerance(shooting, least):

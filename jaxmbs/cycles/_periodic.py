@@ -131,7 +131,7 @@ def flow_of(state: State, solver, rtol, atol, event, formulation, max_steps) -> 
 def problem_of(system: System, begin: State, flow: Flow, period: Array, options: CycleOptions) -> CycleProblem:
     """The equations of a cycle near a state.  Raises: ModelError."""
     turns, held, is_free, segments, steps = options
-    check_samples(system, period, segments)
+    check_samples(system, period, segments, is_free)
     shooting = make_shooting(system, begin, flow, turns, held, is_free, segments)
     parts = parts_of(segments, flow.event is not None or sample_periods(system) is not None)
     return CycleProblem(shooting, parts, -(-steps // parts) * parts)

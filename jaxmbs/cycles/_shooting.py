@@ -16,11 +16,12 @@ from ..assembly._state import State
 from ..math import _square as square
 from ..model._system import System
 from ..runtime import jit, lapack
-from ._chart import Chart, rate_of_numbers, rates_seen
+from ._chart import Chart, rate_of_numbers, rates_seen, value_and_slope
 from ._flow import Flow
 
 #: Least singular value of the slope: a smaller one is none.
-_SINGULAR = {8: 1e-7, 4: 1e-3}
+SINGULAR = {8: 1e-7, 4: 1e-3}
+_NO_SLOPE = {8: 3e-8, 4: 1e-4}  # of the largest singular value: below is none, but for errors of the motions
 
 
 class StartRows(eqx.Module):
@@ -88,7 +89,9 @@ class Shooting(eqx.Module):
         """States (m,) of xi (m, n)."""
         return jax.vmap(lambda c, x, t: c.state_at(system, x, t))(charts, xi, self.times(period)[:-1])
 
-    def rows(self, system: System, charts: Chart, xi: Array, period: Array, gradient: str, least: int = 1) -> Array:
+    def rows(
+        self, system: System, charts: Chart, xi: Array, period: Array, gradient: str, least: Array | int | None = None
+    ) -> Array:
         """Gaps between the ends of segments and the begins that follow, and the other rows, (m n + h,).
 
         Args: least: see `Flow.end`, for derivatives where the motion itself is at rest.
@@ -122,7 +125,7 @@ class Shooting(eqx.Module):
             rows = jnp.concatenate([rows, (along @ xi)[None]])
         return rows
 
-    def linearised(self, system: System, charts: Chart, period: Array, least: int = 1) -> "Linear":
+    def linearised(self, system: System, charts: Chart, period: Array, least: Array | int | None = None) -> "Linear":
         """Rows and their slopes at the charts' states.  Args: least: see `Flow.end`."""
         times, gains = self.times(period), self._gains
 
@@ -173,7 +176,7 @@ def end_slope(
     times: tuple[Array, Array],
     gain,
     winds,
-    least: int = 1,
+    least: Array | int | None = None,
 ) -> tuple[Array, Array, State]:
     """Numbers (n,) in a second chart of the end of the motion from a first one's state, their slopes (n, n), the end.
 
@@ -206,15 +209,6 @@ def begin_slope(system: System, chart: Chart, t: Array, by_time: bool) -> tuple[
     return value_and_slope(own, jnp.zeros(n + int(by_time), none.dtype))
 
 
-def value_and_slope(function, z):
-    """(value (n,), slope (n, k)) of a function of z (k,), evaluated once."""
-    if not z.shape[0]:
-        value = function(z)
-        return value, jnp.zeros((*value.shape, 0), value.dtype)
-    along = lambda direction: jax.jvp(function, (z,), (direction,))
-    return jax.vmap(along, out_axes=(None, 1))(jnp.eye(z.shape[0], dtype=z.dtype))
-
-
 class Linear(NamedTuple):
     """Rows of the segments and the others, and the blocks of their slopes.
 
@@ -244,12 +238,41 @@ class Linear(NamedTuple):
         return jnp.concatenate([top, jnp.concatenate([E[:, :n], middle, E[:, n:]], axis=1)])
 
     @property
+    def decomposition(self) -> "Decomposition":
+        """Singular values of the slope, without derivative; that by a period in units of its own length."""
+        J, free = lax.stop_gradient(self.matrix), self.by_period.shape[-1]
+        lengths = jnp.sqrt(jnp.sum(J[:, J.shape[1] - free :] ** 2, axis=0))  # as large as the motion
+        units = jnp.ones(J.shape[1], J.dtype).at[J.shape[1] - free :].set(jnp.where(lengths > 0.0, lengths, 1.0))
+        U, values, Vh = lapack.svd(J / units[None, :])
+        return Decomposition(U, values, Vh, units)
+
+    @property
     def is_singular(self) -> Array:
         """True () where some small deviation comes back to itself: the cycle is one of many, or at a fold."""
-        J, free = self.matrix, self.by_period.shape[-1]
-        if not J.shape[1]:
-            return jnp.asarray(False)
-        last = J[:, J.shape[1] - free :]
-        length = jnp.sqrt(jnp.sum(last**2, axis=0, keepdims=True))  # a period's slope is as large as the motion
-        J = jnp.concatenate([J[:, : J.shape[1] - free], last / jnp.where(length > 0.0, length, 1.0)], axis=1)
-        return lapack.svd(J)[1][-1] < _SINGULAR[J.dtype.itemsize]
+        return self.decomposition.least < SINGULAR[self.rows.dtype.itemsize]
+
+
+class Decomposition(NamedTuple):
+    """`U diag(values) Vh` of a slope over units (n,) of the unknowns, of which there may be more rows."""
+
+    U: Array
+    values: Array
+    Vh: Array
+    units: Array
+
+    @property
+    def least(self) -> Array:
+        """The least singular value (); infinite where nothing is unknown."""
+        return self.values[-1] if self.values.shape[0] else jnp.asarray(jnp.inf, self.values.dtype)
+
+    @property
+    def direction(self) -> Array:
+        """The change (n,) of the unknowns that changes the rows least."""
+        return self.Vh[-1] / self.units if self.values.shape[0] else self.units
+
+    @property
+    def inverse(self) -> Array:
+        """The inverse (n, rows); directions in which the slope is singular are left out."""
+        used = self.values > _NO_SLOPE[self.values.dtype.itemsize] * jnp.max(self.values, initial=0.0)
+        shares = jnp.where(used, 1.0 / jnp.where(used, self.values, 1.0), 0.0)
+        return (self.Vh.T / self.units[:, None]) @ (shares[:, None] * self.U.T)

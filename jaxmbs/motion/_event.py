@@ -69,6 +69,11 @@ class Actions(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
 
 
+def acts(event: Any) -> bool:
+    """True if the motion goes on after what was given as one event."""
+    return isinstance(event, Event) and event.acts
+
+
 def as_events(event: Any, system: System, state: State, max_events: Any) -> tuple[Events, Actions] | None:
     """The events that were asked for, in one form; None for none.
 

@@ -55,6 +55,7 @@ def simulate(
     loop: str = "jaxmbs",
     max_steps: int = 100_000,
     max_events: int = 64,
+    longest_step: ArrayLike | None = None,
     progress: bool | None = None,
     throw: bool = True,
 ) -> Motion:
@@ -90,6 +91,8 @@ def simulate(
             without events that act.
         max_steps: bound on the integrator's steps.
         max_events: bound on the actions of events; the one after it ends the motion with status EVENTS.
+        longest_step: bound on adaptive steps [s], for pulses that a step may pass over, and derivatives of motions at
+            rest, which tolerances do not see.
         progress: show a bar; by default after three seconds, in a terminal or a notebook, while a tape runs.
         throw: raise when the motion fails (outside of tracing); else look at `motion.status`.
 
@@ -107,7 +110,7 @@ def simulate(
     system = with_changes(system, state)
     system, chosen = _with_formulation(system, state, formulation, solver, dt)
     events = as_events(event, system, state, max_events)
-    check_options(solver, controller, dt, rtol, atol, gradient, loop)
+    check_options(solver, controller, dt, rtol, atol, gradient, loop, longest_step)
     _check_formulation(system, state, chosen, solver, events, loop)
     ts = save_times(state.t, t1, ts)
     t1 = ts[-1] if t1 is None else as_host_array(t1)
@@ -116,7 +119,7 @@ def simulate(
         choice = choose_solver(system, state, (state.t, t1), landings, rtol, chosen)
     given = {"dt": dt, "rtol": rtol, "gradient": gradient, "max_steps": max_steps, "loop": loop}
     options = _options(system, state, t1, chosen, events, landings, atol, progress)(
-        choice.solver, controller, **given
+        choice.solver, controller, longest_step=longest_step, **given
     )
     advice = functools.partial(_advise, system, state, choice.solver)
     with progress_bar("simulate", state.t, t1, progress, advice):

@@ -234,8 +234,9 @@ def _controller(options, span, norm, has_corners):
         return diffrax.ConstantStepSize()
     # quadratures such as work follow the motion and do not control its steps
     norm = norm or (lambda y: optimistix.rms_norm(y[:2]))
-    rtol, atol = stop_gradients((options.rtol, options.atol))
-    controller = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=_LEAST_STEP * jnp.abs(span))
+    rtol, atol, longest = stop_gradients((options.rtol, options.atol, options.longest_step))
+    least = _LEAST_STEP * jnp.abs(span)
+    controller = diffrax.PIDController(rtol=rtol, atol=atol, norm=norm, dtmin=least, dtmax=longest)
     return CornerController.around(controller, _sides) if has_corners else controller
 
 

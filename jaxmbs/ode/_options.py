@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..checks import any_concrete, is_concrete
+from ..checks import any_concrete, is_concrete, number_faults
 from ..lazy import is_instance
 from ..runtime import as_host_array
 from ..typing import ArrayLike
@@ -36,6 +36,7 @@ class Options(NamedTuple):
         lands_on_times: steps end on the saved times.
         checkpoints: of the adjoint.
         loop: "jaxmbs" or "diffeqsolve".
+        longest_step: of adaptive ones, None for any.
     """
 
     solver: "diffrax.AbstractSolver | None"
@@ -49,6 +50,7 @@ class Options(NamedTuple):
     progress: bool
     checkpoints: int
     loop: str
+    longest_step: Array | None = None
 
     @property
     def in_words(self) -> str:
@@ -78,7 +80,14 @@ def name_of_solver(solver: Any) -> str:
 
 
 def check_options(
-    solver: Any, controller: Any, dt: Any, rtol: Any, atol: Any, gradient: Any, loop: Any = LOOPS[0]
+    solver: Any,
+    controller: Any,
+    dt: Any,
+    rtol: Any,
+    atol: Any,
+    gradient: Any,
+    loop: Any = LOOPS[0],
+    longest_step: Any = None,
 ) -> None:
     """Raises: ValueError for options that are wrong or contradict each other."""
     if not isinstance(loop, str) or loop not in LOOPS:
@@ -100,6 +109,12 @@ def check_options(
             raise ValueError(f"{name}={value} must be finite and not negative")
     if controller is not None and dt is not None:
         raise ValueError("give dt= (fixed steps) or controller= (adaptive steps), not both")
+    if longest_step is None:
+        return
+    if faults := number_faults("longest_step", longest_step, positive=True):
+        raise ValueError(faults[0])
+    if controller is not None or dt is not None:
+        raise ValueError("longest_step= bounds steps that adapt to rtol and atol: leave dt= and controller= out")
 
 
 def check_event(event: Any, state: Any, example: str) -> None:
@@ -132,6 +147,7 @@ def make_options(
     loop: str = LOOPS[0],
     dtype: Any = float,
     periods: ArrayLike | None = None,
+    longest_step: ArrayLike | None = None,
 ) -> Options:
     """The options, checked by `check_options`, as arrays of a type.
 
@@ -155,8 +171,9 @@ def make_options(
     limit = as_host_array(max_steps, np.int32)
     lands_on_times = lands_on_times and dt is None
     checkpoints = checkpoints_for(max_steps)
+    longest = None if longest_step is None else as_host_array(longest_step, dtype)
     return Options(
-        solver, controller, step, *tolerances, gradient, limit, lands_on_times, progress, checkpoints, loop
+        solver, controller, step, *tolerances, gradient, limit, lands_on_times, progress, checkpoints, loop, longest
     )
 
 

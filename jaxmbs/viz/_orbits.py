@@ -42,6 +42,8 @@ def plot_orbits(
         arrow = {"arrowstyle": "-|>", "color": style["color"], "shrinkA": 0.0, "shrinkB": 0.0}
         ax.annotate("", (z[1].real, z[1].imag), (z[0].real, z[0].imag), arrowprops=arrow)
     ax.set_aspect("equal", adjustable="datalim")
+    ax.ticklabel_format(scilimits=(-2, 4))
+    ax.locator_params(nbins=5)
     what = label or ("force" if unit == "N" else "deflection")
     return format_axes(ax, f"x {what} [{unit}]", f"y {what} [{unit}]", "beside")
 

@@ -87,6 +87,33 @@ def test_a_rotor_whose_law_is_linear_whirls_as_it_says():
     assert found.ok.all() and "1.1 slope y" in found.coordinates
 
 
+@pytest.mark.long
+def test_networks_and_reduced_components_as_the_whole():
+    """A clamped tube with a stop at its end, whole; and of two halves, one of them reduced with all of its modes."""
+    tube = mbs.elements.Beam(70e9, 27e9, 4e-4, 2e-8, 2e-8, 4e-8, 2700.0)
+    place = {name: np.array([x, 0.0, 0.0]) for name, x in zip("abcd", (0.0, 0.4, 0.7, 1.0), strict=True)}
+
+    def part(names, interface, supports=None):
+        pairs = list(zip(names[:-1], names[1:], strict=True))
+        structure = mbs.fem.Structure({n: place[n] for n in names}, {"tube": (tube, pairs)}, supports or {})
+        return mbs.fem.assemble(structure, list(interface))
+
+    whole = part("abcd", "bd", {"a": "all"})
+    right = mbs.reductions.reduce(part("bcd", "bd"), mbs.reductions.CraigBampton(6))
+    bonds = {"joint": mbs.coupling.rigid_bond("left.b", "right.b")}
+    net = mbs.coupling.connect({"left": part("ab", "b", {"a": "all"}), "right": right}, bonds)
+    stop = lambda x, v: -4e4 * jnp.maximum(x - 2e-4, 0.0) - 30.0 * v
+    answers = []
+    for system, tip, middle in ((whole, "d z", "b z"), (net, "right.d z", "left.b z")):
+        found = mbs.cycles.harmonic_balance(
+            system, [180.0, 200.0], {tip: 60.0}, {"stop": (tip, stop)}, harmonics=24, samples=512
+        )
+        assert found.ok.all()
+        answers.append([found.peak(tip), found.peak(middle), np.abs(found.forces[:, 2, 0])])
+    np.testing.assert_allclose(answers[1], answers[0], rtol=1e-8)
+    assert np.all(np.asarray(answers[0][0]) > 2.5e-4)  # the stop is met
+
+
 def test_wrong_arguments_are_refused():
     system = mbs.LinearSystem(mass=np.eye(1), stiffness=np.eye(1), coordinates=["x"])
     law = {"law": ("x", lambda x, v: -x)}

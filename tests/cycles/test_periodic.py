@@ -159,6 +159,7 @@ def test_wrong_arguments_are_refused():
         "held= fixes the phase": {"period": 1.0, "held": ["pin"]},
         "'rate of pim'": {"period": 1.0, "free": "period", "held": ["rate of pim"]},
         "one segment": {"period": 1.0, "segments": 2, "event": lambda s: s.t - 0.5},
+        "'stop' ends the motion": {"period": 1.0, "event": [mbs.motion.Event(lambda s: s.t - 0.5, name="stop")]},
     }
     for match, options in wrong.items():
         with pytest.raises(mbs.ModelError, match=match):

@@ -46,6 +46,8 @@ def test_a_sampled_controller_has_the_cycle_of_a_long_motion():
     assert found.stable and abs(found.multipliers[-1]) < 1e-12  # of the held output: nothing is left of it
     with pytest.raises(mbs.ModelError, match="whole number"):
         mbs.periodic(system, np.pi, segments=3)
+    with pytest.raises(mbs.ModelError, match="blocks are sampled"):
+        mbs.periodic(system, np.pi, free="period")
 
 
 @pytest.mark.long
