@@ -248,8 +248,8 @@ FACES = {
         plot_coordinates plot_element_power plot_energy plot_envelope plot_history plot_importances
         plot_limit_values plot_limits
         plot_mac plot_margins plot_mechanism plot_modes plot_notches plot_nyquist plot_orbits plot_parallel
-        plot_pareto_front plot_polar plot_power plot_psd plot_rainflow_matrix plot_reactions plot_scatter plot_shock_spectrum
-        plot_sn plot_structure plot_views scene
+        plot_pareto_front plot_polar plot_power plot_psd plot_rainflow_matrix plot_reactions plot_scatter
+        plot_shock_spectrum plot_sn plot_structure plot_views scene
     """,
 }
 
