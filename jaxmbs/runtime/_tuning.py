@@ -35,7 +35,7 @@ LIBRARY_PRODUCT = 4096
 
 #: Doubles of the arena of a tape, beyond which a program is compiled: large arrays run through memory once for every
 #: operation of a tape (`first_answers.py`).
-TAPE_DOUBLES = 4_000_000
+TAPE_DOUBLES = 10_000_000
 #: Multiplications of one instruction, some 30 ms, beyond which a program is compiled: the machine has no library of
 #: kernels (`first_answers.py`).
 TAPE_WORK = 32_000_000

@@ -8,6 +8,8 @@ import jax
 import numpy as np
 from jax.extend.core import ClosedJaxpr, Literal
 
+from ._refusals import refusing_program
+
 #: Calls that are replaced by what they call.
 CALLS = {
     *("jit", "pjit", "closed_call", "core_call", "core_closed_call", "custom_jvp_call", "custom_vjp_call"),
@@ -184,6 +186,8 @@ def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
         first = lengths.matvec + lengths.vecmat
         sides = first + lengths.solve + lengths.transpose_solve
         return params["jaxprs"].solve, [*args[first : first + lengths.solve], *args[sides:]]
+    if name == "pure_callback" and (refusing := refusing_program(equation)) is not None:
+        return refusing, list(args)
     if name == "call_hi_primitive":  # of JAX 0.12: an operation that says itself of which others it is made
         shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
         own = params["_prim"]

@@ -131,6 +131,13 @@ def _are_positive(*numbers):
     return np.logical_and.reduce([(x > 0.0) & np.isfinite(x) for x in np.broadcast_arrays(*numbers)])
 
 
+def _refuse(mode, letters):
+    """Raises: EquinoxRuntimeError with the words of an `eqx.error_if`, given by the numbers of their letters."""
+    import equinox as eqx
+
+    raise eqx.EquinoxRuntimeError("".join(map(chr, letters.astype(int))))
+
+
 #: Functions number by number, by the names of JAX's primitives.
 SPECIAL_FUNCTIONS = {
     "erf_inv": _of_scipy("erfinv", lambda x: np.abs(x) < 1.0, is_odd=True),
@@ -156,4 +163,5 @@ HOST_FUNCTIONS: dict[str, Callable[..., list[np.ndarray]]] = {
     "triangular_solve": _triangular_solve,
     "fft": _fft,
     **SPECIAL_FUNCTIONS,
+    "refuse": _refuse,
 }

@@ -6,10 +6,10 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jax.extend.core import Primitive
 
 from ._flatten import UnsupportedError
 from ._pair import Pair, is_complex
+from ._refusals import host
 
 #: The rule of each primitive: of an equation and its arguments, the value or a list of values.
 PAIR_RULES: dict[str, Callable[[Any, list], Any]] = {}
@@ -342,16 +342,6 @@ def _sort(equation, args):
 
 
 # ------------------------------------------------------------------------------------------------- by NumPy and SciPy
-#: A call of a function of `_host_functions`.
-host = Primitive("tape_host")
-host.multiple_results = True
-
-
-@host.def_abstract_eval
-def _(*args, shapes, **params):
-    return list(shapes)
-
-
 #: Fields of the mode of each decomposition, lowest bit first; numbers of `fft` have their own.
 HOST_PRIMITIVES: dict[str, Callable[[dict], int]] = {
     "eig": lambda p: p["compute_left_eigenvectors"] + 2 * p["compute_right_eigenvectors"],
