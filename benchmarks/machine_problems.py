@@ -2,9 +2,14 @@
 
 The rod of a slider-crank, ten bars under stresses, displacements and frequencies, a four-bar through 18 points from
 the first of 64 starts (it has many local optima), a bracket of five boxes and two bars (Svanberg 1987), a gear box
-(Golinski 1970), a weld of a bracket (Rao 1996) and a spring (Arora 1989).
+(Golinski 1970), a weld of a bracket (Rao 1996), a spring (Arora 1989), the tolerances of a toggle press,
+whose optimum has a closed form, and the double wishbone of `wishbone_limits.py`, with the optimum of SLSQP there.
 """
 
+import sys
+from pathlib import Path
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -101,6 +106,29 @@ def _spring_limits(x):
     ])  # fmt: skip
 
 
+PRICES = np.array([2.0, 2.0, 5.0])  # of tolerances of 0.1 mm of the links and the bearing of a press
+SPREAD = 0.1 / 3.2905  # [mm] deviation of the depth, of which a thousandth passes 0.1 mm
+
+
+def _toggle(x):
+    """Depth [m] of a press of two links, above its bearing."""
+    upper, lower, bearing = x
+    return bearing + upper * np.cos(0.08) + jnp.sqrt(lower**2 - (upper * np.sin(0.08)) ** 2)
+
+
+def _press_limits(x):
+    """Deviation of the depth, of tolerances [mm] that are three deviations each, over the allowed one."""
+    slopes = jax.grad(_toggle)(jnp.array([0.3, 0.4, 0.0]))
+    return jnp.stack([jnp.sum((slopes * x / 3.0) ** 2) / SPREAD**2 - 1.0])
+
+
+def _least_press_cost():
+    """In closed form: the cost of each tolerance is stationary with its share of the variance."""
+    root = np.sqrt(0.4**2 - (0.3 * np.sin(0.08)) ** 2)
+    slopes = np.array([np.cos(0.08) - 0.3 * np.sin(0.08) ** 2 / root, 0.4 / root, 1.0]) / (3.0 * SPREAD)
+    return float(np.sum((0.1 * PRICES * slopes) ** (2.0 / 3.0)) ** 1.5)
+
+
 MACHINES = {
     "rod of a crank": Problem(
         lambda x: _rod(x)[0], [0.3, 0.012], 0.13779112454716813, None, _rod_limits, [0.12, 0.004], [0.5, 0.02]
@@ -137,4 +165,18 @@ MACHINES = {
         four_bar.distance, np.round(four_bar.first_designs(64)[0], 3).tolist(), four_bar.BEST, None, four_bar.grashof,
         four_bar.LOWER.tolist(), four_bar.UPPER.tolist(),
     ),
+    "press": Problem(
+        lambda x: jnp.sum(0.1 * PRICES / x), [0.05] * 3, _least_press_cost(), None, _press_limits, 0.005, 0.5
+    ),
 }  # fmt: skip
+
+
+def wishbone() -> Problem:
+    """The double wishbone.  Its script sets up a process for measurements, so that it is imported when asked for."""
+    sys.path.append(str(Path(__file__).parent))  # scripts import each other by name
+    import wishbones_side_by_side as one
+
+    limits = lambda z: one.limits(z, jnp.ones(7))
+    return Problem(
+        one.largest_load, one.START.tolist(), 0.8251687924, None, limits, one.LOWER.tolist(), one.UPPER.tolist()
+    )

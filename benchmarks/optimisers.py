@@ -1,12 +1,13 @@
 """Optimisers under limits: `design.interior_point` beside SLSQP and trust-constr of SciPy and, where `ipyopt` is
 installed, IPOPT, on the problems of `hock_schittkowski` and of `machine_problems`.
 
-    python -m benchmarks.optimisers
+    python -m benchmarks.optimisers [problem ... | minimise]
 
 A problem counts as solved where the objective is within 1e-6 (relative, or absolute below one) of the published one
 and no limit is violated by more than 1e-6, or where its verdict is the right one.
 """
 
+import sys
 import time
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ import numpy as np
 import jaxmbs as mbs
 
 from .hock_schittkowski import PROBLEMS, Problem
-from .machine_problems import MACHINES
+from .machine_problems import MACHINES, wishbone
 
 jax.config.update("jax_enable_x64", True)
 NONE = lambda x: jnp.zeros(0)
@@ -150,13 +151,36 @@ def optimisers() -> dict:
     return found | {"IPOPT": ipopt}
 
 
+def compare_in_minimise() -> None:
+    """Print the CPU seconds of `minimise` for each machine, compiling included, by SLSQP and by the interior point.
+
+    In brackets where the optimum is not the published one, or not `ok`.
+    """
+    totals = np.zeros((2, 2))
+    for title, problem in MACHINES.items():
+        cells, ends = [], (problem.lower, problem.upper)
+        start = np.array(problem.start, float)
+        bounds = tuple(np.broadcast_to(np.array(end, float), start.shape) for end in ends)
+        for k, name in enumerate(("SLSQP", "interior point")):
+            begin = time.process_time()
+            limits = mbs.Limit("limits", problem.c, upper=0.0, scale=1.0)
+            found = mbs.minimise(problem.f, start, bounds, name, 500, limits=limits, progress=False)
+            seconds = time.process_time() - begin
+            good = found.ok and abs(found.value - problem.value) <= 1e-6 * max(1.0, abs(problem.value))
+            totals[k] += good, seconds
+            cells.append(f"{seconds:.2f}" if good else f"({seconds:.2f})")
+        print(f"{title:16}" + "".join(f"{cell:>16}" for cell in cells), flush=True)
+    print(f"solved of {len(MACHINES)} {totals[:, 0]}, CPU s {totals[:, 1]}")
+
+
 def main() -> None:
     """Print a row for each problem: evaluations, or in brackets those of a problem that was not solved."""
     runs = optimisers()
     print("evaluations of the objective; (not solved)")
     print(f"{'':16}" + "".join(f"{name:>16}" for name in runs), flush=True)
     totals = {name: [0, 0, 0.0] for name in runs}
-    problems = PROBLEMS | MACHINES
+    problems = PROBLEMS | MACHINES | {"wishbone": wishbone()}
+    problems = {name: problems[name] for name in sys.argv[1:] or problems}
     for title, problem in problems.items():
         cells = []
         for name, run in runs.items():
@@ -175,4 +199,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    compare_in_minimise() if sys.argv[1:] == ["minimise"] else main()

@@ -41,7 +41,7 @@ class BarrierSolution(NamedTuple):
         at: unknowns; value: f there.  Multipliers, residual and violation are of the scaled problem.
         residual: of the KKT conditions; violation: the largest one.
         factors: of f, e, c.
-        curvature: (n, n) of the Lagrangian, or its BFGS matrix.
+        curvature: (n, n) of the Lagrangian, or its BFGS matrix; mu: the barrier parameter.
         history: (steps + 1, 3) value of f, residual and evaluations where the problem asks for them.
     """
 
@@ -54,6 +54,7 @@ class BarrierSolution(NamedTuple):
     reason: Any
     factors: Any
     curvature: Any
+    mu: Any
     history: Any
 
 
@@ -78,8 +79,11 @@ class _Carry(NamedTuple):
     history: Any
 
 
-def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None) -> Iterate:
-    """The start, moved between its bounds, with least slacks, and multipliers, largest ones without a warm start."""
+def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None, is_same: Any = False) -> Iterate:
+    """The start, moved between its bounds, with least slacks, and multipliers, largest ones without a warm start.
+
+    is_same: the warm start is of this problem: its slacks are those of this search.
+    """
     lower, upper = problem.lower, problem.upper
     narrow = _NARROW if warm is None else 1e-6
     width = jnp.where(jnp.isfinite(upper - lower), upper - lower, jnp.inf)
@@ -92,7 +96,7 @@ def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None) -
     x = jnp.where(lower < upper, jnp.clip(start, low, high), lower)
     p, m = problem.sizes(x)
     if warm is not None:
-        return warm._replace(x=x, s=jnp.full(m, 1e-6, x.dtype), z=jnp.maximum(warm.z, 1e-8))
+        return warm._replace(x=x, s=jnp.where(is_same, warm.s, 1e-6), z=jnp.maximum(warm.z, 1e-8))
     where, one = bound_distances(problem, x), jnp.ones_like(x)
     low, high = (jnp.where(mark, one, 0.0) for mark in (where.has_lower, where.has_upper))
     return Iterate(x, jnp.full(m, 1e-2, x.dtype), jnp.zeros(p, x.dtype), jnp.ones(m, x.dtype), low, high)
@@ -124,7 +128,7 @@ def barrier_search(
     violation = jnp.maximum(jnp.max(jnp.abs(e), initial=0.0), jnp.max(c, initial=0.0))
     return BarrierSolution(
         done.at, f / done.factors[0], done.residual, violation, done.steps, done.evaluations, done.reason,
-        done.factors, done.W / done.factors[0], done.history,
+        done.factors, done.W / done.factors[0], done.mu, done.history,
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
 from ..runtime import jit, not_tracing
 from ._barrier_problem import BarrierProblem
-from ._barrier_search import CONVERGED, REASONS, BarrierSolution, barrier_search, first_iterate
+from ._barrier_search import CONVERGED, REASONS, STEP_LIMIT, BarrierSolution, barrier_search, first_iterate
 from ._optimum import History
 from ._variables import bounds_by_leaf
 
@@ -56,6 +56,7 @@ class InteriorPoint(Reported, eqx.Module):
     reason: Array
     _at: Any
     _curvature: Array
+    _mu: Array
     history: History | None = None
 
     reasons = REASONS
@@ -115,8 +116,8 @@ def interior_point(
         tolerance: of the KKT conditions, where gradients at the start are at most a hundred.
         steps: at most.
         gradient: "reverse" or "forward" mode.
-        warm: result of a problem nearby, of which the multipliers serve as well; `design0` is the start still.  With
-            the design of a search that ended at its limit of steps it goes on.
+        warm: result of a problem nearby, of which multipliers and curvature serve as well; `design0` is the start
+            still.  With the design of a search that ended at its limit of steps it goes on.
         compile: as of `minimise`; in a program of yours it is a part of that.
         history: record the steps.
 
@@ -139,7 +140,7 @@ def interior_point(
     solve = functools.partial(
         _solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps, has_history
     )
-    at = None if warm is None else (warm._at, warm._curvature)
+    at = None if warm is None else (warm._at, warm._curvature, warm._mu, warm.reason == STEP_LIMIT)
     if not_tracing() and is_concrete(x0, lower, upper, at):
         solve = jit(solve, compile=compile)
     found = solve(x0, lower, upper, at)
@@ -147,7 +148,7 @@ def interior_point(
     return InteriorPoint(
         unravel(at.x), found.value, at.y * of_equations / unit, at.z * of_inequalities / unit, at.low / unit,
         at.high / unit, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
-        found.curvature, _history(found.history) if has_history else None,
+        found.curvature, found.mu, _history(found.history) if has_history else None,
     )  # fmt: skip
 
 
@@ -160,9 +161,9 @@ def _solve(functions, exact, reverse, tolerance, steps, has_history, x0, lower, 
     """The solution, its multipliers those of the scaled problem."""
     converted = eqx.filter_closure_convert(functions, x0)
     problem = BarrierProblem(converted, lower, upper, exact, reverse, "steepest", warm is not None, has_history)
-    at, curvature = (None, None) if warm is None else jax.lax.stop_gradient(warm)
-    first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), at))
-    mu = jnp.asarray(_FIRST_MU if warm is None else _WARM_MU, x0.dtype)
+    at, curvature, mu, goes_on = (None, None, _FIRST_MU, False) if warm is None else jax.lax.stop_gradient(warm)
+    mu = jnp.asarray(mu if warm is None else jnp.where(goes_on, mu, _WARM_MU), x0.dtype)
+    first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), at, goes_on))
     return barrier_search(problem, first, curvature, mu, tolerance, steps)
 
 

@@ -65,7 +65,7 @@ def _at_point(variables, u, gradient):
     factor = variables.factor()
     z = u if factor is None else factor @ u
     along = gradient if factor is None else lapack.solve_triangular(factor, gradient, transposed=True)
-    slopes = jnp.stack(map_alike(_slope, [*variables.distributions.values()], list(z)))
+    slopes = jnp.stack(map_alike(_slope, [*variables.distributions.values()], jnp.unstack(z)))
     return z, slopes, jnp.where(slopes > 0.0, along / jnp.where(slopes > 0.0, slopes, 1.0), 0.0)
 
 
@@ -103,7 +103,7 @@ def log_density(variables: RandomVariables, at: RandomVariables, u: Array) -> Ar
         return normal, -jnp.log(jnp.where(is_steep, _slope(one, normal), 1.0))
 
     rows = ([*each.distributions.values()] for each in (variables, at))
-    normal, logs = (jnp.stack(part) for part in zip(*map_alike(moved, *rows, list(z)), strict=True))
+    normal, logs = (jnp.stack(part) for part in zip(*map_alike(moved, *rows, jnp.unstack(z)), strict=True))
     total = jnp.sum(logs)
     if own is None:
         return total - 0.5 * normal @ normal

@@ -90,7 +90,7 @@ class RandomVariables(eqx.Module):
             own = self.factor() if factor is None else factor
             assert own is not None  # there are pairs
             u = own @ u
-        numbers = map_alike(lambda one, u: one.from_normal(u), self._distributions, list(u))
+        numbers = map_alike(lambda one, u: one.from_normal(u), self._distributions, jnp.unstack(u))
         return dict(zip(self.names, numbers, strict=True))
 
 

@@ -4,8 +4,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmbs.probability import LogNormal, Normal
+from jaxmbs.probability import LogNormal, Normal, RandomVariables
 from jaxmbs.probability._map_alike import map_alike
+
+
+def test_a_hundred_variables_in_a_program():
+    """An array of a hundred known numbers cannot be made a list in a program of JAX 0.10."""
+    many = RandomVariables({f"x{k}": Normal(float(k), 1.0) for k in range(120)})
+    found = jax.jit(lambda: jnp.stack([*many.from_normal(jnp.zeros(120)).values()]))()
+    np.testing.assert_array_equal(found, np.arange(120.0))
 
 
 def test_each_has_its_own_result_in_its_place():
@@ -18,7 +25,7 @@ def test_each_has_its_own_result_in_its_place():
 
     def numbers(mean):
         kinds = [Normal(mean, 0.5), LogNormal(3.0, 0.2), Normal(4.0, 0.1)]
-        return jnp.stack(map_alike(number, kinds, list(jnp.array([1.0, 0.0, -2.0]))))
+        return jnp.stack(map_alike(number, kinds, jnp.unstack(jnp.array([1.0, 0.0, -2.0]))))
 
     found, slopes = numbers(jnp.array(2.0)), jax.jacfwd(numbers)(jnp.array(2.0))
     np.testing.assert_allclose(found, [2.5, 3.0 / np.sqrt(1.0 + (0.2 / 3.0) ** 2), 3.8], rtol=1e-12)
