@@ -125,6 +125,7 @@ def machine(design, like=None):
         for node, x in (("L6", xs[0]), ("R6", xs[0]), ("L4", xs[1]), ("R4", xs[1])):
             at = (x, y if node[0] == "L" else -y, z)
             b.force(f"{name} mount {node}", mount, between=(on_frame(node, at), (name, at)))
+            b.measure(f"{name} mount {node}", force=f"{name} mount {node}", axis="z")
     for node, y in (("L6", 0.45), ("R6", -0.45)):
         at = (4.0, y, 0.95)
         axle = mbs.Bushing((2e5, 2e5, 1.6e5, 0, 0, 0), (1e4, 1e4, 1.2e4, 0, 0, 0), preload=(0, 0, -8850.0, 0, 0, 0))
@@ -175,20 +176,22 @@ print(steady.reason, "-", like.topology.mobility, "freedoms")
 # ## Loads and lives of the hardpoints
 # The machine linearised about its steady rolling, on both tracks of the road, coherent as on a surface. Each link
 # carries one force, from its hardpoint on the frame to that on the upright; its stress is that over its area, its
-# damage follows from the spectrum (Dirlik).
+# damage follows from the spectrum (Dirlik). So do the vertical forces in the mounts of powertrain and cab, and the
+# damage of their brackets.
 
 # %%
 OUT = [f"left {name}" for name in (*LINKS, "spring")]
+MOUNTS = [f"{name} mount {node}" for name in MOUNTED for node in ("L6", "L4")]
 TRACKS = {"left road": (0.0, 1.0), "right road": (0.0, -1.0)}
 ROAD = vehicles.RandomRoad.of_class("C")
 BAND = (0.3, 60.0)  # [Hz]
-SEAT = 8.0  # area at the seat of the spring [cm^2]
+SEAT, BRACKET = 8.0, 3.0  # areas at the seat of the spring and at a mount [cm^2]
 
 
-def damage_of(system, rest, design):
+def damage_of(system, rest, design, mounts=()):
     """The linearised machine, and the damage of its hardpoints over 1000 km."""
-    linear = mbs.linearise(system, rest.state, inputs=list(TRACKS), outputs=OUT)
-    areas = zip(OUT, [*design["area"], SEAT], strict=True)
+    linear = mbs.linearise(system, rest.state, inputs=list(TRACKS), outputs=[*OUT, *mounts])
+    areas = zip([*OUT, *mounts], [*design["area"], SEAT, *[BRACKET] * len(mounts)], strict=True)
     curves = {name: fatigue.SN(1e12 * (1e2 * area) ** 5, 5.0) for name, area in areas}  # welds, of forces [N]
     mix = {"class C": vehicles.RoadShare(ROAD, SPEED, 1.0)}
     return linear, vehicles.road_mix_damage(linear, mix, TRACKS, curves, 1e6, lowest=BAND[0], highest=BAND[1])
@@ -198,7 +201,7 @@ def ride(design):
     """The whole machine, its steady rolling, its linearisation and the damage."""
     system = machine(design, like=like)
     rest = mbs.equilibrium(system, steady.state, moving=list(rolling))
-    return system, rest, *damage_of(system, rest, design)
+    return system, rest, *damage_of(system, rest, design, MOUNTS)
 
 
 before = ride(FIRST)
@@ -296,17 +299,19 @@ print("lives of the links, 1000 km:", np.round(10.0 ** (np.asarray(life_of(after
 assert FAST or np.all(np.asarray(life_of(after)) > np.log10(2e5))
 f = np.geomspace(*BAND, 200)
 inputs, coherence = vehicles.wheel_inputs(ROAD, SPEED, TRACKS, *BAND)
-fig, axes = plt.subplots(1, 2, figsize=(9, 3.5), layout="constrained")
+fig, axes = plt.subplots(1, 3, figsize=(12, 3.5), layout="constrained")
 for style, name, answer, design in (("--", "first", before, FIRST), ("-", "best", after, best.design)):
     spectra = mbs.random_response(answer[2], inputs, coherence=coherence)
-    for k, (out, levels) in enumerate(zip(OUT, np.asarray(spectra.psd(f)).T, strict=True)):
+    for k, (out, levels) in enumerate(zip([*OUT, *MOUNTS], np.asarray(spectra.psd(f)).T, strict=True)):
         label = out.removeprefix("left ") if style == "-" else None
-        axes[0].loglog(f, levels, style, color=f"C{k}", lw=1, label=label)
-    axes[1].plot(1e3 * travel, toe(design), style, color="k", lw=1, label=name)
+        axes[k // len(OUT)].loglog(f, levels, style, color=f"C{k % len(OUT)}", lw=1, label=label)
+    axes[2].plot(1e3 * travel, toe(design), style, color="k", lw=1, label=name)
 axes[0].set(xlabel="frequency [Hz]", ylabel="force at the hardpoint [N$^2$/Hz]")
+axes[1].set(xlabel="frequency [Hz]", ylabel="force in the mount [N$^2$/Hz]")
 axes[0].legend(fontsize=8)
-axes[1].set(xlabel="wheel travel [mm]", ylabel="change of toe [deg]")
-axes[1].legend()
+axes[1].legend(fontsize=8)
+axes[2].set(xlabel="wheel travel [mm]", ylabel="change of toe [deg]")
+axes[2].legend()
 
 # %% [markdown]
 # ## The report, and the machine to be turned

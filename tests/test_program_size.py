@@ -31,7 +31,9 @@ from tests.compilations import compiled
 from tests.elements.test_elements import CASES
 from tests.flexible.beams import elastic_beam
 from tests.marks import cases
+from tests.misuse import vehicles as vehicle_examples
 from tests.models import chain_of_bars, four_bar_builder
+from tests.vehicles.test_parts import FOUR_LINKS, LINKS, SPRING, chassis
 from tests.vehicles.tyres import WHOLE as SAMPLE_TYRE
 
 pytestmark = pytest.mark.skipif("JAXMBS_TRICKS" in os.environ, reason="without its tricks a program is another one")
@@ -517,6 +519,35 @@ def driven(question):
     return asked(system, mbs.State.at(system), question)
 
 
+def vehicle_parts():
+    """Examples of the room, built outside of traces."""
+    vehicle_examples.rig(), vehicle_examples.on_posts()
+    return vehicle_examples
+
+
+def road_damage():
+    linear, curve = vehicle_parts().quarter(), mbs.fatigue.SN(1e21, 5.0)
+
+    def damage(level):
+        mix = {"C": mbs.vehicles.RoadShare(mbs.vehicles.RandomRoad(level), 20.0, 1.0)}
+        return mbs.vehicles.road_mix_damage(linear, mix, {"road": (0.0, 0.0)}, curve, 3e8).damage
+
+    return damage, jnp.asarray(256e-6)
+
+
+def of_hinge(question):
+    """What is asked of a trailing arm on the rig, of a point of its hinge."""
+    rig = vehicle_parts().rig()
+    return lambda point: question(rig, {"P": point}), jnp.asarray(vehicle_examples.ARM["P"])
+
+
+def solid_axle():
+    b = chassis()
+    own = mbs.vehicles.mount_solid_axle(b, FOUR_LINKS, LINKS, "rear", "chassis", 90.0, (9.0, 1.0, 9.0), SPRING)
+    system = b.build()
+    return asked(system, mbs.State.at(system), lambda s, at, _: mbs.vehicles.hardpoint_loads(s, at, own, "chassis"))
+
+
 # a peak has the load twice in it, drives of one structure are evaluated once for all
 FIRST_ANSWERS = {  # equations, loops, programs
     "peak": (lambda: peaks_of_a_four_bar(peak_of_a_load), (7000, 40, 1)),
@@ -524,10 +555,22 @@ FIRST_ANSWERS = {  # equations, loops, programs
     "seven drives, simulate": (lambda: driven(QUESTIONS["simulate"]), (4220, 30, 1)),
     "seven drives, reactions": (lambda: driven(QUESTIONS["reactions"]), (1300, 5, 1)),
     "implicit motion": (lambda: (implicit_motion, jnp.eye(3)), (1150, 7, 2)),
+    "road damage": (road_damage, (830, 3, 3)),
+    "four posts": (
+        lambda: (lambda f: mbs.vehicles.four_post(vehicle_parts().on_posts(), f).transfer, jnp.arange(1.0, 4.0)),
+        (160, 1, 1),
+    ),
+    "curves of a suspension": (lambda: of_hinge(lambda rig, H: rig.curves(0.01, hardpoints=H)), (4530, 19, 1)),
+    "loads of a suspension": (lambda: of_hinge(lambda rig, H: rig.loads(np.ones(3), hardpoints=H)), (5960, 29, 1)),
+    "an axle in roll": (
+        lambda: of_hinge(lambda rig, H: tuple(mbs.vehicles.roll_curves(rig, 0.01, SPRING, H))),
+        (13_600, 50, 2),
+    ),
+    "solid axle": (solid_axle, (1830, 5, 2)),
 }
 
 
-@pytest.mark.parametrize("name", cases(FIRST_ANSWERS, slow=["peak", "load_peaks", "seven drives, simulate"]))
+@pytest.mark.parametrize("name", cases(FIRST_ANSWERS, slow=[*list(FIRST_ANSWERS)[:3], *list(FIRST_ANSWERS)[5:]]))
 def test_first_answers(name):
     case, most = FIRST_ANSWERS[name]
     size = size_of(*case())

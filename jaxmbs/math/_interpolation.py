@@ -23,9 +23,9 @@ def interval(points: Float[Array, " n"], x: Float[Array, ""]) -> Int[Array, ""]:
 
     By counting, which a batch does side by side: of n points twice their square root.
     """
-    n, points = points.shape[0], lax.stop_gradient(points)
-    first = 0
+    n, first = points.shape[0], 0
     if n > _ONE_ROUND:
+        points = lax.stop_gradient(points)
         stride = math.isqrt(n)
         first = stride * jnp.maximum(jnp.sum(points[::stride] <= x) - 1, 0)
         first = jnp.minimum(first, n - stride)

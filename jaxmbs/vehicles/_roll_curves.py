@@ -15,7 +15,7 @@ from ..typing import ArrayLike, WordedError
 from ._rig import Rig, _places
 from ._rig_curves import RigCurves
 
-_STEPS = 5  # of Newton: the load over travel bends little, each step doubles the digits
+_STEPS = 6  # of Newton: the load over travel bends little, each step doubles the digits
 
 
 class RollCurves(NamedTuple):
@@ -57,7 +57,8 @@ def roll_curves(
         raise ModelError(faults, "the axle")
     own, opposite = rig.with_points(hardpoints), number(opposite)
     heave, loads = _balance(own, opposite, spring)
-    left, right = own.curves(heave + opposite), own.curves(heave - opposite)
+    both = own.curves(jnp.stack([heave + opposite, heave - opposite]))
+    left, right = (jax.tree.map(lambda x, k=k: x[k], both) for k in (0, 1))
     (y, z), (other_y, other_z) = ((curves.contact[..., 1], curves.contact[..., 2]) for curves in (left, right))
     moment = loads[0] * y - loads[1] * other_y
     return RollCurves(jnp.arctan2(z - other_z, y + other_y), heave, moment, left, right)
@@ -73,15 +74,13 @@ def _balance(rig, opposite, spring):
         return -spring.effort(places["strut"], jnp.zeros_like(travel), jnp.zeros_like(travel)) * rates["strut"]
 
     def one(half):
-        ends = jnp.stack([half, -half])
-        rest = load(jnp.zeros_like(half))
-
         def step(heave, _):
-            loads, slopes = jax.jvp(jax.vmap(load), (heave + ends,), (jnp.ones(2, half.dtype),))
-            return heave - (jnp.sum(loads) - 2.0 * rest) / jnp.sum(slopes), None
+            ends = jnp.stack([heave + half, heave - half, jnp.zeros_like(half)])
+            loads, slopes = jax.jvp(jax.vmap(load), (ends,), (jnp.ones_like(ends),))
+            return heave - (loads[0] + loads[1] - 2.0 * loads[2]) / (slopes[0] + slopes[1]), loads[:2]
 
-        heave = lax.scan(step, jnp.zeros_like(half), length=_STEPS)[0]
-        return heave, jax.vmap(load)(heave + ends)
+        heave, loads = lax.scan(step, jnp.zeros_like(half), length=_STEPS)
+        return heave, loads[-1]
 
     heave, loads = jax.vmap(one)(opposite.ravel())
     return heave.reshape(opposite.shape), tuple(x.reshape(opposite.shape) for x in loads.T)
