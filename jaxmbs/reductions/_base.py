@@ -52,17 +52,19 @@ class Reduced(LinearSystem):
         b = whole.num_interface if num_interface is None else num_interface
         super().__init__(interface=range(b), **options)
         self.basis, self.whole = basis, whole.coordinates
-        self.ground_inertia = self.with_ground_of(whole).ground_inertia
+        self.ground_inertia = self._ground_inertia(whole)
 
     def with_ground_of(self, whole: LinearSystem) -> "Reduced":
-        """The same system with the `ground_inertia` that follows from that of the component it was reduced from: on
-        all of its coordinates, less that of the motion of the reduced ones, as the basis of what is held need not
-        contain rigid motions."""
+        """The same system with the `ground_inertia` that follows from that of the component it was reduced from."""
+        return self.replace(ground_inertia=self._ground_inertia(whole))
+
+    def _ground_inertia(self, whole):
+        """That on all coordinates of the component, less that of the motion of the reduced ones, as the basis of what
+        is held need not contain rigid motions."""
         if whole.coupling_to_ground() is None or whole.positions is None or self.positions is None:
-            return self
+            return self.ground_inertia
         origin = jnp.zeros(3, whole.positions.dtype)
-        inertia = self.basis.T @ rigid_loads(whole, origin) - self.mass @ rigid_rows(self, origin)
-        return self.replace(ground_inertia=inertia)
+        return self.basis.T @ rigid_loads(whole, origin) - self.mass @ rigid_rows(self, origin)
 
     def expand(self, rho: AnyArray) -> Array:
         """Displacements (..., whole) of all coordinates, from reduced ones (..., n).  Source: S1 (5), (7)-(8)."""

@@ -105,7 +105,7 @@ def mirrored(part):
     return tuple(reduce(part, Mirror("x", ["p"], antisymmetric=anti)) for anti in (False, True))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_two_families_are_the_portal():
     """Frequencies of both families, and what any forces do."""
     part, whole = half(), portal()
