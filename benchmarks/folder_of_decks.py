@@ -65,7 +65,8 @@ def beside(deck, path):
     """Largest differences from what Nastran left beside a deck, (what, value) each, over the largest of all."""
     moved, cycles, ending = results_beside(path)
     size, kind = len(deck.coordinates.free), solution(path)
-    static = [case for case in deck.cases if moved.get(case[0]) and (case[1] or case[2])] if kind in STATICS else []
+    cases = [(number or 1, *sets) for number, *sets in deck.cases]  # Nastran counts from 1 where there is no SUBCASE
+    static = [case for case in cases if moved.get(case[0]) and any(case[1:])] if kind in STATICS else []
     modal = cycles if kind not in BUCKLING else []
     if size >= ROWS or not (static or modal):
         return []
@@ -166,12 +167,9 @@ def folder_rows(folder, keep):
     count = lambda outcome: sum(entry["outcome"] == outcome for entry in found)
     rows = [common.row(f"decks {what}", "number", count(what), "1") for what in ("read", "refused", "failed")]
     for entry in found:
-        rows += [
-            common.row(f"{entry['name']}, {what}", "largest difference", value, "1")
-            for what, value in entry.get("beside", ())
-        ]
+        rows += [difference_row(entry["name"], what, value) for what, value in entry.get("beside", ())]
         if "fault" in entry and entry["outcome"] != "refused":
-            rows.append(common.row(entry["name"], "fault", entry["fault"]))
+            rows.append(difference_row(entry["name"], "all", entry["fault"]))
     cards = {}
     for entry in found:
         for card in entry.get("cards", ()):
@@ -179,6 +177,13 @@ def folder_rows(folder, keep):
     rows += [common.row(f"refused for {card}", "number", cards[card], "1") for card in by_count(cards)]
     seconds = sum(entry.get("seconds", 0.0) for entry in found)
     return [*rows, common.row("all decks that are read", "CPU time of reading", seconds, "s")]
+
+
+def difference_row(name, what, value):
+    """A row of a largest difference, or of why there is none."""
+    if isinstance(value, str):
+        return common.row(f"{name}, {what}: {value}", "not compared", 1, "1")
+    return common.row(f"{name}, {what}", "largest difference", value, "1")
 
 
 def by_count(cards):

@@ -88,6 +88,48 @@ def test_quick_run_writes_rows(name, tmp_path):
         assert file.with_suffix(".png").stat().st_size > 0
 
 
+DECK = """SOL 101
+CEND
+SPC = 1
+LOAD = 2
+BEGIN BULK
+MAT1,1,2.+11,,.3
+PROD,1,1,1.-4
+GRID,1,,0.,0.,0.
+GRID,2,,1.,0.,0.,,23456
+CROD,1,1,1,2
+SPC1,1,123456,1
+FORCE,2,2,,200.,1.,0.,0.
+ENDDATA
+"""
+F06 = """1  SUBCASE 1
+                   D I S P L A C E M E N T   V E C T O R
+      POINT ID.   TYPE          T1             T2             T3             R1             R2             R3
+             2      G      1.000000E-05   0.0            0.0            0.0            0.0            0.0
+"""
+
+
+@pytest.mark.long
+def test_a_folder_of_decks_is_read_to_its_end(tmp_path):
+    """One deck beside its f06, one that is refused; a second run takes both from the file of finished ones."""
+    decks = tmp_path / "decks"
+    decks.mkdir()
+    (decks / "rod.bdf").write_text(DECK)
+    (decks / "rod.f06").write_text(F06)
+    (decks / "gap.bdf").write_text(DECK.replace("CROD,1", "CGAP,2,1,1,2\nCROD,1"))
+    file, keep = tmp_path / "rows.json", tmp_path / "keep"
+    command = [sys.executable, str(FOLDER / "published_decks.py"), "--folder", str(decks)]
+    for _ in range(2):
+        done = subprocess.run([*command, "--keep", keep, "--json", file], capture_output=True, text=True, timeout=900)
+        assert done.returncode == 0, done.stderr
+        rows = json.loads(file.read_text())
+        check_rows(rows)
+        found = {row["case"]: row["value"] for row in rows}
+        assert (found["decks read"], found["decks refused"], found["decks failed"]) == (1, 1, 0)
+        assert found["refused for CGAP"] == 1 and found["rod.bdf, .f06, displacements of subcase 1"] < 1e-12
+        assert len(keep.read_text().splitlines()) == 2
+
+
 @pytest.mark.long
 def test_tasks_for_mosaic_are_the_complex_step(tmp_path):
     for package in ("tesseract_core", "fastapi", "uvicorn", "lz4", "fsspec"):
