@@ -28,7 +28,8 @@ from jaxmbs.io import read_nastran  # noqa: E402
 ENDINGS = (".bdf", ".dat", ".nas", ".blk", ".inc")
 SECONDS, ROWS, PIECE = 600, 4000, 40  # of one deck; larger systems are read, not compared
 SUBSTRUCTURES = re.compile(r"^\s*BEGIN\s+(BULK|SUPER)", re.IGNORECASE | re.MULTILINE)
-BUCKLING, STATICS = ("105", "SEBUCKL"), ("1", "101", "SESTATIC", "STATICS", "105", "SEBUCKL", "")
+STATICS = ("1", "101", "SESTATIC", "STATICS", "105", "SEBUCKL", "")
+OTHER_MODES = ("105", "SEBUCKL", "108", "109", "111", "112")  # of buckling; with residual vectors among them
 
 
 def decks(folder):
@@ -67,7 +68,7 @@ def beside(deck, path):
     size, kind = len(deck.coordinates.free), solution(path)
     cases = [(number or 1, *sets) for number, *sets in deck.cases]  # Nastran counts from 1 where there is no SUBCASE
     static = [case for case in cases if moved.get(case[0]) and any(case[1:])] if kind in STATICS else []
-    modal = cycles if kind not in BUCKLING else []
+    modal = cycles if kind not in OTHER_MODES else []
     if size >= ROWS or not (static or modal):
         return []
     system = deck.system

@@ -94,6 +94,8 @@ def read_nastran(
     on_hold = deck.held | read_supports(found, sets[0], deck)
     settings = _settings(found, deck)
     settings["masses"] = masses or settings["masses"]
+    if any("TEMPERATURE(INITIAL)" in own for own in (text.common, *text.cases.values())):
+        deck.remark("temperatures that TEMPERATURE(INITIAL) chooses are not used: thermal strains begin at TREF")
     faults += _double_constraints(tied, on_hold, deck)
     if faults:
         raise ModelError(faults)

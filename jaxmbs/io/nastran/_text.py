@@ -13,8 +13,9 @@ MAX_BYTES = 256 * 2**20  # of a deck and all that it includes
 MAX_FILES, MAX_DEPTH = 500, 20
 _BEGIN = re.compile(r"^\s*BEGIN\b(.*)", re.IGNORECASE)
 _INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)", re.IGNORECASE)
-_SUBCASE = re.compile(r"^\s*SUBCASE\s+(\d{1,8})\b", re.IGNORECASE)
-_COMMAND = re.compile(r"^\s*([A-Z][A-Z0-9]*)\s*(?:\(\s*(LOAD)?[^)]*\)\s*)?=\s*(.*?)\s*$", re.IGNORECASE)
+_SUBCASE = re.compile(r"^\s*SUBCASE(?:\s+|\s*=\s*)(\d{1,8})\b", re.IGNORECASE)
+_COMBINATION = re.compile(r"^\s*(SUBCOM|SYMCOM|SYM|REPCASE)(?:\s+|\s*=\s*)\d", re.IGNORECASE)
+_COMMAND = re.compile(r"^\s*([A-Z][A-Z0-9]*)\s*(?:\(\s*([^)]*)\)\s*)?=\s*(.*?)\s*$", re.IGNORECASE)
 
 
 class DeckLine(NamedTuple):
@@ -49,12 +50,16 @@ class BulkData:
         begin = next((k for k, text in enumerate(found) if _BEGIN.match(text)), None)
         case = self.common
         for text in found[: begin or 0]:
-            if command := _COMMAND.match(text):  # TEMPERATURE(LOAD) chooses a load, no materials
-                name = command[1].upper() if not command[2] else "TEMPERATURE(LOAD)"
-                self.choices.setdefault(name, []).append(command[3])
-                case.setdefault(name, command[3])
-            elif subcase := _SUBCASE.match(text):
+            if subcase := _SUBCASE.match(text):
                 case = self.cases.setdefault(int(subcase[1]), {})
+            elif _COMBINATION.match(text):
+                case = {}  # sums of cases and cases of parts choose nothing for those before them
+            elif command := _COMMAND.match(text):
+                name, role = command[1].upper(), (command[2] or "").upper()
+                warm = name.startswith("TEMP") and name in "TEMPERATURE" and role not in ("", "BOTH")
+                load = warm and role.startswith("LOAD")  # a load, no materials; the others choose no load
+                self.choices.setdefault("TEMPERATURE(LOAD)" if load else name, []).append(command[3])
+                case.setdefault(f"TEMPERATURE({'LOAD' if load else 'INITIAL'})" if warm else name, command[3])
         self.skipped = 0 if begin is None else begin + 1
         yield from self._lines(self._path.name, self._path, found, self.skipped, 0)
 

@@ -76,6 +76,13 @@ def test_closed_forms(tmp_path):
         deck.load("LOAD 3")
 
 
+def test_cases_choose_their_own_sets(tmp_path):
+    """A combination of cases, and the temperatures of materials, are no loads of the case before them."""
+    text = ARM.replace("LOAD = 9\nSUBCASE 2", "LOAD = 9\nTEMP(INITIAL) = 5\nSUBCOM 7\nTEMP(LOAD) = 5\nSUBCASE=2")
+    deck = read(tmp_path, text)
+    assert deck.cases == ((1, "LOAD 9", ""), (2, "", "TEMPERATURE 5")) and "begin at TREF" in deck.notes[-1]
+
+
 def test_an_enforced_place(tmp_path):
     text = ARM.replace("SPC1,1,123456,1", "SPC1,1,123456,1\nSPC,1,3,3,.01")
     np.testing.assert_allclose(read(tmp_path, text).statics("", "")[1:, 2], [0.01 * 5 / 16, 0.01], rtol=1e-9)
