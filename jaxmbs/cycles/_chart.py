@@ -72,10 +72,10 @@ class Chart(eqx.Module):
         a, b = self.positions.shape[1], self.positions.shape[1] + self.velocities.shape[1]
         psi = step_coordinates(top, near.coordinates, self.positions @ xi[:a])
         u = near.velocities + self.rate * (self.velocities @ xi[a:b])
-        psi, u = on_constraints(system, t, psi, u)
         internal = None
         if near.internal is not None:
             internal = InternalStates(near.internal.values + self.scale * xi[b:], top.internal)
+        psi, u = on_constraints(system, t, psi, u, internal)
         return State(t, psi, u, structure=top.structure, internal=internal)
 
     def numbers_of(self, system: System, state: State, gain: Array, winds: Array) -> Array:
@@ -98,14 +98,23 @@ class Chart(eqx.Module):
         return moved, (state.velocities - self.state.velocities) / self.rate
 
 
-def on_constraints(system: System, t: Array, psi: Array, u: Array) -> tuple[Array, Array]:
-    """Coordinates (nq,) and velocities (nv,) on the constraints, near those given."""
+def on_constraints(
+    system: System, t: Array, psi: Array, u: Array, internal: InternalStates | None
+) -> tuple[Array, Array]:
+    """Coordinates (nq,) and velocities (nv,) on the constraints, near those given, at internal states."""
     if not system.has_constraints:
         return normalise(system.topology, psi), u
-    equations = Velocity(system, node_parameters(system), jnp.ones_like(u))
+    equations = _equations(system, u, internal)
     for _ in range(_CLOSINGS):
-        psi, u = equations.project(t, (psi, u, jnp.zeros(0, u.dtype))).y[:2]
+        psi, p, _ = equations.project(t, (psi, equations.join(u, internal), jnp.zeros(0, u.dtype))).y
+        u = equations.split(p)[0]
     return psi, u
+
+
+def _equations(system, u, internal):
+    """The formulation in velocities, without scales."""
+    parts = (u,) if internal is None else (u, internal.values)
+    return Velocity(system, node_parameters(system), jnp.ones_like(jnp.concatenate(parts)))
 
 
 def displacement(topology, start: Array, end: Array) -> Array:
@@ -135,9 +144,7 @@ def rates_seen(system: System, chart: Chart, state: State) -> Array:
 
 def accelerations_and_rates(system: System, state: State) -> Array:
     """Accelerations and rates of internal states (nv + ns,) at a state."""
-    internal = () if state.internal is None else (state.internal.values,)
-    ones = jnp.ones_like(jnp.concatenate([state.velocities, *internal]))
-    equations = Velocity(system, node_parameters(system), ones)
+    equations = _equations(system, state.velocities, state.internal)
     second = equations.join(state.velocities, state.internal)
     return equations.rate(state.t, (state.coordinates, second, jnp.zeros(0, second.dtype)))[1]
 

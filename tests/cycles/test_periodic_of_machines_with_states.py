@@ -6,8 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scipy.linalg
+import scipy.optimize
 
 import jaxmbs as mbs
+from tests.models import four_bar_angles, four_bar_builder
 
 from .oscillators import duffing, slide
 
@@ -26,6 +29,70 @@ def test_spring_behind_a_damper_by_its_complex_stiffness():
         [2.0 * 3.0 / 20.0, 2.0, 3.0 * (1.0 + 30.0 / 20.0), 30.0]
     )  # of m x'' = -k x - F, F/c + F'/k2 = x'
     wanted = np.exp(rates * 2.0 * np.pi / omega)
+    np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(wanted), rtol=1e-8)
+
+
+@pytest.mark.long
+def test_a_loop_with_a_spring_behind_a_damper_by_any_number_of_segments():
+    """A multiplier of 1e-13 keeps its digits beside 1, that of the free period."""
+    b = four_bar_builder()
+    b.force("motor", mbs.Actuator(lambda x, v, t: 2.0 * (12.0 - v)), joint="A")
+    b.force("soft", mbs.forces.Maxwell(stiffness=20.0, damping=20.0 / 55.0), joint="D")
+    system, (_, B, D) = b.build(), four_bar_angles(0.7)
+    start = mbs.State.at(system, guess={"B": B, "D": D}, A=0.7, velocities={"A": 12.0})
+    ask = lambda segments: mbs.periodic(
+        system, 2.0 * np.pi / 12.0, start, free="period", turns={"A": 1}, segments=segments
+    )
+    one, four, forty = (ask(segments) for segments in (1, 4, 40))
+    assert one.stable and 1e-14 < abs(one.multipliers[-1]) < 1e-12
+    for other in (four, forty):
+        np.testing.assert_allclose(other.multipliers, one.multipliers, rtol=1e-8)
+        np.testing.assert_allclose(other.period, one.period, rtol=1e-11)
+    np.testing.assert_allclose(one[0].internal.values, one[-1].internal.values, rtol=1e-9)
+
+
+@pytest.mark.long
+def test_a_third_of_the_frequency_in_closed_form():
+    """`x'' + k x + k3 x^3 = F cos 3 w t` moves as `A cos w t` with `A^2 = 4 (w^2 - k) / 3 k3` where F is k3 A^3 / 4.
+
+    Source: Levenson, Harmonic and subharmonic response for the Duffing equation (1949).
+    """
+    k, k3, omega = 1.0, 0.5, 1.4
+    A = np.sqrt(4.0 * (omega**2 - k) / (3.0 * k3))
+    system = duffing(c=0.0, k=k, k3=k3, F=k3 * A**3 / 4.0, w=3.0 * omega)
+    start = mbs.State.at(system, x=1.01 * A, velocities={"x": 0.02})
+    found = mbs.periodic(system, 2.0 * np.pi / (3.0 * omega), start, periods=3)
+    x = A * np.cos(np.linspace(0.0, 2.0 * np.pi, len(found)))
+    np.testing.assert_allclose(found.states.coordinates[:, 0], x, atol=1e-10)
+    np.testing.assert_allclose(np.prod(found.multipliers), 1.0, rtol=1e-9)  # nothing is lost, by Liouville
+
+
+@pytest.mark.long
+def test_an_oscillator_that_hits_a_stop():
+    """Multipliers by the matrix exponential and the saltation matrix of the impact.
+
+    Source: Leine and Nijmeijer, Dynamics and bifurcations of non-smooth mechanical systems (2004), 7.
+    """
+    k, c, push, omega, stop, back = 4.0, 0.15, 1.0, 2.6, 0.12, 0.7
+    period, A = 2.0 * np.pi / omega, np.array([[0.0, 1.0], [-k, -c]])
+    Z = push / (k - omega**2 + 1j * omega * c)
+    steady = lambda t: (np.array([1.0, 1j * omega]) * Z * np.exp(1j * omega * t)).real
+    moved = lambda tau, v, t: scipy.linalg.expm(A * t) @ ([stop, -back * v] - steady(tau)) + steady(tau + t)
+    tau, v = scipy.optimize.fsolve(lambda z: moved(*z, period) - [stop, z[1]], [0.1, 0.95], xtol=1e-14)
+    after, before = (push * np.cos(omega * tau) - k * stop - c * u for u in (-back * v, v))
+    jump = np.array([[-back, 0.0], [(after + back * before) / v, -back]])  # diag(1, -e) + (f+ - ...) n^T / v
+    start = moved(tau, v, period - tau)
+    system = duffing(c=c, k=k, k3=0.0, F=push, w=omega)
+    hit = mbs.motion.Event(
+        lambda s: s.coordinates[0] - stop,
+        action=lambda s: dataclasses.replace(s, velocities=-back * s.velocities),
+        direction=1,
+        name="hit",
+    )
+    near = mbs.State.at(system, x=1.01 * start[0], velocities={"x": 1.01 * start[1]})
+    found = mbs.periodic(system, period, near, event=hit)
+    np.testing.assert_allclose([found[0].coordinates[0], found[0].velocities[0]], start, rtol=1e-9)
+    wanted = np.linalg.eigvals(jump @ scipy.linalg.expm(A * period))
     np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(wanted), rtol=1e-8)
 
 
