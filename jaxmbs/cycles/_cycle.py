@@ -18,8 +18,8 @@ from ..reports import Report
 from ..tables import format_number
 from ._chart import displacement
 
-#: Errors of multipliers: of rounding, and at a fold, where the place of the cycle is known to half of the digits.
-_ROUNDING, _AT_FOLD = 1e-9, 1e-5
+#: Errors of multipliers: of rounding, and of those that are nearly 1 twice, in a family of cycles or at a fold.
+_ROUNDING, _OF_DOUBLE = 1e-9, 1e-5
 
 
 class Cycle(Motion):
@@ -65,7 +65,8 @@ class Cycle(Motion):
         """True if all multipliers but the one along a free period are smaller than 1: small deviations die out, but
         for a shift in time (traceable).  A cycle that is one of many is not, nor is one at a fold."""
         others = without_trivial(self.multipliers, min(self.num_trivial, 1))
-        margin = jnp.where(self.is_singular, _AT_FOLD, _ROUNDING)
+        is_double = self.is_singular | (self.num_trivial > 1)
+        margin = jnp.where(is_double, _OF_DOUBLE, _ROUNDING)
         return jnp.all(jnp.abs(others) < 1.0 - margin[..., None], axis=-1)
 
     @property
