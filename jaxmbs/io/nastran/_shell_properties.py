@@ -45,6 +45,11 @@ class ShellProperty(eqx.Module):
         """True if there is no transverse shear."""
         return not self.across
 
+    @property
+    def bends(self) -> bool:
+        """False for a membrane alone."""
+        return bool(self.bending)
+
     def section(self, materials: dict, mass: Array) -> ShellSection:
         """Stiffness and mass per area, times `mass` (PARAM WTMASS)."""
         t, zero = self.thickness, jnp.zeros((3, 3), self.thickness.dtype)
@@ -91,6 +96,11 @@ class LaminateProperty(eqx.Module):
 
     is_thin = False
     is_plain = False
+
+    @property
+    def bends(self) -> bool:
+        """False for a membrane alone."""
+        return self.option != "MEM"
 
     def laminate(self, materials: dict) -> Laminate:
         """The layers with the numbers of their materials."""
