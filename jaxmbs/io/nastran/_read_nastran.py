@@ -228,6 +228,9 @@ def _refuse_cyclic_ties(coordinates, positions):
 def _sets(kind, found, one, text, deck):
     """Sets of SPC or MPC that act; of those of many subcases the first."""
     chosen = [int(number) for number in text.choices.get(kind, ()) if number.isdigit()]
+    if kind == "MPC" and one is None and chosen and not found.keys() & {"MPC", "MPCADD"}:
+        deck.remark(f"the case control chooses MPC {chosen[0]}, and the deck has no MPC; Nastran runs such decks")
+        chosen = []
     if one is None and len(set(chosen)) > 1:
         word = kind.lower()
         deck.remark(f"{kind} {chosen[0]}, the first that the case control chooses, acts; read_nastran(..., {word}=)")

@@ -213,3 +213,10 @@ def test_entries_that_share_a_card(tmp_path):
 def test_mpcadd_of_nothing(tmp_path):
     text = BAR + "CBAR,1,1,1,2,0.,1.,0.\nMPC,8,1,1,1.,2,1,-1.\nMPCADD,7,8,9\n"
     assert "there is no MPC set 9" in faults(text, tmp_path)[0]
+
+
+def test_a_chosen_mpc_without_any_cards_is_noted(tmp_path):
+    """Nastran runs such decks; three of the models of pyNastran have results of theirs."""
+    text = "CEND\nMPC = 7\nBEGIN BULK\nGRID,1\nGRID,2,,1.,0.,0.\nMAT1,1,1.,,.3\nPROD,1,1,1.\nCROD,1,1,1,2\n"
+    (tmp_path / "deck.bdf").write_text(text)
+    assert any("chooses MPC 7, and the deck has no MPC" in note for note in read_nastran(tmp_path / "deck.bdf").notes)
