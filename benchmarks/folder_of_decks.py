@@ -26,7 +26,7 @@ from jaxmbs.errors import ModelError  # noqa: E402
 from jaxmbs.io import read_nastran  # noqa: E402
 
 ENDINGS = (".bdf", ".dat", ".nas", ".blk", ".inc")
-SECONDS, ROWS, PIECE = 600, 4000, 40  # of one deck; larger systems are read, not compared
+SECONDS, ROWS, PIECE = 1800, 1500, 40  # of one deck; larger systems are read, not compared
 SUBSTRUCTURES = re.compile(r"^\s*BEGIN\s+(BULK|SUPER)", re.IGNORECASE | re.MULTILINE)
 STATICS = ("1", "101", "SESTATIC", "STATICS", "105", "SEBUCKL", "")
 OTHER_MODES = ("105", "SEBUCKL", "108", "109", "111", "112")  # of buckling; with residual vectors among them
