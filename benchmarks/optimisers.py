@@ -187,6 +187,7 @@ def main() -> None:
             try:
                 outcome = run(problem, Functions(problem))
             except Exception as error:  # a peer that breaks has not solved it
+                print(f"{title}, {name}: {error!r}", file=sys.stderr)
                 outcome = Outcome(np.nan, np.inf, 0, repr(error), 0.0)
             good = is_solved(problem, outcome)
             cells.append(f"{outcome.evaluations}" if good else f"({outcome.evaluations})")

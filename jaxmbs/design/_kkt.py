@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ._search import Point
-from ._variables import AT_BOUND, Variables
+from ._variables import Variables
 
-#: Constraints above minus this, relative to the limit, may carry a multiplier.  Far above the 1e-7 to which limits
-#: are satisfied: interior-point methods stop a little inside of an active constraint.
+#: Constraints above minus this, relative to the limit, may carry a multiplier, and bounds that are as near over the
+#: scale of their variable.  Far above the 1e-7 to which limits are satisfied: interior-point methods stop a little
+#: inside of an active constraint.
 ACTIVE = 1e-5
 
 
@@ -34,8 +35,8 @@ def estimate_multipliers(point: Point, variables: Variables, working_set: np.nda
 
     scale, constraints = variables.move_scale(point.x), point.constraints[working_set]
     near = np.flatnonzero(constraints > -ACTIVE)
-    low = np.flatnonzero(point.x - variables.lower <= AT_BOUND * scale)
-    high = np.flatnonzero(variables.upper - point.x <= AT_BOUND * scale)
+    below, above = point.x - variables.lower, variables.upper - point.x
+    low, high = np.flatnonzero(below <= ACTIVE * scale), np.flatnonzero(above <= ACTIVE * scale)
     one = np.eye(len(scale))
     columns = np.concatenate([point.jacobian[near] * scale, -one[low], one[high]]).T
     size = np.linalg.norm(columns, axis=0)
@@ -48,5 +49,9 @@ def estimate_multipliers(point: Point, variables: Variables, working_set: np.nda
     limits[near], (at_low, at_high) = found[: len(near)], np.split(found[len(near) :], [len(low)])
     np.add.at(bounds, low, at_low / scale[low])
     np.add.at(bounds, high, -at_high / scale[high])
-    slack = float(np.max(limits * np.maximum(-constraints, 0.0), initial=0.0))
+    slack = max(
+        float(np.max(limits * np.maximum(-constraints, 0.0), initial=0.0)),
+        float(np.max(np.maximum(bounds, 0.0)[low] * below[low], initial=0.0)),
+        float(np.max(np.maximum(-bounds, 0.0)[high] * above[high], initial=0.0)),
+    )
     return LimitMultipliers(limits, bounds, max(float(np.max(left, initial=0.0)), slack))

@@ -55,6 +55,18 @@ def test_ten_bars_under_stress_and_displacement():
     assert found.ok and found.value == pytest.approx(1497.6, rel=1e-6)
 
 
+@pytest.mark.slow
+def test_bounds_hold_an_optimum_from_a_little_inside():
+    """The gear box of Golinski: the search ends some 1e-9 above a length's bound, which has a price all the same."""
+    from benchmarks.machine_problems import MACHINES
+
+    box = MACHINES["gear box"]
+    limit, bounds = mbs.Limit("limits", box.c, upper=0.0, scale=1.0), (np.array(box.lower), np.array(box.upper))
+    best = mbs.minimise(box.f, np.array(box.start), bounds, limits=limit, **INTERIOR)
+    assert best.ok and best.value == pytest.approx(box.value, rel=1e-8)
+    np.testing.assert_array_equal(np.flatnonzero(best.bound_prices), [1, 2, 3])
+
+
 @pytest.mark.long
 def test_ten_bars_with_frequencies_that_meet():
     """Case TB1: two modes have 20 Hz at the optimum and no gradient each, so that the verdict is not asked."""
