@@ -166,7 +166,11 @@ def test_what_the_first_order_does_not_see_is_told():
     doubtful = reliability(lambda x: 3.0 - x["a"] - 0.15 * x["b"] ** 2, TWO)
     assert any("samples about the design point give" in fault for fault in doubtful.faults)
     assert "bends within a deviation" in doubtful.faults[0]
-    assert reliability(lambda x: 3.0 - x["a"] - 0.01 * x["b"] ** 2, TWO).ok
+    nearly = lambda x: 3.0 - x["a"] - 0.01 * x["b"] ** 2
+    assert reliability(nearly, TWO).ok
+    assert reliability(nearly, TWO, samples=0).faults == ("no samples confirm it",)
+    two = reliability(lambda x: jnp.minimum(3.0 - x["a"], 3.05 - x["b"]), TWO)  # half of the failures
+    assert len(two.points) == 1 and "samples about the design point give" in two.faults[0]
     gone = reliability(lambda x: jnp.sqrt(x["a"] - 1.0), TWO)
     assert "no finite value" in gone.faults[0]
 
