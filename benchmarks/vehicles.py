@@ -121,7 +121,13 @@ def car(options):
     times = common.cpu_seconds(runs, 1 if options.quick else 3)
     yield common.row("car, step steer of 4 s", "motion", times["motion"], "s CPU", goal="0.15 s")
     yield common.row(
-        "car, step steer of 4 s", "gradient by 20 numbers", times["gradient"], "s CPU", "motion", times["motion"], "3"
+        "car, step steer of 4 s",
+        "gradient by 20 numbers",
+        times["gradient"],
+        "s CPU",
+        "motion",
+        times["motion"],
+        "0.45 s",
     )
     for name, seconds in built.items():
         yield common.row("car, step steer of 4 s", f"compiling, {name}", seconds, "s CPU")
