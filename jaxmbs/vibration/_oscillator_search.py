@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from ..runtime import small_call
@@ -117,7 +118,7 @@ def _visit_step(step, parts, scale, oscillators):
     """Function that takes the extremes in steps to those found, cut into so many parts that a polynomial has them."""
     phase = step * jnp.max(jnp.maximum(jnp.sqrt(oscillators.square), 0.5 * oscillators.rate))
     halvings = sum((phase > reach).astype(jnp.int32) for reach in (REACH, 2 * REACH))
-    matrix, count = parts[halvings], jnp.int32(1) << halvings
+    matrix, count = parts[halvings], jnp.asarray(np.int32([1, 2, 4]))[halvings]
     number = count.astype(scale.dtype)
     h = step / number
     has_turns = ((oscillators.square * h**2 <= REACH**2) & (oscillators.rate * h <= 2 * REACH))[None]
