@@ -20,6 +20,7 @@ from ..friction._joint_friction import bristle_groups, refuse_friction, without_
 from ..math._nan import nan_where
 from ..model._changes import with_changes
 from ..model._entry_points import check_single_state
+from ..model._held_bands import is_beyond_bands
 from ..model._internal_states import replace_field
 from ..model._signals import block_elements
 from ..model._system import System
@@ -189,8 +190,9 @@ def _advice(system, held):
     resting = [name for name in _holding(system) if name not in held]
     if resting:
         return (
-            f"{', '.join(map(repr, resting))} may rest at any value of a band, as bristles do; give held={resting} "
-            "for the balance at the values of the state, or simulate until the motion has died out"
+            f"{', '.join(map(repr, resting))} may rest at any value of a band, as bristles do, and hold no more than "
+            f"its end; give held={resting} for the balance at the values of the state, or simulate until the motion "
+            "has died out"
         )
     hold = ", give held= the internal states that may have any value at rest" if system.topology.internal else ""
     return f"start from a state that is closer{hold}, or add damping and simulate until the motion has died out"
@@ -261,6 +263,7 @@ def _equilibrium(system, state, moving, least=False):
         ok = ok | _is_rounding(psi, at, still)
     if top.internal:
         stiffness, missing, still = stiffness[:N, :N], missing[:N], still[:N]
+        ok = ok & ~is_beyond_bands(system, at_unknowns(system, psi)[1])
     psi, u, K, missing = (nan_where(~ok, x) for x in (psi, at.velocities, stiffness, missing))
     stable = _is_stable(K, still)
     psi, internal = at_unknowns(system, psi)

@@ -84,7 +84,7 @@ class Contact(AbstractPoseLaw):
         if not self.has_bristles:
             return {}
         points = jax.eval_shape(lambda *x: self.pair.touch(*x), np.eye(3), np.array((0.0, 0.0, 1.0))).depth.shape
-        return {"bristle": InternalState((*points, 3), "m", self.friction.bend_scale)}
+        return {"bristle": InternalState((*points, 3), "m", self.friction.bend_scale, self.friction.largest_bend)}
 
     @property
     def holds(self) -> tuple[str, ...]:

@@ -34,7 +34,8 @@ class ElastoPlastic(AbstractScalarLaw):
 
     @property
     def internal_states(self) -> dict[str, InternalState]:
-        return {"elastic": InternalState(unit="m or rad", scale=self.yield_force / self.stiffness)}
+        limit = self.yield_force / self.stiffness
+        return {"elastic": InternalState((), "m or rad", limit, limit)}
 
     @property
     def holds(self) -> tuple[str, ...]:

@@ -39,7 +39,8 @@ class FrictionForce(AbstractScalarLaw):
     @property
     def internal_states(self) -> dict[str, InternalState]:
         """The bend of bristles, where the model has them."""
-        return {"bristle": InternalState(unit="m", scale=self.friction.bend_scale)} if self.stores else {}
+        model = self.friction
+        return {"bristle": InternalState((), "m", model.bend_scale, model.largest_bend)} if self.stores else {}
 
     @property
     def holds(self) -> tuple[str, ...]:

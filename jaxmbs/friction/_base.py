@@ -106,6 +106,11 @@ class AbstractBristles(AbstractFriction):
     def bend_scale(self) -> Scalar:
         """A bend in use [m], about that of steady slip: the tolerances of a motion apply to bends over it."""
 
+    @property
+    def largest_bend(self) -> Scalar:
+        """The largest bend at rest [m], at which slip begins: by default none is known."""
+        return jnp.asarray(jnp.inf)
+
     @abc.abstractmethod
     def rate(self, bend: Float[Array, " k"], slip: Float[Array, " k"]) -> Float[Array, " k"]:
         """Rate of the bend [m/s] of surfaces that are pressed, at a slip [m/s]."""

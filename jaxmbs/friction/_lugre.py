@@ -45,6 +45,11 @@ class LuGre(AbstractBristles):
         """Bend of steady sliding [m]."""
         return self.dynamic / self.sigma0
 
+    @property
+    def largest_bend(self) -> Scalar:
+        """Bend at breakaway [m]."""
+        return self._sliding(jnp.zeros(())) / self.sigma0
+
     def rate(self, bend: Float[Array, " k"], slip: Float[Array, " k"]) -> Float[Array, " k"]:
         """Rate of the bend [m/s] at a slip [m/s]."""
         square = jnp.sum(slip * slip)

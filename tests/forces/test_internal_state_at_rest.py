@@ -70,3 +70,30 @@ def test_a_search_that_fails_names_them():
     system = b.build()
     with pytest.raises(mbs.SimulationError, match="nothing holds|brake.bristle"):
         mbs.equilibrium(system, mbs.State.at(system))
+
+
+def hung(law):
+    """A block of 1 kg on a vertical slide, with a law."""
+    b = mbs.SystemBuilder(gravity=(0, 0, -9.81))
+    b.body("block", 1.0)
+    b.joint("lift", mbs.Prismatic("z"), "ground", "block")
+    b.force("brake", law, joint="lift")
+    return b.build()
+
+
+@pytest.mark.parametrize(
+    ("law", "holds", "slips"),
+    [
+        pytest.param(lambda load: F.FrictionForce(LuGre(0.3, 1e5), load), 33.0, 32.0, marks=pytest.mark.slow),
+        pytest.param(lambda force: F.ElastoPlastic(1e4, force), 9.9, 9.7, marks=pytest.mark.long),
+    ],
+    ids=["bristles", "metal"],
+)
+def test_nothing_rests_beyond_what_holds_it(law, holds, slips):
+    """Above the breakaway load of 9.81 N / 0.3, and the yield force of 9.81 N: below there is no rest, though the
+    states might balance."""
+    system, state = hung(law(holds)), mbs.State.at(hung(law(holds)))
+    assert mbs.equilibrium(system, state).ok
+    with pytest.raises(mbs.SimulationError, match="no equilibrium"):
+        mbs.equilibrium(hung(law(slips)), state)
+    assert not mbs.jit(lambda state: mbs.equilibrium(hung(law(slips)), state, throw=False).ok)(state)
