@@ -19,6 +19,8 @@ ALLOWED = {  # tests of more than one room, or of what is no module
     "test_manual": "the pages of docs",
     "test_mutations": "benchmarks/mutants.toml",
     "test_names_of_tests": "this folder",
+    "test_other_devices": "things and questions of every room on accelerators",
+    "elements/test_nastran_matrices": "elements of several files beside printed matrices of Nastran",
     "test_conventions": "conventions of all public functions",
     "test_notebook_of_designs": "notebook 13",
     "test_notebooks": "the notebooks",

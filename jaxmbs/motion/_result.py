@@ -115,6 +115,8 @@ def _free_at_start(observed, others, u):
     """
     if others is None:
         return observed, False
+    if not others.size:  # nothing moves
+        return tuple(observed[:-1]), False
     (*observed, slips), size = observed, jnp.max(jnp.abs(others))
     differ = jnp.max(jnp.abs(others - u[0])) > _MOVES * size
     return tuple(observed), lax.stop_gradient(differ & (slips[0] <= _KEEPS * size))

@@ -61,6 +61,13 @@ MODELS = {f.__name__: f for f in (welded, clamped, driven, pendulum, free, massl
 JOINT = {"welded": "wall", "driven": "pin", "pendulum": "pin", "free": "free", "massless": "pin"}
 
 
+@pytest.mark.slow
+def test_a_clamped_beam_stays_where_it_is():
+    system, state = model("clamped")
+    motion = mbs.simulate(system, state, t1=1.0)
+    assert motion.status == mbs.Status.SUCCESS and motion.end.velocities.shape == (0,)
+
+
 @functools.cache
 def model(name):
     system = MODELS[name]()
