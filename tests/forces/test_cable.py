@@ -209,8 +209,15 @@ def test_gradients_against_differences():
     weight = jnp.asarray(np.random.default_rng(3).normal(size=(2, 6, 3)))
 
     def force(by):
-        fields = lambda c: (c.radii, c.stiffness, c.free_length.value, c.friction, c.damping)
-        change = [by[name] for name in list(GRADIENTS)[:-1]]
+        coefficients = lambda c: [model.dynamic for model in c.friction]
+        fields = lambda c: [c.radii, c.stiffness, c.free_length.value, c.damping, *coefficients(c)]
+        change = [
+            by["radii"],
+            by["stiffness"],
+            by["free_length"],
+            by["damping"],
+            *[by["friction"]] * len(law.friction),
+        ]
         here = eqx.tree_at(fields, law, [a + d for a, d in zip(fields(law), change, strict=True)])
         found = here.wrench(PathKinematics(R, x.at[2, 0].add(by["place"]), spin, velocity), 0.0)
         return jnp.sum(jnp.stack(found) * weight)
@@ -260,9 +267,7 @@ def test_slopes_of_the_length_against_differentiation():
     @jax.jit
     def both(R, x):
         length = lambda d: law.path(jax.vmap(rotation_matrix)(d[:, 3:]) @ R, x + d[:, :3]).length
-        return jax.grad(length)(jnp.zeros((6, 6))), [
-            d.rows for d in law.length_and_rate(PathKinematics(R, x, *still(6)))[2:]
-        ]
+        return jax.grad(length)(jnp.zeros((6, 6))), law.length_and_rate(PathKinematics(R, x, *still(6)))[2:]
 
     expected, found = both(R, x)
     np.testing.assert_allclose(np.concatenate(found, axis=1), expected, atol=1e-13)
@@ -308,7 +313,7 @@ def test_tangents_of_wheels_whose_axes_differ():
         return Circles(place, radius, VectorComponents.of(jnp.asarray(axis)), jnp.zeros(size))
 
     first, second = circles(place * 0.0, radii[0], axis), circles(place, radii[1], other)
-    n, m = jax.jit(common_tangents, static_argnums=2)(first, second, True)
+    n, m = jax.jit(common_tangents, static_argnums=2)(first, second, None)
     span = place + m * second.radius - n * first.radius
     for normal, circle in ((n, first), (m, second)):
         for across in (dot(normal, span), dot(normal, circle.axis), dot(normal, normal) - 1.0):
