@@ -19,8 +19,8 @@ def _(*args, shapes, **params):
 
 
 def refusing_program(equation: Any) -> ClosedJaxpr | None:
-    """What stands on a tape for one of the two callbacks of an `eqx.error_if`; None for a callback of a user's."""
-    function = getattr(equation.params["callback"], "callback_func", None)
+    """The program that replaces one of the two callbacks of an `eqx.error_if`; None for a callback of a user's."""
+    function: Any = getattr(equation.params["callback"], "callback_func", None)
     if getattr(function, "__module__", None) != "equinox._errors":
         return None
     shapes = [jax.ShapeDtypeStruct(v.aval.shape, v.aval.dtype) for v in equation.invars]
