@@ -15,6 +15,7 @@ from ._parameter_slopes import log_density, named_slopes, parameter_slopes
 
 _ELSEWHERE = 0.2  # share of samples that look for failures away from the design points
 _NORMAL_95 = 1.959963984540054  # standard normal number of the two-sided 95 % interval
+NORMAL_999 = 3.290526731491896  # and of the 99.9 % interval
 
 
 def importance_sampling(

@@ -27,7 +27,7 @@ from ._design_point import (
     first_points,
 )
 from ._distinct_points import distinct_points, unproven_points
-from ._importance_sampling import importance_sampling, interval
+from ._importance_sampling import NORMAL_999, importance_sampling, interval
 from ._limit_state import LimitState, read_variables, scalar_limit, trace_limit_state
 from ._parameter_slopes import importances, index_slopes, named_slopes, parameter_slopes
 from ._polynomial_chaos import chaos_faults
@@ -190,7 +190,7 @@ def _first_order(variables: RandomVariables, points: DesignPoint, compile: str) 
 
 def _unconfirmed(probability, sampled) -> tuple[str, ...]:
     """A sentence where samples do not confirm a probability: it is outside of their 99.9 % interval."""
-    low, high = interval(sampled["probability"], sampled["error"], _NORMAL_999)
+    low, high = interval(sampled["probability"], sampled["error"], NORMAL_999)
     if low <= probability <= high:
         return ()
     return (f"samples about the design point give {low:.3g} to {high:.3g}, not {probability:.3g}",)
@@ -229,5 +229,4 @@ def _check(method, system, starts, samples, tolerance, steps) -> None:
         raise ModelError(faults, "the question")
 
 
-_NORMAL_999 = 3.290526731491896  # standard normal number of the two-sided 99.9 % interval
 _FEWEST = 100  # samples from which a probability can be said
