@@ -229,7 +229,7 @@ MADE = {
         numbers(3, 1),
         *[numbers(3)] * 4,
         jnp.zeros(3, int),
-        None,
+        *[None] * 3,
     ),  # fmt: skip
     "PolynomialChaos": lambda: mbs.design.PolynomialChaos(
         1.0, 0.1, {"a": 1.0}, {"a": 1.0}, {}, {"mean": {"a": {"mean": 1.0}}}, 1e-3, 20, 0, 3, chaos_fit()
@@ -287,6 +287,7 @@ MADE = {
     "RigCurves": lambda: mbs.vehicles.RigCurves(
         *(numbers(3) for _ in range(8)), numbers(3, 3), numbers(3, 3), *(numbers(3) for _ in range(7))
     ),
+    "RollCurves": lambda: mbs.vehicles.RollCurves(*(numbers(3) for _ in range(3)), *[MADE["RigCurves"]()] * 2),
     "Ride": lambda: mbs.vehicles.Ride(numbers(2, 2) @ numbers(2, 2).T, ("seat", "seat Wk")),
     "SingleTrack": lambda: mbs.vehicles.SingleTrack(1e3, 1.5e3, 1.2, 1.4, PLAIN_TYRE, PLAIN_TYRE),
     "BrakeInTurn": lambda: mbs.vehicles.BrakeInTurn(*map(jnp.asarray, (1.1, 1.2, 0.05))),

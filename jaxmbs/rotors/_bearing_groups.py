@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from ..typing import ScalarLike
 from ._parts import Bearing, BearingTable
 from ._plain_bearing import PlainBearing
 
@@ -16,7 +17,7 @@ _ALIKE = Bearing, BearingTable, PlainBearing
 
 
 def coefficients_of(
-    bearings: Sequence[Any], speed: Array, omega: Array | None
+    bearings: Sequence[Any], speed: ScalarLike, omega: ScalarLike | None
 ) -> list[tuple[list[int], tuple[Array, Array]]]:
     """Numbers of the bearings of each group, and their stiffness and damping (b, 2, 2).
 

@@ -10,7 +10,7 @@ from ..checks import any_concrete, faults_if
 from ..errors import ModelError
 from ..math._interpolation import hermite, spline_slopes
 from ..runtime import as_array
-from ..typing import ArrayLike, Convertible
+from ..typing import ArrayLike, Convertible, ScalarLike
 
 MOST = 10_000  # stations of a shaft, and elements between two: matrices of more are not made
 
@@ -50,7 +50,7 @@ class Bearing(eqx.Module):
         self.stiffness, self.damping = (_in_plane(n, x) for n, x in (("stiffness", stiffness), ("damping", damping)))
         _check("the bearing", station)
 
-    def coefficients(self, speed: Array) -> tuple[Array, Array]:
+    def coefficients(self, speed: ScalarLike) -> tuple[Array, Array]:
         """Stiffness and damping (2, 2) at a speed () [rad/s]."""
         return self.stiffness, self.damping
 
@@ -97,7 +97,7 @@ class BearingTable(eqx.Module):
         """True where the coefficients depend on the frequency of the whirl too."""
         return self.omegas is not None
 
-    def coefficients(self, speed: Array, omega: Array | None = None) -> tuple[Array, Array]:
+    def coefficients(self, speed: ScalarLike, omega: ScalarLike | None = None) -> tuple[Array, Array]:
         """Stiffness and damping (2, 2) at a speed () [rad/s] and an omega () of the whirl [rad/s], that of the
         speed where none is given, as under unbalance."""
         rows = jnp.stack([self.stiffness, self.damping], axis=1)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from ..errors import ModelError
 from ..runtime import as_array
-from ..typing import Convertible
+from ..typing import Convertible, ScalarLike
 from ._parts import _check
 
 _ROUNDS = 60  # of bisection: the eccentricity is then known to rounding
@@ -102,7 +102,7 @@ class PlainBearing(eqx.Module):
         attitude = jnp.arctan2(along, inward)  # from the load, in the sense of rotation
         return self.clearance * e * jnp.stack([jnp.sin(attitude), -jnp.cos(attitude)])
 
-    def coefficients(self, speed: Array) -> tuple[Array, Array]:
+    def coefficients(self, speed: ScalarLike) -> tuple[Array, Array]:
         """Stiffness and damping (2, 2) at a speed () [rad/s]."""
         at, rest = self.place(speed), jnp.zeros(2, self.clearance.dtype)
         by_place, by_velocity = jax.jacfwd(self.film_force, (0, 1))(at, rest, speed)

@@ -74,7 +74,7 @@ def separation_margin(factor: ArrayLike, side: str) -> Float[Array, "..."]:
 
 
 def resonance(
-    rotor: Rotor, between: tuple[ArrayLike, ArrayLike], unbalance: Mapping[int, ArrayLike], station: int
+    rotor: Rotor, between: tuple[ArrayLike, ArrayLike], unbalance: Mapping[int, ArrayLike | complex], station: int
 ) -> Resonance:
     """The largest peak of a station's orbit between two speeds [rad/s], with derivatives by every number.
 

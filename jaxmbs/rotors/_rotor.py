@@ -11,7 +11,7 @@ from jax.scipy.linalg import block_diag
 from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..runtime import as_array
-from ..typing import ArrayLike
+from ..typing import ArrayLike, ScalarLike
 from ._bearing_groups import coefficients_of
 from ._parts import Bearing, BearingTable, Disk
 from ._plain_bearing import PlainBearing
@@ -104,7 +104,7 @@ class Rotor(eqx.Module):
         """True where the coefficients of some bearing depend on the frequency of the whirl."""
         return any(getattr(bearing, "depends_on_frequency", False) for bearing in self.bearings)
 
-    def supports(self, speed: Array, omega: Array | None = None) -> tuple[Array, Array]:
+    def supports(self, speed: ScalarLike, omega: ScalarLike | None = None) -> tuple[Array, Array]:
         """Stiffness and damping (n, n) of the bearings at a speed () [rad/s] and an omega () of the whirl [rad/s],
         by default that of the speed."""
         n = self.num_coordinates
@@ -114,10 +114,10 @@ class Rotor(eqx.Module):
         return K, C
 
     def coefficients(
-        self, speed: Array, omega: Array | None = None
+        self, speed: ScalarLike, omega: ScalarLike | None = None
     ) -> list[tuple[list[int], np.ndarray, tuple[Array, Array]]]:
         """Numbers (b,) of bearings, columns (b, 2) of their deflections along x and y, their stiffness and damping
-        (b, 2, 2), of each group of `coefficients_of`.  Args: as of `supports`."""
+        (b, 2, 2), of each group of `coefficients_of`, at a speed [rad/s] and an omega [rad/s] of the whirl."""
         found = []
         for numbers, both in coefficients_of(self.bearings, speed, omega):
             stations = [self.bearings[k].station for k in numbers]

@@ -53,7 +53,7 @@ class RunUp(Reported, eqx.Module):
 def run_up(
     rotor: Rotor,
     speed: Callable[[Any], Any],
-    unbalance: Mapping[int, ArrayLike],
+    unbalance: Mapping[int, ArrayLike | complex],
     ts: ArrayLike,
     substeps: int = 1,
     modes: int | None = None,

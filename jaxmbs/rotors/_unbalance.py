@@ -110,7 +110,9 @@ def _size(z):
     return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
 
 
-def unbalance_response(rotor: Rotor, speeds: ArrayLike, unbalance: Mapping[int, ArrayLike]) -> UnbalanceResponse:
+def unbalance_response(
+    rotor: Rotor, speeds: ArrayLike, unbalance: Mapping[int, ArrayLike | complex]
+) -> UnbalanceResponse:
     """Steady whirl of a rotor under unbalance, over speeds (S,) [rad/s].
 
     Args: unbalance: station -> mass times eccentricity [kg m], complex for a phase: on the axis that is x at t = 0.
@@ -122,7 +124,7 @@ def unbalance_response(rotor: Rotor, speeds: ArrayLike, unbalance: Mapping[int, 
     return _response(rotor, speeds, *unbalance_places(rotor, unbalance))
 
 
-def unbalance_places(rotor: Rotor, unbalance: Mapping[int, ArrayLike]) -> tuple[tuple[int, ...], Array]:
+def unbalance_places(rotor: Rotor, unbalance: Mapping[int, ArrayLike | complex]) -> tuple[tuple[int, ...], Array]:
     """Stations (p,) and complex values (p,) of unbalance.  Raises: ModelError."""
     faults = [] if unbalance else ["unbalance= names no station"]
     last = rotor.shaft.stations.size - 1

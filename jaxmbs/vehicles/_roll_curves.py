@@ -1,15 +1,18 @@
 """An axle of two equal suspensions in roll: travels of both wheels at constant axle load, and their curves."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from ..errors import ModelError
 from ..forces import AbstractScalarLaw
 from ..forces._fields import number
+from ..quantities import Quantity
+from ..reports import Report, Reported
 from ..runtime import jit
 from ..typing import ArrayLike, WordedError
 from ._rig import Rig, _places
@@ -18,7 +21,7 @@ from ._rig_curves import RigCurves
 _STEPS = 6  # of Newton: the load over travel bends little, each step doubles the digits
 
 
-class RollCurves(NamedTuple):
+class RollCurves(Reported, eqx.Module):
     """An axle in roll, arrays (...) of the poses asked; the right wheel is the image of the left one.
 
     Attributes:
@@ -33,6 +36,15 @@ class RollCurves(NamedTuple):
     moment: Array
     left: RigCurves
     right: RigCurves
+
+    def report(self) -> Report:
+        """Angle, heave and moment; the wheels have reports of their own."""
+        rows = [
+            Quantity("angle", self.angle * 180.0 / np.pi, "deg"),
+            Quantity("heave", self.heave * 1e3, "mm"),
+            Quantity("moment", self.moment, "N m"),
+        ]
+        return Report(rows, f"{np.size(self.angle)} poses of an axle in roll")
 
 
 def roll_curves(
