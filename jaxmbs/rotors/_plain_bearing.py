@@ -46,7 +46,7 @@ class PlainBearing(eqx.Module):
         parts = ("diameter", "length", "clearance", "viscosity", "load")
         _check("the bearing", self.station, **{name: getattr(self, name) for name in parts})
 
-    def film_force(self, place: Array, velocity: Array, speed: Array) -> Array:
+    def film_force(self, place: Array, velocity: Array, speed: ScalarLike) -> Array:
         """Force (2,) [N] of the film on the journal, at its place (2,) [m] from the centre and velocity [m/s].
 
         NaN where the journal is on the wall or beyond.
@@ -75,7 +75,7 @@ class PlainBearing(eqx.Module):
         inward = 12.0 * (slip * e**2 / (more * left) + squeezed)
         return inward, 6.0 * jnp.pi * slip * e / (more * jnp.sqrt(left)) + 24.0 * e * e_rate / (more * left)
 
-    def eccentricity(self, speed: Array) -> Array:
+    def eccentricity(self, speed: ScalarLike) -> Array:
         """Distance () of the journal from the centre over the clearance, at a speed () [rad/s]."""
         share = self.load / (self._unit * speed)
 
@@ -95,7 +95,7 @@ class PlainBearing(eqx.Module):
         value, slope = jax.jvp(carried, (e,), (jnp.ones_like(e),))
         return e - value / lax.stop_gradient(slope)
 
-    def place(self, speed: Array) -> Array:
+    def place(self, speed: ScalarLike) -> Array:
         """Place (2,) [m] of the journal at rest."""
         e = self.eccentricity(speed)
         inward, along = self._film(e, jnp.zeros_like(e), jnp.ones_like(e))
