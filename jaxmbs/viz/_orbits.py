@@ -8,14 +8,19 @@ import numpy as np
 from ..errors import ModelError
 from ..rotors._unbalance import Orbit
 from ..tables import format_number
-from ..typing import ScalarLike
+from ..typing import ScalarLike, WordedError
 from ._canvas import curve_style, format_axes, get_axes
 
 _MOST = 5  # ellipses by default
 
 
 def plot_orbits(
-    orbit: Orbit, at: Sequence[ScalarLike] | None = None, ax: Any = None, *, label: str | None = None, unit: str = "m"
+    orbit: WordedError[Orbit],
+    at: Sequence[ScalarLike] | None = None,
+    ax: Any = None,
+    *,
+    label: str | None = None,
+    unit: str = "m",
 ) -> Any:
     """Plot the ellipses of an orbit, seen along the shaft, with arrows in their sense.
 
