@@ -229,7 +229,8 @@ MADE = {
         numbers(3, 1),
         *[numbers(3)] * 4,
         jnp.zeros(3, int),
-        *[None] * 3,
+        None,
+        *[numbers(3)] * 2,
     ),  # fmt: skip
     "PolynomialChaos": lambda: mbs.design.PolynomialChaos(
         1.0, 0.1, {"a": 1.0}, {"a": 1.0}, {}, {"mean": {"a": {"mean": 1.0}}}, 1e-3, 20, 0, 3, chaos_fit()
