@@ -60,5 +60,5 @@ class ImplicitLaw(eqx.Module):
         residual = eqx.filter_closure_convert(residual, start)
         guess, scale = lax.stop_gradient((start, scale.astype(start.dtype)))
         limit = jnp.finfo(start.dtype).eps ** 0.75
-        found, size = newton_root(residual, guess, scale, None, limit, _MOST_ITERATIONS, relative=1.0)
+        found, size = newton_root(residual, guess, scale, None, limit, _MOST_ITERATIONS, 1.0)
         return *motion, unravel(jnp.where(size <= limit, found, jnp.nan)), t

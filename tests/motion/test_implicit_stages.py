@@ -75,7 +75,7 @@ def test_states_that_signals_read_stay(reads, number):
     assert eliminated_states(system).tolist() == wanted and sum(wanted) == number
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "atol"),
     [
