@@ -127,5 +127,5 @@ def _continued(account, part):
     """Accounts of a row and of the part of the motion from there on (n,), each of them twice."""
     whole = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), account, part)
     since = lambda d: (d.work, d.energy_residual)
-    sums = jax.tree.map(lambda a, b: jnp.concatenate([a[None], a + b]), since(account), since(part))
+    sums = jax.tree.map(lambda a, b: jnp.concatenate([a[None], a[None] + b]), since(account), since(part))
     return jax.tree.map(lambda x: jnp.repeat(x, 2, axis=0), eqx.tree_at(since, whole, sums))
