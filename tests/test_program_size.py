@@ -563,7 +563,7 @@ FIRST_ANSWERS = {  # equations, loops, programs
     "curves of a suspension": (lambda: of_hinge(lambda rig, H: rig.curves(0.01, hardpoints=H)), (4530, 19, 1)),
     "loads of a suspension": (lambda: of_hinge(lambda rig, H: rig.loads(np.ones(3), hardpoints=H)), (5960, 29, 1)),
     "an axle in roll": (
-        lambda: of_hinge(lambda rig, H: tuple(mbs.vehicles.roll_curves(rig, 0.01, SPRING, H))),
+        lambda: of_hinge(lambda rig, H: jax.tree.leaves(mbs.vehicles.roll_curves(rig, 0.01, SPRING, H))),
         (13_600, 50, 2),
     ),
     "solid axle": (solid_axle, (1830, 5, 2)),
