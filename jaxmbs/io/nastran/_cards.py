@@ -18,6 +18,8 @@ from ._text import DeckLine
 MAX_FAULTS = 200  # more are not read by anybody
 _INTEGER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[ED]?([+-]?\d{1,4}))?", re.ASCII | re.IGNORECASE)
+_STEP = re.compile(r"\*\(?([^()]{1,40})\)?")
+_REPEAT = re.compile(r"=\(?(\d{0,6})\)?")
 _EQUATION = re.compile(r"DEQATN\b", re.IGNORECASE)
 REQUIRED: Any = object()
 
@@ -132,7 +134,7 @@ def require_positive(card: Card, nonnegative: dict[str, float], **numbers: float
 
 def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
     """Cards in the order of the deck, to ENDDATA."""
-    card, label = None, ""
+    card, label, steps = None, "", []
     for text, place in lines:
         if _EQUATION.match(text):  # its text is no fields, which goes on in lines that begin with a blank or a mark
             if card is not None:
@@ -143,6 +145,12 @@ def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
         if card is not None and card.name == "DEQATN" and text[0] in " +*\t,":
             continue
         first, data, tail, row = _split_fields(text)
+        if card is not None and (repeat := _REPEAT.fullmatch(first)):
+            steps = steps if repeat[1] else [*data, *tail]
+            for _ in range(int(repeat[1] or 1)):
+                yield card
+                card, label = _replica(card, steps, place, faults), ""
+            continue
         if not first or first[0] in "+*":
             if card is None:
                 Card("", place, faults).fault("a continuation line without a card")
@@ -157,7 +165,7 @@ def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
                 return
             card = Card(name, place, faults)
             if not re.fullmatch(r"[A-Z][A-Z0-9]{0,7}", name):
-                card.fault("replication of cards is not supported" if name[:1] == "=" else "invalid card name")
+                card.fault("there is no card before it to repeat" if name[:1] == "=" else "invalid card name")
         if row == 8 and (len(card.fields) - 1) % 8:
             card.fields += [""] * 4
         label = ""
@@ -170,6 +178,29 @@ def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
         card.fields += data + [""] * (-len(data) % row if data else row)
     if card is not None:
         yield card
+
+
+def _replica(card, steps, place, faults):
+    """The card again: `=` keeps a field, `==` all that follow, `*(5)` adds to it; other fields are as they are."""
+    made = Card(card.name, place, faults)
+    keep = steps.index("==") if "==" in steps else len(steps)
+    for k, step in enumerate(steps[:keep], start=1):
+        given = _STEP.fullmatch(step)
+        made.fields.append(card.text(k) if step == "=" else _plus(made, card.text(k), given[1]) if given else step)
+    made.fields += card.fields[keep + 1 :] if keep < len(steps) else []
+    if not steps or len(card) > 8:
+        made.fault("cards of one line are repeated, by a line that says how")
+    return made
+
+
+def _plus(card, text, step):
+    """The sum of two fields as text."""
+    if _INTEGER.fullmatch(text or "0") and _INTEGER.fullmatch(step):
+        return str(int(text or 0) + int(step))
+    one, other = Card(card.name, card.place, card.faults), Card(card.name, card.place, card.faults)
+    one.fields.append(text)
+    other.fields.append(step)
+    return repr(one.real(1, "a repeated field", 0.0) + other.real(1, "a step"))
 
 
 def _split_fields(text):

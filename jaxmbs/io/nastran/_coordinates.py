@@ -63,6 +63,25 @@ class DeckCoordinates(eqx.Module):
         whole = jnp.zeros((len(dependent), len(column)), R.dtype)
         return dependent, whole.at[:, np.array([column[touched[k]] for k in mine], int)].set(given)
 
+    def follow(self, positions: AnyArray, held: Float[Array, "nodes 6"]) -> Float[Array, "nodes 6"]:
+        """Displacements `held` of held directions, in basic axes, with those that ties make of them."""
+        dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
+        if not dependent:
+            return held
+        R, own = self.equations(positions)
+        touched = self._touched
+        nodes, directions = np.array(touched).T
+        axes = self.axes(positions, tuple(nodes.tolist()))[np.arange(len(nodes)), directions % 3]
+        along = jnp.where((directions > 2)[:, None], held[nodes, 3:], held[nodes, :3])
+        values = jnp.sum(axes * along, axis=1).at[own].set(0.0)
+        given = -R @ values
+        if not are_ties_uncoupled(self.ties):
+            given = jnp.linalg.solve(R[:, own], given)
+        turns = (directions[own] > 2)[:, None]
+        rows = given[:, None] * axes[own]
+        rows = jnp.concatenate([jnp.where(turns, 0.0, rows), jnp.where(turns, rows, 0.0)], axis=1)
+        return held.at[nodes[own]].add(rows)
+
     @property
     def _touched(self):
         return list(dict.fromkeys(pair for tie in self.ties.values() for pair in tie.pairs))

@@ -42,7 +42,8 @@ class Deck(Reported, eqx.Module):
         held: labels that SPC and GRID hold; weak: those that PARAM AUTOSPC holds, as no element stiffens them.
         ignored: what of the deck is not used, one sentence each.
         notes: what was decided about it: masses lumped or consistent, plates without transverse shear.
-        loads: sets of loads, "LOAD 3"; temperatures: (nodes,) of sets, "TEMPERATURE 3".
+        loads: sets of loads, "LOAD 3"; temperatures: (nodes,) of sets, "TEMPERATURE 3"; unread_temperatures: names
+            of sets that cannot be used, and why.
         enforced: displacements of held places that the SPC cards give, None without.
         cases: number, load and temperature of each subcase, 0 where the case control has none, "" for no set.
     """
@@ -62,6 +63,7 @@ class Deck(Reported, eqx.Module):
     notes: tuple[str, ...] = eqx.field(static=True, default=())
     loads: dict[str, LoadSet] = eqx.field(default_factory=dict)
     temperatures: dict[str, Array | np.ndarray] = eqx.field(default_factory=dict)
+    unread_temperatures: tuple[tuple[str, str], ...] = eqx.field(static=True, default=())
     enforced: EnforcedPlaces | None = None
     cases: tuple[tuple[int, str, str], ...] = eqx.field(static=True, default=((0, "", ""),))
 
@@ -171,8 +173,9 @@ class Deck(Reported, eqx.Module):
         structure, count = self.structure, len(self.names)
         forces, system = self._load(structure, load, temperature), self._assemble(structure)
         held = jnp.zeros((count, 6)) if self.enforced is None else self.enforced.displacements(count)
-        held = held + self.loads[load].enforced(count) if load else held
+        held = self.loads[load].enforced(held) if load else held
         if self.enforced is not None or (load and self.loads[load].moves):
+            held = self.coordinates.follow(self.positions, held)
             forces = forces - stiffness_forces(structure, held)
         (rows,) = jax.vjp(self.displacements, jnp.zeros(system.num_rows))[1](forces)
         return self.displacements(equilibrium(system, rows).displacement) + held
@@ -211,7 +214,9 @@ class Deck(Reported, eqx.Module):
         return load, temperature
 
     def _temperature(self, name):
-        own = self.temperatures[name]
+        own, faults = self.temperatures[name], dict(self.unread_temperatures)
+        if name in faults:
+            raise ModelError([faults[name]], f"{name} is not supported")
         if is_concrete(own) and np.any(np.isnan(own)):
             missing = self.names[int(np.argmax(np.isnan(own)))]
             raise ModelError([f"{name}: {missing} has no temperature, and there is no TEMPD"])

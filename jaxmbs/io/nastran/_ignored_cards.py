@@ -12,7 +12,7 @@ def _names(text: str, *more: str) -> frozenset[str]:
 #: By what they are for: none of these changes mass, stiffness or supports of a linear structure.
 HARMLESS_BY_PURPOSE: dict[str, frozenset[str]] = {
     "loads": _names(
-        """ACCEL ACCEL1 ACSRCE BOLTFOR CLOAD DAREA DEFORM DELAY DLOAD DPHASE FORCE FORCE1 FORCE2 FORCEAX GRAV
+        """ACCEL ACCEL1 ACSRCE BOLTFOR CLOAD DAREA DELAY DLOAD DPHASE FORCE FORCE1 FORCE2 FORCEAX GRAV
         LOAD LOADCYH LOADCYN LOADCYT LSEQ MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADB3 PLOADX
         PLOADX1 PRESAX RFORCE RFORCE1 RLOAD1 RLOAD2 SLOAD SPCD TEMP TEMPAX TEMPBC TEMPD TEMPF TEMPN1 TEMPP1
         TEMPP2 TEMPP3 TEMPRB TIC TLOAD1 TLOAD2 TLOAD3 UXVEC LOADT SPCR TEMPG TEMPIC FORCDST"""
@@ -67,13 +67,14 @@ BCONPRP BCPARA BCPATCH BCPROP BCPROP1 BCPROPS BCRGSRF BCRIGID BCRPARA BCSCAP BCS
 BCTPAR2 BCTPARA BCTPARM BCTRIM BCTSET BFRIC BLSEG BSURF BSURFS"""
 #: Cards that act only where the case control chooses them: the commands that do.
 CHOSEN: dict[str, frozenset[str]] = {
-    **dict.fromkeys(("DMIG", "DMIAX", "DMIJ"), _names("K2GG M2GG B2GG K2PP M2PP B2PP K42GG A2GG")),
+    **dict.fromkeys(("DMIG", "DMIAX", "DMIJ"), _names("K2GG M2GG B2GG K2PP M2PP B2PP K42GG A2GG P2G")),
     **dict.fromkeys(("NSM", "NSM1", "NSML", "NSML1", "NSMADD"), _names("NSM")),
     **dict.fromkeys(("TF", "EPOINT"), _names("TFL")),
     **dict.fromkeys(("NOLIN1", "NOLIN2", "NOLIN3", "NOLIN4", "NLRGAP"), _names("NONLINEAR")),
     **dict.fromkeys((f"MATT{k}" for k in (1, 2, 3, 8, 9, 11)), _names("TEMPERATURE")),
     **dict.fromkeys((f"MAT{kind}" for kind in ("S1", "S3", "S8", "EP", "F", "TEP", "DMG")), _names("NLPARM NLSTEP")),
     **dict.fromkeys(("PELAST", "PBUSHT", "PDAMPT", "PFASTT", "CREEP"), _names("NLPARM NLSTEP")),
+    **dict(DEFORM=_names("DEFORM")),
     **dict.fromkeys(("BOLT", "BOLTLD", "BOLTSEQ"), _names("BOLTLD")),
     **dict.fromkeys(("ROTORD", "ROTORG", "ROTOR", "ROTORSE"), _names("RGYRO")),
     **dict.fromkeys(("BGSET", "BGADD", "BGPARM"), _names("BGSET")),

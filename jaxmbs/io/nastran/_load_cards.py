@@ -8,16 +8,20 @@ from ._cards import Card
 from ._connections import Groups
 from ._context import DeckContext
 from ._loads import Acceleration, EnforcedPlaces, FacePressures, LoadSet, NodalForces, SpanLoads
+from ._ties import Pair
 
 #: Cards whose sets are read; others of a set make it unusable.
-READ = ("FORCE", "MOMENT", "FORCE1", "MOMENT1", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "GRAV", "RFORCE", "SPCD")
-UNREAD = """ACCEL ACCEL1 FORCE2 MOMENT2 PLOADX1 RFORCE1 SLOAD DEFORM PLOADB3 FORCEAX PRESAX PLOADX
-LOADCYH LOADCYN LOADCYT UXVEC""".split()
+READ = """FORCE MOMENT FORCE1 MOMENT1 FORCE2 MOMENT2 SLOAD PLOAD PLOAD1 PLOAD2 PLOAD4 GRAV RFORCE SPCD""".split()
+UNREAD = """ACCEL ACCEL1 PLOADX1 RFORCE1 PLOADB3 FORCEAX PRESAX PLOADX LOADCYH LOADCYN LOADCYT UXVEC""".split()
+#: Cards of temperatures that make a set unusable.
+UNREAD_WARMTH = "TEMPAX TEMPB3 TEMPF TEMPG TEMPN1 TEMPP1 TEMPP2 TEMPP3 TEMPRB".split()
 
 
-def read_loads(found: dict[str, list[Card]], deck: DeckContext, elements: Groups) -> dict[str, LoadSet]:
-    """Sets by name, "LOAD 3": those of single cards, and of LOAD their sums."""
-    places = _Places(elements)
+def read_loads(
+    found: dict[str, list[Card]], deck: DeckContext, elements: Groups, on_hold: set[Pair]
+) -> dict[str, LoadSet]:
+    """Sets by name, "LOAD 3": those of single cards, and of LOAD their sums; `on_hold`: directions of supports."""
+    places = _Places(elements, on_hold)
     parts: dict[int, list] = {}
     wrong: dict[int, list[str]] = {}
     for name in (*READ, *UNREAD):
@@ -38,8 +42,11 @@ def read_loads(found: dict[str, list[Card]], deck: DeckContext, elements: Groups
     return {f"LOAD {number}": own for number, own in sorted(made.items())}
 
 
-def read_temperatures(found: dict[str, list[Card]], deck: DeckContext) -> dict[str, np.ndarray]:
-    """Temperatures (nodes,) by name of their set, "TEMPERATURE 3"; of sets that leave a GRID out there is NaN."""
+def read_temperatures(
+    found: dict[str, list[Card]], deck: DeckContext
+) -> tuple[dict[str, np.ndarray], tuple[tuple[str, str], ...]]:
+    """Temperatures (nodes,) by name of their set, "TEMPERATURE 3", NaN where a set leaves a GRID out; and for sets
+    that cannot be used why, (name, fault)."""
     made: dict[int, np.ndarray] = {}
     for given in found.get("TEMPD", ()):
         card = _quiet(given)
@@ -51,7 +58,13 @@ def read_temperatures(found: dict[str, list[Card]], deck: DeckContext) -> dict[s
         for k in range(2, len(card) + 1, 2):
             if card.text(k):
                 own[deck.node(card, k, "G")] = card.real(k + 1, "T")
-    return {f"TEMPERATURE {number}": own for number, own in sorted(made.items())}
+    unread = {}
+    for name in UNREAD_WARMTH:
+        for card in map(_quiet, found.get(name, ())):
+            number = card.integer(1, "SID")
+            made.setdefault(number, np.full(len(deck.ids), np.nan))
+            unread[f"TEMPERATURE {number}"] = f"{name} is not read: {card.place}"
+    return {f"TEMPERATURE {number}": own for number, own in sorted(made.items())}, tuple(unread.items())
 
 
 def read_enforced(found: dict[str, list[Card]], sets: set[int], deck: DeckContext) -> EnforcedPlaces | None:
@@ -59,8 +72,8 @@ def read_enforced(found: dict[str, list[Card]], sets: set[int], deck: DeckContex
     pairs = []
     for card in found.get("SPC", ()):
         if card.integer(1, "SID") in sets:
-            pairs += _enforced(_quiet(card), deck, 2)
-    return _gather_enforced(pairs) if pairs else None
+            pairs += _enforced(_quiet(card), deck)
+    return _gather_enforced(pairs) if any(value for *_, value, _ in pairs) else None
 
 
 def _quiet(card):
@@ -85,9 +98,10 @@ def _sum(card, made):
 
 
 class _Places:
-    """Faces and nodes of elements by number, and the places of bars in their groups."""
+    """Faces and nodes of elements by number, the places of bars in their groups, directions that supports hold."""
 
-    def __init__(self, elements: Groups) -> None:
+    def __init__(self, elements: Groups, on_hold: set[Pair]) -> None:
+        self.on_hold = on_hold
         self.nodes: dict[int, tuple] = {}
         self.bars: dict[int, tuple[str, int]] = {}
         for name, own in elements.items():
@@ -109,12 +123,24 @@ def _force(card, deck, places):
 
 
 def _force_between(card, deck, places):
-    node, *ends = (deck.node(card, k, "G") for k in (2, 4, 5))
-    way = deck.positions[ends[1]] - deck.positions[ends[0]]
+    """From G1 to G2, or along the product of G1 to G2 and G3 to G4."""
+    count = 4 if card.name.endswith("2") else 2
+    node, *ends = (deck.node(card, k, "G") for k in (2, *range(4, 4 + count)))
+    ways = np.diff(deck.positions[ends].reshape(-1, 2, 3), axis=1)[:, 0]
+    way = ways[0] if count == 2 else np.cross(*ways)
     length = np.linalg.norm(way)
-    if not length:
-        card.fault("its two nodes lie at one point")
+    if not length > 1e-12 * np.prod(np.linalg.norm(ways, axis=1)):
+        card.fault("its nodes give no direction")
     return [_nodal(card, node, card.real(3, "F") * way / (length or 1.0))]
+
+
+def _force_on_points(card, deck, places):
+    """SLOAD: pairs of a scalar point and a force; of a GRID it acts along direction 1 of its displacements."""
+    for k in range(2, len(card) + 1, 2):
+        node = deck.node(card, k, "S")
+        row = np.zeros(6)
+        row[:3] = card.real(k + 1, "F") * (np.eye(3) if node in deck.scalars else deck.axes(node))[0]
+        yield "nodal", node, row
 
 
 def _nodal(card, node, value):
@@ -129,15 +155,22 @@ def _basic(card, deck, frame, vector, node):
 
 
 def _gravity(card, deck, places):
-    vector = card.reals(4, 3, "N")
-    return [Acceleration(card.real(3, "A") * _basic(card, deck, card.integer(2, "CID", 0, low=0), vector, 0))]
+    return [Acceleration(card.real(3, "A") * _everywhere(card, deck, 2, card.reals(4, 3, "N")))]
+
+
+def _everywhere(card, deck, k, vector):
+    """A vector of the rectangular system of field k, in basic axes."""
+    number = card.integer(k, "CID", 0, low=0)
+    if deck.frame(card, number).kind != "R":
+        card.fault(f"CID {number} is not rectangular: it gives other directions at other places")
+    return _basic(card, deck, number, vector, 0)
 
 
 def _rotation(card, deck, places):
     card.refuse_fields("RACC", 9)
     node = deck.node(card, 2, "G") if card.text(2) not in ("", "0") else None
     centre = np.zeros(3) if node is None else deck.positions[node]
-    axis = _basic(card, deck, card.integer(3, "CID", 0, low=0), card.reals(5, 3, "R"), node or 0)
+    axis = _everywhere(card, deck, 3, card.reals(5, 3, "R"))
     return [Acceleration(np.zeros(3), 2 * np.pi * card.real(4, "A") * axis, centre)]
 
 
@@ -160,7 +193,7 @@ def _pressure_of_element(card, deck, places):
     given = [card.real(k, "P", None) for k in (3, 4, 5, 6)]
     direction = np.zeros(3)
     if any(card.text(k) for k in (10, 11, 12)):
-        direction = _basic(card, deck, card.integer(9, "CID", 0, low=0), card.reals(10, 3, "N"), 0)
+        direction = _everywhere(card, deck, 9, card.reals(10, 3, "N"))
         direction = direction / (np.linalg.norm(direction) or 1.0)
     card.refuse_fields("SORL", 13, harmless=("SURF",))
     card.refuse_fields("LDIR", 14, harmless=("NORM",))
@@ -187,9 +220,11 @@ def _along_bar(card, deck, places):
     begin, first = card.real(5, "X1"), card.real(6, "P1")
     end = card.real(7, "X2", begin)
     last, spread = card.real(8, "P2", 0.0), end != begin
-    if scale not in ("LE", "FR") and not (scale in ("LEPR", "FRPR") and not spread):
-        card.fault(f"SCALE {scale} must be LE or FR; loads per projected length are not read")
-    row = [begin, end], [first, last], scale.startswith("FR"), spread, _SPAN_TYPES.index(kind) % 6, kind.endswith("E")
+    if scale not in ("LE", "FR", "LEPR", "FRPR"):
+        card.fault(f"SCALE {scale} must be LE, FR, LEPR or FRPR")
+    across = spread and scale.endswith("PR")
+    kind, own = _SPAN_TYPES.index(kind) % 6, kind.endswith("E")
+    row = [begin, end], [first, last], scale.startswith("FR"), spread, across, kind, own
     yield "span", *places.bars[number], *row
 
 
@@ -235,20 +270,24 @@ def _corners(face):
 
 
 def _prescribed(card, deck, places):
-    return _enforced(card, deck, 2)
+    for record in _enforced(card, deck):
+        _, node, d, _, _ = record
+        if (node, d) not in places.on_hold:
+            card.fault(f"GRID {deck.ids[node]}, direction {d + 1}: no SPC holds it")
+        yield record
 
 
-def _enforced(card, deck, first):
-    for k in (first, first + 3):
+def _enforced(card, deck):
+    """Of SPC and SPCD: ("enforced", node, direction, value, unit vector over x y z rx ry rz)."""
+    for k in (2, 5):
         if not card.text(k):
             continue
         node, value = deck.node(card, k, "G"), card.real(k + 2, "D", 0.0)
-        row = np.zeros(6)
+        axes = np.eye(3) if node in deck.scalars else deck.axes(node)
         for d in deck.directions(card, k + 1, "C", node):
-            part = slice(0, 3) if d < 3 else slice(3, 6)
-            row[part] += value * (deck.axes(node)[d % 3] if node not in deck.scalars else np.eye(3)[0])
-        if np.any(row):
-            yield "enforced", node, row
+            row = np.zeros(6)
+            row[3 * (d // 3) : 3 * (d // 3) + 3] = axes[d % 3]
+            yield "enforced", node, d, value, row
 
 
 def _gather(own) -> Iterable:
@@ -276,12 +315,16 @@ def _gather(own) -> Iterable:
     yield from (part for part in own if not isinstance(part, tuple))
 
 
-def _gather_enforced(pairs):
-    return EnforcedPlaces(tuple(node for _, node, _ in pairs), np.array([row for *_, row in pairs]))
+def _gather_enforced(records):
+    """Each direction once, by the last card that names it."""
+    last = {(node, d): (value, row) for _, node, d, value, row in records}
+    values, rows = zip(*last.values(), strict=True)
+    return EnforcedPlaces(tuple(node for node, _ in last), np.array(values), np.array(rows))
 
 
 _READERS = {
-    **dict(FORCE=_force, MOMENT=_force, FORCE1=_force_between, MOMENT1=_force_between, GRAV=_gravity),
+    **dict(FORCE=_force, MOMENT=_force, GRAV=_gravity, SLOAD=_force_on_points),
+    **dict.fromkeys(("FORCE1", "MOMENT1", "FORCE2", "MOMENT2"), _force_between),
     **dict(
         RFORCE=_rotation,
         PLOAD=_pressure,

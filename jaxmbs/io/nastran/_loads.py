@@ -14,6 +14,7 @@ from ...elements._solid import face_rule
 from ...errors import ModelError
 from ...fem import Structure
 from ...fem._loads import _scatter_to_nodes
+from ...math._linalg import safe_norm
 from ...typing import Convertible
 
 
@@ -75,6 +76,7 @@ class SpanLoads(eqx.Module):
         group: name of the bars, "CBAR 3"; places (m,): which of them.
         at: (m, 2) where it begins and ends; fractions: (m,) whether as a share of the length, else as a length [m].
         values: (m, 2) there [N, N m, or per m]; spread: (m,) False where it is concentrated at the first.
+        projected: (m,) per length as seen along its direction.
         direction: (m,) 0-5 for forces and moments along x, y, z; own_axes: (m,) of the bar, else of the deck.
     """
 
@@ -84,6 +86,7 @@ class SpanLoads(eqx.Module):
     values: Convertible[Float[Array, "m 2"]] = eqx.field(converter=as_real)
     fractions: tuple[bool, ...] = eqx.field(static=True)
     spread: tuple[bool, ...] = eqx.field(static=True)
+    projected: tuple[bool, ...] = eqx.field(static=True)
     direction: tuple[int, ...] = eqx.field(static=True)
     own_axes: tuple[bool, ...] = eqx.field(static=True)
 
@@ -91,10 +94,10 @@ class SpanLoads(eqx.Module):
         """Forces on all nodes: consistent ones, exact at the ends of the bars."""
         group, places = structure.groups[self.group], np.array(self.places, int)
         bars = group.element if group.shared else jax.tree.map(lambda leaf: leaf[places], group.element)
-        flags = [np.array(flag) for flag in (self.fractions, self.spread, self.own_axes)]
+        flags = [np.array(flag) for flag in (self.fractions, self.spread, self.projected, self.own_axes)]
         units = np.eye(6)[np.array(self.direction, int)]
         nodes = group.connections[places]
-        axes = (None if group.shared else 0, *[0] * 7)
+        axes = (None if group.shared else 0, *[0] * 8)
         found = jax.vmap(_span_load, axes)(bars, structure.positions[nodes], self.at, self.values, units, *flags)
         total = jnp.zeros((structure.num_nodes, 6))
         return total.at[nodes].add(found.reshape(*nodes.shape, 6))
@@ -103,7 +106,7 @@ class SpanLoads(eqx.Module):
 _POINTS, _WEIGHTS = gauss_points(3, 1)  # a linear load on cubic deflections
 
 
-def _span_load(bar, nodes, at, values, unit, fraction, spread, own):
+def _span_load(bar, nodes, at, values, unit, fraction, spread, projected, own):
     length, axes = bar.span(nodes)
     begin, end = at / jnp.where(fraction, 1.0, length)
     share = jnp.asarray((1.0 + _POINTS[:, 0]) / 2.0, nodes.dtype)
@@ -113,6 +116,8 @@ def _span_load(bar, nodes, at, values, unit, fraction, spread, own):
     places = jnp.where(spread, begin + share * (end - begin), begin)
     frame = jnp.where(own, axes, jnp.eye(3, dtype=axes.dtype))
     force, moment = unit[:3] @ frame, unit[3:] @ frame
+    across = jnp.cross(axes[0], force + moment)
+    load = load * jnp.where(projected, safe_norm(across), 1.0)
     return bar.span_load(nodes, places, load[:, None] * force[None], load[:, None] * moment[None])
 
 
@@ -124,23 +129,46 @@ class Acceleration(eqx.Module):
     centre: Convertible[Float[Array, "3"]] = eqx.field(converter=as_real, default=(0.0, 0.0, 0.0))
 
     def forces(self, structure: Structure) -> Float[Array, "nodes 6"]:
-        """Mass matrix of each element times the field at its nodes."""
-        arms = structure.positions - self.centre[None]
+        """Mass matrix of each element times the field at its nodes, or where offsets from them end."""
+        total = jnp.zeros((structure.num_nodes, 6))
+        for group in structure.groups.values():
+            total = total + _scatter_to_nodes(structure, group, group.map(self._forces, structure.positions))
+        return total
+
+    def _forces(self, element, nodes):
+        """Of one element; the parts of a rigid mass with inertia J make a moment `-spin x J spin`, too."""
+        given = (getattr(element, name, None) for name in ("offsets", "offset"))
+        offsets = next((offset for offset in given if offset is not None), jnp.zeros_like(nodes))
+        arms = nodes + offsets.reshape(-1, 3) - self.centre[None]
         spin = jnp.broadcast_to(self.spin, arms.shape)
         field = self.field[None] - jnp.cross(spin, jnp.cross(spin, arms))
-        whole = jnp.concatenate([field, jnp.zeros_like(field)], axis=1)
-        return _times_elements(structure, lambda element, nodes: element.mass(nodes), whole)
+        rows = jnp.zeros((element.num_nodes, element.coordinates), nodes.dtype).at[:, :3].set(field)
+        force = element.mass(nodes) @ rows.reshape(-1)
+        inertia = getattr(element, "inertia", None)
+        return force if inertia is None else force.at[3:].add(-jnp.cross(self.spin, inertia @ self.spin))
 
 
 class EnforcedPlaces(eqx.Module):
-    """SPCD and D of an SPC: displacements (m, 6) in basic axes of held directions of nodes."""
+    """SPCD and D of an SPC: displacements (m,) [m or rad] of held directions of nodes.
+
+    Attributes:
+        directions: (m, 6) of each, a unit vector over x y z rx ry rz in basic axes.
+    """
 
     nodes: tuple[int, ...] = eqx.field(static=True)
-    values: Convertible[Float[Array, "m 6"]] = eqx.field(converter=as_real)
+    values: Convertible[Float[Array, " m"]] = eqx.field(converter=as_real)
+    directions: Convertible[Float[Array, "m 6"]] = eqx.field(converter=as_real)
 
     def displacements(self, count: int) -> Float[Array, "nodes 6"]:
         """Of all nodes, zero at the others."""
-        return jnp.zeros((count, 6)).at[np.array(self.nodes, int)].add(self.values)
+        rows = self.values[:, None] * self.directions
+        return jnp.zeros((count, 6)).at[np.array(self.nodes, int)].add(rows)
+
+    def without(self, held: Float[Array, "nodes 6"]) -> Float[Array, "nodes 6"]:
+        """Displacements `held` without what they have in these directions."""
+        nodes = np.array(self.nodes, int)
+        own = jnp.sum(held[nodes] * self.directions, axis=1, keepdims=True)
+        return held.at[nodes].add(-own * self.directions)
 
 
 class LoadSet(eqx.Module):
@@ -170,10 +198,12 @@ class LoadSet(eqx.Module):
         """True if it has enforced places."""
         return any(isinstance(part, EnforcedPlaces) for part in self.parts)
 
-    def enforced(self, count: int) -> Float[Array, "nodes 6"]:
-        """Enforced displacements."""
+    def enforced(self, held: Float[Array, "nodes 6"]) -> Float[Array, "nodes 6"]:
+        """Enforced displacements, in place of those that the SPC cards give in the same directions."""
         places = [(k, part) for k, part in enumerate(self.parts) if isinstance(part, EnforcedPlaces)]
-        return sum((self._factor(k) * part.displacements(count) for k, part in places), jnp.zeros((count, 6)))
+        for _, part in places:
+            held = part.without(held)
+        return sum((self._factor(k) * part.displacements(len(held)) for k, part in places), held)
 
     def _factor(self, k):
         return 1.0 if self.factors is None else self.factors[k]
@@ -181,15 +211,9 @@ class LoadSet(eqx.Module):
 
 def stiffness_forces(structure: Structure, u: Float[Array, "nodes 6"]) -> Float[Array, "nodes 6"]:
     """`K u` over all nodes, held ones too, element by element."""
-    return _times_elements(structure, lambda element, nodes: element.stiffness(nodes), u)
-
-
-def _times_elements(structure, matrix, u):
     total = jnp.zeros((structure.num_nodes, 6))
     for group in structure.groups.values():
-        c = group.element.coordinates
-        own = u[group.connections, :c].reshape(len(group.nodes), -1)
-        total = total + _scatter_to_nodes(
-            structure, group, group.map(lambda e, nodes, x: matrix(e, nodes) @ x, structure.positions, own)
-        )
+        own = u[group.connections, : group.element.coordinates].reshape(len(group.nodes), -1)
+        found = group.map(lambda e, nodes, x: e.stiffness(nodes) @ x, structure.positions, own)
+        total = total + _scatter_to_nodes(structure, group, found)
     return total

@@ -41,6 +41,7 @@ CONSTRAINTS = ("SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR")
 _NUMBERS = {**MATERIALS, **PROPERTIES}
 _CARDS_READ = {"GRID", "GRDSET", "SPOINT", "BAROR", "BEAMOR", "PARAM", *NAMES, *_NUMBERS, *ELEMENTS, *CONSTRAINTS}
 _LENGTHS = {"GRID": 8, "CROD": 4, "CONM2": 14, "CONROD": 8, "RBAR": 9, "PROD": 6, "CTUBE": 4, "PTUBE": 6}
+_SCALES = ("CK1", "CM1", "CB1", "CP1")  # of all stiffness, masses, dampers and loads
 _MASSES = {
     "lumped": "masses are lumped, as Nastran's are without PARAM COUPMASS 1; masses='consistent' takes the others",
     "consistent": "masses are consistent, as Nastran's are with PARAM COUPMASS 1; masses='lumped' takes the others",
@@ -101,10 +102,12 @@ def read_nastran(
         raise ModelError(faults)
     ignored += [f"{what}, {times} times" if times > 1 else what for what, times in deck.notes.items()]
     made = _deck(deck, elements, tied, on_hold, settings, tuple(ignored))
+    temperatures, unread = read_temperatures(found, deck)
     return dataclasses.replace(
         made,
-        loads=read_loads(found, deck, elements),
-        temperatures=read_temperatures(found, deck),
+        loads=read_loads(found, deck, elements, on_hold),
+        temperatures=temperatures,
+        unread_temperatures=unread,
         enforced=read_enforced(found, sets[0], deck),
         cases=_cases(text),
     )
@@ -114,6 +117,8 @@ def _cards(text, ignore, faults):
     """Cards by name without those that are left out; names of cards that are not read; what is ignored."""
     found: dict[str, list[Card]] = {}
     for card in parse_cards(text.lines(), faults):
+        found.setdefault(card.name, []).append(card)
+    for card in parse_cards(text.parameters, faults):  # after those of the bulk data, over which they stand
         found.setdefault(card.name, []).append(card)
     for name, most in _LENGTHS.items():
         for card in found.get(name, ()):
@@ -192,6 +197,8 @@ def _settings(found, deck):
             settings["AUTOSPC"] = card.text(2).upper() != "NO"
         elif name == "COUPMASS":
             settings["masses"] = "consistent" if card.integer(2, "COUPMASS", -1, low=-1) > 0 else "lumped"
+        elif name in _SCALES and card.real(2, name, 1.0) != 1:
+            card.fault("it multiplies a whole matrix, which is not supported")
         elif name != "K6ROT":  # which `DeckContext` reads
             deck.note(f"PARAM {name[:16]}")
     return settings

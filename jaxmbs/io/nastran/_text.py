@@ -15,6 +15,7 @@ _BEGIN = re.compile(r"^\s*BEGIN\b(.*)", re.IGNORECASE)
 _INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)", re.IGNORECASE)
 _SUBCASE = re.compile(r"^\s*SUBCASE(?:\s+|\s*=\s*)(\d{1,8})\b", re.IGNORECASE)
 _COMBINATION = re.compile(r"^\s*(SUBCOM|SYMCOM|SYM|REPCASE)(?:\s+|\s*=\s*)\d", re.IGNORECASE)
+_PARAMETER = re.compile(r"^\s*PARAM[\s,]+([A-Z]\w*)[\s,]+([^\s,]+)", re.IGNORECASE)
 _COMMAND = re.compile(r"^\s*([A-Z][A-Z0-9]*)\s*(?:\(\s*([^)]*)\)\s*)?=\s*(.*?)\s*$", re.IGNORECASE)
 
 
@@ -33,6 +34,7 @@ class BulkData:
         faults: what is wrong with the files.
         choices: what the case control chooses, in its order: `{"SPC": ["1", "2"], "METHOD": ["4"]}`.
         common: what it chooses before all subcases, the first of each; cases: what each subcase chooses.
+        parameters: cards PARAM of the case control, up to those of its first subcase.
         skipped: number of lines before BEGIN BULK.
     """
 
@@ -41,6 +43,7 @@ class BulkData:
         self.choices: dict[str, list[str]] = {}
         self.common: dict[str, str] = {}
         self.cases: dict[int, dict[str, str]] = {}
+        self.parameters: list[DeckLine] = []
         self._path, self._roots = path, (path.resolve().parent, *(folder.resolve() for folder in folders))
         self._bytes = self._files = 0
 
@@ -49,11 +52,13 @@ class BulkData:
         found = self._read(self._path)
         begin = next((k for k, text in enumerate(found) if _BEGIN.match(text)), None)
         case = self.common
-        for text in found[: begin or 0]:
+        for number, text in enumerate(found[: begin or 0], start=1):
             if subcase := _SUBCASE.match(text):
                 case = self.cases.setdefault(int(subcase[1]), {})
             elif _COMBINATION.match(text):
                 case = {}  # sums of cases and cases of parts choose nothing for those before them
+            elif (own := _PARAMETER.match(text)) and len(self.cases) < 2:
+                self.parameters.append(DeckLine(f"PARAM,{own[1]},{own[2]}", f"{self._path.name}:{number}"))
             elif command := _COMMAND.match(text):
                 name, role = command[1].upper(), (command[2] or "").upper()
                 warm = name.startswith("TEMP") and name in "TEMPERATURE" and role not in ("", "BOTH")
