@@ -145,6 +145,7 @@ def _leave_out(model, imported):
     model.dof_solref[:], model.dof_solimp[:, :2], model.opt.timestep = (2e-9, 1.0), 0.9999, 1e-9
     model.tendon_solref_fri[:], model.tendon_solimp_fri[:, :2] = (2e-9, 1.0), 0.9999
     model.opt.density = model.opt.viscosity = 0.0
+    model.body_sameframe[:] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # centres of mass within 1e-6 of frames count
     declared = imported.builder.declared
     for k in range(model.ntendon):
         name = model.tendon(k).name or f"tendon{k}"
@@ -160,12 +161,28 @@ def _leave_out(model, imported):
 
 
 def full_mass(model, data):
-    """(nv, nv), whichever way this release of MuJoCo hands it out."""
+    """(nv, nv), whichever way this release of MuJoCo hands it out.
+
+    Where a free body alone has its centre of mass within a millionth of its frame MuJoCo's matrix has it in the frame:
+    columns are then efforts of unit accelerations, which have it where it is.
+    """
+    if np.any(model.body_ipos[model.body_simple > 0]):
+        return _mass_by_efforts(model, data)
     M = np.zeros((model.nv, model.nv))
     try:
         mujoco.mj_fullM(model, M, data.qM)
     except (TypeError, AttributeError):
         mujoco.mj_fullM(model, data, M)
+    return M
+
+
+def _mass_by_efforts(model, data):
+    M, still = np.diag(model.dof_armature), np.zeros(model.nv)
+    mujoco.mj_rne(model, data, 0, still)
+    for k, own in enumerate(np.eye(model.nv)):
+        data.qacc[:], column = own, np.zeros(model.nv)
+        mujoco.mj_rne(model, data, 1, column)
+        M[:, k] += column - still
     return M
 
 

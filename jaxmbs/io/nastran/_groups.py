@@ -39,6 +39,10 @@ class AbstractElementGroup(eqx.Module):
         """One finite element with stacked leaves (elements, ...)."""
         raise NotImplementedError
 
+    def outline(self, numbers: DeckParameters) -> AbstractElement:
+        """The same as far as its shape and the directions of stiffness and mass are concerned."""
+        return self.element(numbers)
+
     def stiff_directions(self, element: AbstractElement, numbers: DeckParameters) -> tuple[np.ndarray, np.ndarray]:
         """Directions that the elements hold at their nodes: translations and rotations (elements, k, any, 3)."""
         whole = np.broadcast_to(np.eye(3), (len(self.nodes), element.num_nodes, 3, 3))

@@ -48,9 +48,16 @@ class LumpedMassGroup(AbstractElementGroup):
 
     def element(self, numbers: DeckParameters) -> AbstractElement:
         """Point masses, node by node."""
-        made: Any = self.of.element(numbers)
+        return self._masses(self.of.element(numbers), numbers, self._shares)
+
+    def outline(self, numbers: DeckParameters) -> AbstractElement:
+        """Point masses, of plates and solids of one where there is any."""
+        lines = isinstance(self.of, BarGroup | RodGroup)
+        return self._masses(self.of.element(numbers), numbers, self._shares if lines else _ones)
+
+    def _masses(self, made: Any, numbers, shares):
         nodes = numbers.positions[np.array(self.of.nodes)]
-        mass = self._shares(made, nodes).reshape(-1)
+        mass = shares(made, nodes).reshape(-1)
         offset = getattr(self.of, "offsets", None)
         if offset is None and not self.turns:
             return PointMass(mass)
@@ -93,6 +100,12 @@ class LumpedMassGroup(AbstractElementGroup):
         """Mass directions as of CONM2."""
         masses = PointMassGroup(self.nodes, self.ids, element.value, element.offset, element.inertia)
         return masses.mass_directions(element, numbers)
+
+
+def _ones(made, nodes):
+    """(elements, k) of one where an element has mass."""
+    heavy = (made.layup.area_mass if hasattr(made, "layup") else made.density) > 0
+    return jnp.broadcast_to(heavy[:, None], nodes.shape[:2]).astype(nodes.dtype)
 
 
 def _blocks(made, nodes):

@@ -29,7 +29,7 @@ def nodal_sums(deck: DeckContext, elements: Groups, numbers: DeckParameters) -> 
     count = len(deck.ids)
     found, faults = NodalSums(np.zeros(count, int), *np.zeros((2, count, 2, 3, 3))), []
     for name, own in elements.items():
-        element, nodes = own.element(numbers), np.array(own.nodes)
+        element, nodes = own.outline(numbers), np.array(own.nodes)
         bad = np.nonzero(element.is_degenerate(deck.positions[nodes]))[0]
         faults += [f"{name.split()[0]} {own.ids[k]}: {element.degeneracy}" for k in bad[:50]]
         if faults:
