@@ -163,8 +163,8 @@ def _leave_out(model, imported):
 def full_mass(model, data):
     """(nv, nv), whichever way this release of MuJoCo hands it out.
 
-    Where a free body alone has its centre of mass within a millionth of its frame MuJoCo's matrix has it in the frame:
-    columns are then efforts of unit accelerations, which have it where it is.
+    Where a free body alone has its centre of mass within a millionth of its frame, MuJoCo's matrix has it in the
+    frame: columns are then efforts of unit accelerations, which have it where it is.
     """
     if np.any(model.body_ipos[model.body_simple > 0]):
         return _mass_by_efforts(model, data)
