@@ -20,6 +20,7 @@ from ..kinematics._configuration import configuration, with_velocities
 from ..kinematics._poses import coordinate_rate, node_parameters
 from ..math import _square as square
 from ..math._linalg import full_rank_lstsq
+from ..model._held_bands import band_places
 from ..model._system import System
 from ..runtime import lapack
 from ..signal_flow._internal_states import internal_rates, internal_scale
@@ -151,7 +152,7 @@ def search_balance(system: System, psi, t, w, moving, weight, least=False):
 
     Returns: unknowns, `Balance` there, scale and number of steps; the last point taken where none is found.
     """
-    top, still = system.topology, still_columns(system, moving, psi.dtype)
+    top, still, bands = system.topology, still_columns(system, moving, psi.dtype), band_columns(system, moving)
     tolerance = _STEP_TOLERANCE[psi.dtype.itemsize]
 
     def loss_of(at, scale):
@@ -163,7 +164,7 @@ def search_balance(system: System, psi, t, w, moving, weight, least=False):
         scale = jnp.where(first, _scale(new.efforts, weight, top.num_internal), last.scale)
         scale = jnp.where(scale > 0.0, scale, 1.0)  # massless, not loaded
         loss = loss_of(new, scale)
-        direction = newton_step(new, still, still * new.efforts, least)
+        direction = newton_step(new, still, still * new.efforts, bands, least)
         is_rest = _is_rounding(system, still * (new.efforts + new.drift), scale)
         step = jnp.where(is_rest & ~(_largest(direction.step) < _AFAR), new.closing, direction.step)
         direction = direction._replace(step=step)
@@ -239,6 +240,25 @@ def unknown_columns(system: System) -> np.ndarray:
     return np.concatenate([independent_columns(system), top.num_velocities + np.arange(top.num_internal)]).astype(int)
 
 
+def band_columns(system: System, moving) -> np.ndarray:
+    """True (N + ns,) for internal states that rest at any value of a band and are none of the columns `moving`."""
+    places = np.concatenate([np.zeros(len(independent_columns(system)), bool), band_places(system)])
+    return places & ~np.isin(unknown_columns(system), moving)
+
+
+def band_rates(system: System, psi, t, moving) -> Array:
+    """Slopes (ns, N) of the rates of the internal states, over their scales, by the independent velocities at rest:
+    of those in bands, which move along with the mechanism; zero for all others."""
+    N = len(independent_columns(system))
+    bands = band_columns(system, moving)[N:]
+    if not bands.any():
+        return jnp.zeros((len(bands), N), psi.dtype)
+    coordinates, internal = at_unknowns(system, psi)
+    at = configuration(system, node_parameters(system), coordinates, t, internal=internal)
+    rates = jax.linearize(lambda w: _efforts_and_loops(system, at, w)[0][N:], jnp.zeros(N, psi.dtype))[1]
+    return jnp.where(bands[:, None], jax.vmap(rates, 1, 1)(jnp.eye(N, dtype=psi.dtype)), 0.0)
+
+
 class NewtonStep(NamedTuple):
     """A step (nv + ns,), and the stresses (n, k) of each group of steep laws after it, to first order."""
 
@@ -246,14 +266,14 @@ class NewtonStep(NamedTuple):
     stresses: tuple[Array, ...]
 
 
-def newton_step(at: Balance, still, efforts, least=False) -> NewtonStep:
+def newton_step(at: Balance, still, efforts, bands, least=False) -> NewtonStep:
     """The step that closes the loops and takes the efforts away; columns with still = 0 stay, or take what their
     entry of `efforts` says.
 
-    Args: least: the shortest such step where the slope is singular.
+    Args: bands: of `band_columns`, which change only as far as the others find no balance; least: the shortest such
+        step where the slope is singular.
     """
-    solve = _least_solution if least else _solve_slope
-    y = solve(at.slope, still, -efforts - still * at.drift)
+    y = _solution(at.slope, still, -efforts - still * at.drift, bands, least)
     stresses = [
         x + slopes[..., :-1] @ y + slopes[..., -1] for x, slopes in zip(at.stresses, at.stress_slopes, strict=True)
     ]
@@ -269,25 +289,43 @@ def _largest(x):
     return jnp.max(jnp.abs(x), initial=0.0)
 
 
-def _solve_slope(slope, still, right):
-    return square.solve(still[:, None] * slope + jnp.diag(1.0 - still), right)
-
-
-def _least_solution(slope, still, right):
-    """The solution without a part along motions without slope; rows and columns count in units of their largest
-    entries."""
+def _solution(slope, still, right, bands, least=False):
     A = still[:, None] * slope + jnp.diag(1.0 - still)
+    if not (least or np.any(bands)):
+        return square.solve(A, right)
+    # rows and columns count in units of their largest entries
     size = jnp.sqrt(jnp.maximum(jnp.max(jnp.abs(A), axis=0), jnp.max(jnp.abs(A), axis=1)))
     size = jnp.where(size > 0.0, size, 1.0)
-    left, values, right_vectors = lapack.svd(A / jnp.outer(size, size))
-    counts = values > _NO_SLOPE[A.dtype.itemsize] * jnp.max(values)
-    shares = jnp.where(counts, left.T @ (right / size) / jnp.where(counts, values, 1.0), 0.0)
-    return right_vectors.T @ shares / size
+    return _least_solution(A / jnp.outer(size, size), right / size, bands) / size
 
 
-def _is_singular(slope, still):
-    """True if the slope of the columns that do not move has no inverse but by rounding, whatever their units."""
-    A = lax.stop_gradient(still[:, None] * slope + jnp.diag(1.0 - still))
+def _least_solution(A, right, bands):
+    """The shortest solution, without a part along motions without slope; the columns `bands` take only what the
+    others cannot, and of that the shortest."""
+    left, values, right_vectors = lapack.svd(A[:, ~bands])
+    counts = values > _NO_SLOPE[A.dtype.itemsize] * jnp.max(values, initial=0.0)
+    bent = jnp.zeros(0, A.dtype)
+    if np.any(bands):
+        reach = jnp.where(counts[None, :], left, 0.0)
+        apart = A[:, bands] - reach @ (reach.T @ A[:, bands])
+        U, s, V = lapack.svd(apart)
+        bent = V.T @ _over(U.T @ right, s, s > _NO_SLOPE[A.dtype.itemsize])
+        right = right - A[:, bands] @ bent
+    others = right_vectors.T @ _over(left.T @ right, values, counts)
+    return jnp.concatenate([others, bent])[np.argsort(np.argsort(bands, kind="stable"))]
+
+
+def _over(shares, values, counts):
+    """Shares over singular values where these count, else zero."""
+    return jnp.where(counts, shares / jnp.where(counts, values, 1.0), 0.0)
+
+
+def _is_singular(slope, still, bands):
+    """True if the slope of the columns that do not move has no inverse but by rounding, whatever their units.
+
+    Rates of states in bands vanish whatever changes: all others are to be balanced, with those states as well.
+    """
+    A = lax.stop_gradient(still[:, None] * slope + jnp.diag(1.0 - still))[~bands]
     for axis in (1, 0):
         largest = jnp.max(jnp.abs(A), axis=axis, keepdims=True, initial=0.0)
         A = A / jnp.where(largest > 0.0, largest, 1.0)
@@ -304,7 +342,7 @@ def _search_balance_jvp(primals, tangents):
     system, psi0, t, w, moving, _, *_ = primals
     found = search_balance(*primals)
     psi, at = found[:2]
-    top, still = system.topology, still_columns(system, moving, psi.dtype)
+    top, still, bands = system.topology, still_columns(system, moving, psi.dtype), band_columns(system, moving)
     coordinates = psi[: top.num_coordinates]
 
     def loops(system, t):
@@ -325,8 +363,8 @@ def _search_balance_jvp(primals, tangents):
     rate = rate_of_step(system, psi, closing)
     change = _or_zeros(eqx.filter_jvp(efforts, (system, psi, t, w), (d_system, rate, d_t, d_w))[1], at.efforts)
     held = jnp.zeros_like(still) if not moving else _displacement(top, psi0, d_psi0)[unknown_columns(system)]
-    step = at.Gamma @ _solve_slope(at.slope, still, (1.0 - still) * held - still * change) + closing
-    step = step * jnp.where(_is_singular(at.slope, still), jnp.nan, 1.0)
+    step = at.Gamma @ _solution(at.slope, still, (1.0 - still) * held - still * change, bands) + closing
+    step = step * jnp.where(_is_singular(at.slope, still, bands), jnp.nan, 1.0)
     d_psi = rate_of_step(system, psi, step)
     d_at = eqx.filter_jvp(balance, (system, psi, t, w), (d_system, d_psi, d_t, d_w))[1]
     return found, (d_psi, d_at, jnp.zeros_like(found[2]), None)

@@ -26,11 +26,11 @@ from ..model._signals import block_elements
 from ..model._system import System
 from ..named_arrays import elements_of
 from ..reports import Note
-from ..runtime import jit, lapack, note
+from ..runtime import jit, note
 from ..signal_flow._sampling import refuse_sampled
 from ..status import Status
-from ._balance import search_balance, still_columns
-from ._equilibrium_result import Equilibrium, has_negative_curvature
+from ._balance import band_columns, band_rates, search_balance, still_columns
+from ._equilibrium_result import Equilibrium, curvatures, has_negative_curvature
 from ._load_following import follow_load
 from ._steep_laws import is_steep
 from ._unheld import leaves_internal_states_open, neutral_coordinates, unheld_coordinates
@@ -80,6 +80,10 @@ def equilibrium(
     Joints that rub hold a mechanism at rest in a band of poses: the answer is the pose of
     that band at which their friction is zero, and `stable` and `stiffness` are those without friction.
     `impending_motion` gives the two limits of the efforts that hold it.
+
+    Bristles of contacts, metal that yields, and tyres with relaxation rest at any value of a band.  The answer is the
+    rest near the start in which they change least: they take only the loads that nothing else takes.  What would
+    need more than the end of a band finds no equilibrium, as a block on a slope beyond the angle of friction.
 
     Within a trace that follows nothing, start from a state found before it.
 
@@ -262,15 +266,17 @@ def _equilibrium(system, state, moving, least=False):
     if is_steep(system):
         ok = ok | _is_rounding(psi, at, still)
     if top.internal:
-        stiffness, missing, still = stiffness[:N, :N], missing[:N], still[:N]
+        stiffness = stiffness[:N, :N] + at.slope[:N, N:] @ band_rates(system, psi, t, moving)
+        missing, still = missing[:N], still[:N]
         ok = ok & ~is_beyond_bands(system, at_unknowns(system, psi)[1])
     psi, u, K, missing = (nan_where(~ok, x) for x in (psi, at.velocities, stiffness, missing))
-    stable = _is_stable(K, still)
+    bands = bool(np.any(band_columns(system, moving)))
+    stable = _is_stable(K, still, bands)
     psi, internal = at_unknowns(system, psi)
     state = State(t, psi, u, structure=top.structure, internal=internal, changes=state.changes)
     ends = validity(system, state) if has_ends(system) else None
     efforts = (1.0 - still) * missing
-    negative = ok & ~stable & has_negative_curvature(K)
+    negative = ok & ~stable & has_negative_curvature(K, bands)
     return Equilibrium(state, residual, ok, stable, K, efforts, count, negative, validity=ends)
 
 
@@ -281,11 +287,9 @@ def _is_rounding(psi, at, still):
     return lax.stop_gradient(jnp.all(jnp.abs(still * at.efforts) <= least) & jnp.all(jnp.abs(at.gap) <= unit))
 
 
-def _is_stable(K, still):
-    """True if the symmetric part of K is positive definite on the coordinates that do not move."""
+def _is_stable(K, still, bands):
+    """True if K is positive definite on the coordinates that do not move, see `curvatures`."""
     both = still[:, None] * still[None, :]
-    symmetric = jnp.where(
-        both > 0, 0.5 * (K + K.T), jnp.eye(K.shape[0], dtype=K.dtype) * jnp.max(jnp.abs(K), initial=0.0)
-    )
-    values = lapack.eigvalsh(lax.stop_gradient(symmetric))
+    largest = jnp.max(jnp.abs(K), initial=0.0)
+    values = curvatures(jnp.where(both > 0, K, jnp.eye(K.shape[0], dtype=K.dtype) * largest), bands)
     return jnp.min(values, initial=jnp.inf) > 1e-12 * jnp.max(jnp.abs(values), initial=0.0)

@@ -32,8 +32,9 @@ class Equilibrium(Reported, eqx.Module):
         ok: true if the residual is small.
         stable: true if the symmetric part of the stiffness is positive definite on the coordinates that do not move;
             false where some motion is indifferent, as that of a cart on a level track, or negative.
-        stiffness: K (N, N) there, all causes, along the admissible directions, at unchanged internal states of force
-            elements: of these `modes` has the stability.
+        stiffness: K (N, N) there, all causes, along the admissible directions.  Bristles that stick, metal and tyres
+            that stand bend along with the motion; other internal states of force elements do not change: of these
+            `modes` has the stability.
         efforts: (N,) that keep the moving joints at their speed; zero when the motion sustains itself.
         steps: number of Newton steps.
         is_negative: true where the stiffness is negative along some direction, of what was found.
@@ -115,13 +116,23 @@ class Equilibrium(Reported, eqx.Module):
         return f"neutral equilibrium found, indifferent to {self.neutral or 'some motion'}"
 
 
-def has_negative_curvature(K: Array) -> Any:
-    """True () if the symmetric part of K, rows and columns scaled to one, has an eigenvalue that is negative beyond
-    rounding."""
-    K = lax.stop_gradient(0.5 * (K + K.T))
-    size = jnp.max(jnp.abs(K), axis=1, initial=0.0)
+def has_negative_curvature(K: Array, bands: bool = False) -> Any:
+    """True () if K, rows and columns scaled to one, has a curvature that is negative beyond rounding."""
+    K = lax.stop_gradient(K)
+    symmetric = 0.5 * (K + K.T)
+    size = jnp.max(jnp.abs(symmetric), axis=1, initial=0.0)
     scale = 1.0 / jnp.sqrt(jnp.where(size > 0.0, size, 1.0))
-    values = lapack.eigvalsh(scale[:, None] * K * scale[None, :])
+    values = curvatures(scale[:, None] * K * scale[None, :], bands)
     largest = jnp.max(jnp.abs(values), initial=0.0)
     least = jnp.min(values, initial=jnp.inf)
     return least < -_NEGATIVE[K.dtype.itemsize] * largest
+
+
+def curvatures(K: Array, bands: bool = False) -> Array:
+    """Curvatures (N,) of a stiffness K (N, N): eigenvalues of its symmetric part.
+
+    Args: bands: real parts of its own eigenvalues in place of these, for what rubs: a tyre bends by its rolling radius
+        and pushes at its loaded one, so that a push takes work from a small turn of the wheel without leading away.
+    """
+    K = lax.stop_gradient(K)
+    return jnp.real(lapack.eig(K)[0]) if bands else lapack.eigvalsh(0.5 * (K + K.T))

@@ -17,7 +17,7 @@ from ..assembly._state import State
 from ..constraints._kic import independent_columns
 from ..model._system import System
 from ..runtime import jit
-from ._balance import Balance, NewtonStep, balance, given_or_own, newton_step, still_columns
+from ._balance import Balance, NewtonStep, balance, band_columns, given_or_own, newton_step, still_columns
 from ._unknowns import after_step, at_unknowns, normalised, unknowns_of
 
 _MOST_STEPS = 200  # evaluations of the balance
@@ -56,14 +56,15 @@ def follow_load(system: System, state: State, moving: tuple[int, ...]) -> tuple[
     if it is an equilibrium, and the number of steps."""
     top, psi, t = system.topology, unknowns_of(system, state), state.t
     still, chosen = still_columns(system, moving, psi.dtype), independent_columns(system)
+    bands = band_columns(system, moving)
     w = state.velocities[chosen] * (1.0 - still[: len(chosen)])
 
     def correct(last: _Increment) -> _Increment:
         at = balance(system, last.trial, t, w, last.trial_stresses)
         start = last.steps == 0
         held = jnp.where(start, still * at.efforts, last.held)
-        newton = newton_step(at, still, still * at.efforts)
-        release = _difference(newton_step(at, still, still * at.efforts - held), newton)
+        newton = newton_step(at, still, still * at.efforts, bands)
+        release = _difference(newton_step(at, still, still * at.efforts - held, bands), newton)
         target = jnp.minimum(last.share + last.length, 1.0)
         step = _at_share(newton, release, target)
         size = _size(system, step.step)

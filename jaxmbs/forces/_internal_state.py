@@ -2,8 +2,6 @@
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..typing import ScalarLike
 
 #: Internal states of one element by name: arrays.
@@ -17,14 +15,16 @@ class InternalState(NamedTuple):
         shape: of its array, () for one number.
         unit: of its numbers, such as "Pa"; empty for none.
         scale: size of its numbers in use: the tolerances of a motion apply to the state divided by it.
-        most: largest size at which it may rest, of a vector along the last axis its length: bristles slip beyond it,
-            metal yields.
+        most: of a state that moves by itself within a band, and rests at any value of it, the largest size at which it
+            rests, of a vector along the last axis its length: bristles slip beyond it, metal yields; infinite where
+            that is not known.  None of all others, also of those that rest at any value but do not give way, as
+            the pressure of trapped oil.
     """
 
     shape: tuple[int, ...] = ()
     unit: str = ""
     scale: ScalarLike = 1.0
-    most: ScalarLike = np.inf
+    most: ScalarLike | None = None
 
 
 def internal_layout(part: Any) -> tuple[tuple[str, tuple[int, ...], str], ...]:

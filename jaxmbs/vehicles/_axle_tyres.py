@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ..checks import faults_if, flag, not_positive
 from ..drawings import Box, Drawing
@@ -46,7 +47,12 @@ class AxleTyres(AbstractPoseLaw):
     @property
     def internal_states(self) -> dict[str, InternalState]:
         """Deflection of the tread to the side [m]."""
-        return {"across": InternalState(unit="m", scale=0.01)} if self.has_relaxation else {}
+        return {"across": InternalState((), "m", 0.01, np.inf)} if self.has_relaxation else {}
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """The deflection, at standstill."""
+        return tuple(self.internal_states)
 
     def side_force(self, tangent: ScalarLike) -> Scalar:
         """Side force [N] of the axle at a tangent of the slip angle."""

@@ -148,7 +148,12 @@ class Tyre(AbstractPoseLaw):
         """Deflections of the tread along and across the wheel [m]."""
         if not self.has_relaxation:
             return {}
-        return {name: InternalState(unit="m", scale=0.01) for name in ("along", "across")}
+        return {name: InternalState((), "m", 0.01, np.inf) for name in ("along", "across")}
+
+    @property
+    def holds(self) -> tuple[str, ...]:
+        """The deflections, at standstill."""
+        return tuple(self.internal_states)
 
     def start(
         self, rotation: Matrix3, displacement: Vector3, angular_velocity: Vector3, velocity: Vector3, t: ScalarLike
