@@ -137,7 +137,7 @@ FACES = {
         AbstractRoad AbstractTyreModel Arm AxleTyres BrakeInTurn BrakeTorque BrushTyre CONVENTIONS
         CarAxle CleatRoad Compliance Compression ContactForces Convention CruiseControl FialaTyre
         FlatRoad ForwardSpeed FourPost Lane LaneChange LinearTyre LoadTable MagicFormula
-        MountedParts PartLoads PathFollower RandomRoad Ride Rig RigCurves RoadMixDamage RoadRecord
+        MountedParts ObstacleAvoidance PartLoads PathFollower RandomRoad Ride Rig RigCurves RoadMixDamage RoadRecord
         RoadShare RollCurves SineRoad SingleTrack Slip SlipSlopes SteadyTurn SteerGain StepResponse Strut
         SurfaceRoad Suspension SuspensionRod TandemCams TirFile Tyre WEIGHTINGS WeightingFilter
         brake_in_turn car double_wishbone five_link four_post hardpoint_loads kc_rig

@@ -131,8 +131,8 @@ def has_negative_curvature(K: Array, bands: bool = False) -> Any:
 def curvatures(K: Array, bands: bool = False) -> Array:
     """Curvatures (N,) of a stiffness K (N, N): eigenvalues of its symmetric part.
 
-    Args: bands: real parts of its own eigenvalues in place of these, for what rubs: a tyre bends by its rolling radius
-        and pushes at its loaded one, so that a push takes work from a small turn of the wheel without leading away.
+    Args: bands: real parts of its own eigenvalues in place of these, for what rubs: a tyre bends by its rolling
+        radius and pushes at its loaded one, and takes work along some turn of the wheel without leading away.
     """
     K = lax.stop_gradient(K)
     return jnp.real(lapack.eig(K)[0]) if bands else lapack.eigvalsh(0.5 * (K + K.T))

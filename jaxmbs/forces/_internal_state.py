@@ -15,10 +15,9 @@ class InternalState(NamedTuple):
         shape: of its array, () for one number.
         unit: of its numbers, such as "Pa"; empty for none.
         scale: size of its numbers in use: the tolerances of a motion apply to the state divided by it.
-        most: of a state that moves by itself within a band, and rests at any value of it, the largest size at which it
-            rests, of a vector along the last axis its length: bristles slip beyond it, metal yields; infinite where
-            that is not known.  None of all others, also of those that rest at any value but do not give way, as
-            the pressure of trapped oil.
+        most: of a state that rests at any value of a band and gives way beyond, the largest size at which it rests,
+            of a vector along the last axis its length: bristles slip, metal yields; infinite where not known.
+            None of all others, also of those that rest at any value but do not give way, as trapped oil.
     """
 
     shape: tuple[int, ...] = ()

@@ -38,9 +38,7 @@ def is_beyond_bands(system, internal: InternalStates | None) -> Array:
 
 def _bands(law):
     """The largest sizes () at rest of a law's states that have a band, by name."""
-    return {
-        name: jnp.asarray(one.most, float) for name, one in law.internal_states.items() if one.most is not None
-    }
+    return {name: jnp.asarray(one.most, float) for name, one in law.internal_states.items() if one.most is not None}
 
 
 def _sizes(states):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         step_steer_response,
     )
     from ._hardpoint_outputs import linearise_hardpoints
-    from ._lane_change import Lane, LaneChange, PathFollower
+    from ._lane_change import Lane, LaneChange, ObstacleAvoidance, PathFollower
     from ._load_cases import LoadTable, load_cases
     from ._magic_formula import MagicFormula
     from ._mount_axle import mount_anti_roll_bar, mount_solid_axle, mount_twist_beam
@@ -71,6 +71,7 @@ __all__ = [
     "LoadTable",
     "MagicFormula",
     "MountedParts",
+    "ObstacleAvoidance",
     "PartLoads",
     "PathFollower",
     "RandomRoad",

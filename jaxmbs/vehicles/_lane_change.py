@@ -1,5 +1,7 @@
 """The double lane change, and a driver who follows a path by looking ahead."""
 
+import abc
+import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,7 +18,9 @@ from ..forces._internal_state import States
 from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, Scalar, ScalarLike
 
-_LENGTHS = (15.0, 30.0, 25.0, 25.0, 30.0)  # of entry lane, way over, side lane, way back, exit lane [m]
+# of entry lane, way over, side lane, way back, exit lane [m]
+_DOUBLE_LANE_CHANGE = (15.0, 30.0, 25.0, 25.0, 30.0)
+_OBSTACLE_AVOIDANCE = (12.0, 13.5, 11.0, 12.5, 12.0)
 
 
 class Lane(NamedTuple):
@@ -28,43 +32,29 @@ class Lane(NamedTuple):
     left: Array
 
 
-class LaneChange(eqx.Module):
-    """The double lane change of ISO 3888-1: 15 m, 30 m over, 25 m at 3.5 m to the left, 25 m back, 30 m.
-
-    Attributes:
-        width: of the vehicle, from which widths of lanes follow [m].
-        start: x of the first cones [m].
-        offset: of the right edge of the side lane from that of the entry lane [m].  Chrono counts from the middle of
-            the entry lane: there it is 3.5 m and half of that lane's width.
-
-    Source: ISO 3888-1 (2018).
-    """
+class _Course(eqx.Module):
+    """Three lanes, and a path through them."""
 
     width: Convertible[Scalar] = eqx.field(converter=number)
     start: Convertible[Scalar] = eqx.field(converter=number, default=0.0)
-    offset: Convertible[Scalar] = eqx.field(converter=number, default=3.5)
 
     __repr__ = fields_repr
 
     def __check_init__(self):
-        faults = number_faults("width", self.width, positive=True)
-        faults += faults_if((self.offset.shape != (), "offset must be one number"))
-        faults += faults_if((self.start.shape != (), "start must be one number"))
+        faults = []
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if field.name.endswith("width"):
+                faults += number_faults(field.name, value, positive=True)
+            else:
+                faults += faults_if((value.shape != (), f"{field.name} must be one number"))
         if faults:
             raise ModelError(faults, "the lane change")
 
     @property
+    @abc.abstractmethod
     def lanes(self) -> tuple[Lane, Lane, Lane]:
         """Entry lane, side lane and exit lane; the right edges of the first and the last are in line."""
-        entry, side, last = (factor * self.width + 0.25 for factor in (1.1, 1.2, 1.3))
-        x = self.start + np.cumsum((0.0, *_LENGTHS))
-        right = -0.5 * entry
-        up = right + self.offset
-        return (
-            Lane(x[0], x[1], right, right + entry),
-            Lane(x[2], x[3], up, up + side),
-            Lane(x[4], x[5], right, right + last),
-        )
 
     def __call__(self, x: ArrayLike) -> Array:
         """A path y (...) [m] through the middle of the lanes, at x (...) [m], with quintics between them (C2)."""
@@ -84,6 +74,63 @@ class LaneChange(eqx.Module):
             inside = (x >= lane.start) & (x <= lane.end)
             found.append(jnp.min(jnp.where(inside, jnp.minimum(y - lane.right, lane.left - y), jnp.inf)))
         return jnp.min(jnp.stack(found))
+
+
+def _lanes(start, lengths, widths, up):
+    """Lanes of widths (3,), the second with its right edge `up` over those of the others."""
+    x, right = start + np.cumsum((0.0, *lengths)), -0.5 * widths[0]
+    return tuple(
+        Lane(x[2 * k], x[2 * k + 1], edge, edge + wide)
+        for k, (edge, wide) in enumerate(zip((right, right + up, right), widths, strict=True))
+    )
+
+
+class LaneChange(_Course):
+    """The double lane change of ISO 3888-1: 15 m, 30 m over, 25 m to the left, 25 m back, 30 m; 125 m in all.
+
+    Lanes are 1.1, 1.2 and 1.3 widths of the vehicle and 0.25 m wide.
+
+    Attributes:
+        width: of the vehicle, from which widths of lanes follow [m].
+        start: x of the first cones [m].
+        offset: of the right edge of the side lane from that of the entry lane [m].  Programs count the 3.5 m from
+            elsewhere: Chrono from the middle of the entry lane (here `3.5 + 0.5 * (1.1 * width + 0.25)`), Simscape
+            between the middles of both (`3.5 - 0.05 * width`).  Chrono's exit lane has 15 m.
+
+    Source: ISO 3888-1 (2018), by the programs that are named; its figure was not at hand.
+    """
+
+    offset: Convertible[Scalar] = eqx.field(converter=number, default=3.5)
+
+    @property
+    def lanes(self) -> tuple[Lane, Lane, Lane]:
+        """Entry lane, side lane and exit lane; the right edges of the first and the last are in line."""
+        widths = [factor * self.width + 0.25 for factor in (1.1, 1.2, 1.3)]
+        return _lanes(self.start, _DOUBLE_LANE_CHANGE, widths, self.offset)
+
+
+class ObstacleAvoidance(_Course):
+    """The obstacle avoidance ("elk test") of ISO 3888-2: 12 m, 13.5 m over, 11 m to the left, 12.5 m back, 12 m.
+
+    These are 61 m.  Lanes are 1.1 widths of the vehicle and 0.25 m, one width and 1 m, and `exit_width` wide.
+
+    Attributes:
+        width: of the vehicle, from which widths of lanes follow [m].
+        start: x of the first cones [m].
+        offset: of the right edge of the side lane from the left one of the entry lane [m].
+        exit_width: of the exit lane [m]: Chrono's.  Others take 1.3 widths of the vehicle and 0.25 m, or the smaller.
+
+    Source: ISO 3888-2 (2011); widths and the offset by the programs Chrono and iso_maneuvers.
+    """
+
+    offset: Convertible[Scalar] = eqx.field(converter=number, default=1.0)
+    exit_width: Convertible[Scalar] = eqx.field(converter=number, default=3.0)
+
+    @property
+    def lanes(self) -> tuple[Lane, Lane, Lane]:
+        """Entry lane, side lane and exit lane; the right edges of the first and the last are in line."""
+        widths = [1.1 * self.width + 0.25, self.width + 1.0, self.exit_width]
+        return _lanes(self.start, _OBSTACLE_AVOIDANCE, widths, widths[0] + self.offset)
 
 
 def _rise(s):

@@ -45,7 +45,7 @@ def rests():
 @pytest.mark.long
 @pytest.mark.parametrize("slope", [0.0, 0.3, 0.9 * np.arctan(MU)])
 def test_a_block_rests_on_a_slope(slope):
-    """The loads of the four feet by statics; bristles bend by tan(slope) / sigma; it does not move along the slope."""
+    """Loads of the four feet by statics; bristles bend by tan(slope) / sigma; it does not move along the slope."""
     found = rests()(slope)
     assert found.ok and found.stable
     bends = np.array([found.state.internal[f"foot {k}.bristle"][0] for k in range(4)])
@@ -61,7 +61,8 @@ def test_a_block_rests_on_a_slope(slope):
     np.testing.assert_allclose(along.sum(), -2.0 * G * np.sin(slope), atol=1e-7)
     # moment of the weight about the plane, between the feet at +-0.1 m
     height = float(found.state.coordinates[2])
-    np.testing.assert_allclose(0.1 * (normal[:2].sum() - normal[2:].sum()), 2.0 * G * np.sin(slope) * height, rtol=2e-2)
+    moment = 0.1 * (normal[:2].sum() - normal[2:].sum())
+    np.testing.assert_allclose(moment, 2.0 * G * np.sin(slope) * height, rtol=2e-2)
 
 
 @pytest.mark.long

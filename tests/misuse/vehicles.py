@@ -248,6 +248,7 @@ CASES = {
     "vehicles.slopes_over": case(lambda z: call(TIMES, RISING)),
     "vehicles.brake_in_turn": case(lambda z: call(TIMES, RISING, 8.0 + RISING, FALLING, 32.0, 0.5)),
     "vehicles.LaneChange": case(lambda z: call(1.75, 0.5, 3.25), positive="width"),
+    "vehicles.ObstacleAvoidance": case(lambda z: call(1.75, 0.5, 1.25, 2.75), positive="width exit_width"),
     "vehicles.PathFollower": case(
         lambda z: call(mbs.vehicles.LaneChange(1.75), 2.5, 8.0, 1.5), positive="wheelbase preview", through=_followed
     ),

@@ -95,6 +95,37 @@ def test_double_lane_change_by_a_follower():
     assert float(course.margin(np.array([30.0]), np.array([2.0]))) < 0.0
 
 
+def test_courses_of_public_programs():
+    """Lanes of Chrono's ISO3888_Wrapper (its demo of the double lane change), and of Simscape's course."""
+
+    def chrono(lengths, widths, aside):
+        """Its definition points: gates from the middle of the entry lane."""
+        x = np.cumsum((0.0, *lengths))
+        middles = (0.0, aside, (widths[2] - widths[0]) / 2.0)
+        gates = zip(x[::2], x[1::2], middles, widths, strict=True)
+        return [(a, b, middle - 0.5 * w, middle + 0.5 * w) for a, b, middle, w in gates]
+
+    width = 1.83
+    first, second, third = 1.1 * width + 0.25, 1.2 * width + 0.25, 1.3 * width + 0.25
+    found = vehicles.LaneChange(width, offset=3.5 + 0.5 * first)
+    wanted = chrono((15.0, 30.0, 25.0, 25.0, 30.0), (first, second, third), second / 2.0 + 3.5)
+    np.testing.assert_allclose(found.lanes, wanted, rtol=1e-14)
+    side = width + 1.0
+    found = vehicles.ObstacleAvoidance(width)
+    wanted = chrono((12.0, 13.5, 11.0, 12.5, 12.0), (first, side, 3.0), (side + first) / 2.0 + 1.0)
+    np.testing.assert_allclose(found.lanes, wanted, rtol=1e-14)
+    np.testing.assert_allclose(found.lanes[2].end, 61.0)
+    np.testing.assert_allclose(
+        found(np.array([0.0, 30.0, 55.0])), [0.0, (side + first) / 2.0 + 1.0, wanted[2][2] + 1.5]
+    )
+    simscape = vehicles.LaneChange(width, 175.0, 3.5 - 0.05 * width)
+    np.testing.assert_allclose(
+        [[lane.start, lane.end] for lane in simscape.lanes], [[175, 190], [220, 245], [270, 300]]
+    )
+    np.testing.assert_allclose(simscape(230.0) - simscape(180.0), 3.5)
+    assert vehicles.ObstacleAvoidance(width, -20.0).lanes[0].start == -20.0
+
+
 CORNERS = ("front left", "front right", "rear left", "rear right")
 UPRIGHT, WHEEL, RACK, A, B = 3.0, 3.0, 4.0, 1.1562, 1.4227
 
