@@ -9,8 +9,11 @@ import jax.numpy as jnp
 
 from ..checks import faults_if, negative, not_positive
 from ..forces._fields import number
+from ..forces._validity import Margin
 from ..typing import Convertible, Scalar
 from ._tyre_model import AbstractTyreModel, Compression, ContactForces, Slip, SlipSlopes, pressed
+
+_NEAR = 1e-6  # of the friction, over it: what slides along or across alone is at its end
 
 
 class AbstractPlainTyre(AbstractTyreModel):
@@ -110,6 +113,9 @@ class LinearTyre(AbstractPlainTyre):
 class FialaTyre(AbstractPlainTyre):
     """Fiala's tyre: friction falls with the slip, the side force is a cubic up to where all slides.
 
+    As in Adams, the forces along and across share no friction: where both together are beyond it the tyre is beyond
+    its validity; `BrushTyre` and `MagicFormula` are for combined slip.
+
     Attributes (besides those of all plain tyres):
         friction: (2,) without slip, and at a slip of one.
         width: of the tyre [m], for the aligning moment.
@@ -129,6 +135,13 @@ class FialaTyre(AbstractPlainTyre):
         fy = side * limit * (1.0 - ratio**3)
         mz = -side * limit * self.width * (1.0 - ratio) * ratio**3 * slip.direction
         return ContactForces(fx, fy, jnp.zeros_like(fy), self._resisting(slip) + jnp.zeros_like(fy), mz)
+
+    def validity(self, slip: Slip) -> dict[str, Margin]:
+        """What friction leaves of the force [N]."""
+        forces = self.forces(slip)
+        both = jnp.sqrt(forces.fx**2 + forces.fy**2 + 1e-24)
+        limit = (1.0 + _NEAR) * self._friction(slip) * jnp.maximum(slip.load, 1e-9)
+        return {"friction": Margin(limit - both, "N", "pushes along and across at once by more than its friction")}
 
     def _grip(self):
         return self.friction[0], self.friction[0]

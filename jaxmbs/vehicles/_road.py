@@ -9,6 +9,7 @@ import numpy as np
 
 from ..drawings import Drawing, Plane
 from ..forces._fields import value_faults
+from ..forces._validity import Margin
 from ..tables import fields_repr
 from ..typing import Vector3
 
@@ -38,6 +39,10 @@ class AbstractRoad(eqx.Module):
         point = jnp.stack([place[0], place[1], self.height(place[0], place[1])])
         steep = jnp.stack([-along, -across, jnp.ones_like(along)])
         return point, steep / jnp.sqrt(jnp.sum(steep * steep))
+
+    def validity(self, place: Any) -> dict[str, Margin]:
+        """Margins of a contact at a place (2,) to the ends of what is known of the road; none by default."""
+        return {}
 
     def drawing(self) -> Drawing:
         """Shapes in frame 0; by default the plane."""

@@ -12,6 +12,7 @@ from ..checks import any_concrete, check_count, faults_if, not_positive
 from ..contact import HeightField
 from ..drawings import Drawing, HeightSurface
 from ..forces._fields import number
+from ..forces._validity import Margin
 from ..typing import Convertible, Scalar, WordedError
 from ._road import AbstractRoad
 
@@ -22,6 +23,8 @@ _ROUNDS = 40  # of the golden section: where a cam touches is known to 1e-9 of i
 
 class SurfaceRoad(AbstractRoad):
     """A road through measured heights: a profile along x that is the same for every y, or a grid.
+
+    Beyond the measurement it goes on straight; a wheel there is beyond the model's validity.
 
     Attributes: field: `contact.HeightField(x, heights)`, or `HeightField(x, heights, y)`.
     """
@@ -38,6 +41,12 @@ class SurfaceRoad(AbstractRoad):
     def slopes(self, x: Any, y: Any) -> tuple[Any, Any]:
         slopes = self.field.derivatives(jnp.stack([number(x), number(y)]))[1]
         return slopes[0], slopes[1]
+
+    def validity(self, place: Any) -> dict[str, Margin]:
+        """Way that is left to the end of the measurement [m]."""
+        known = ((place[0], self.field.x), (place[1], self.field.y))
+        left = [side for at, ends in known if ends is not None for side in (at - ends[0], ends[-1] - at)]
+        return {"road": Margin(jnp.min(jnp.stack(left)), "m", "rolls beyond the end of its measured road")}
 
     def drawing(self) -> Drawing:
         """The surface as long as the measurement."""
@@ -187,6 +196,10 @@ class TandemCams(AbstractRoad):
         inside = 1.0 - jnp.where(size > 0.0, jnp.where(size > 0.0, size, 1.0) ** self.exponent, 0.0)
         below = inside > 0.0
         return jnp.where(below, jnp.where(below, inside, 1.0) ** (1.0 / self.exponent), 0.0)
+
+    def validity(self, place: Any) -> dict[str, Margin]:
+        """That of the road as it is."""
+        return self.road.validity(place)
 
     def drawing(self) -> Drawing:
         """The road as it is."""

@@ -278,13 +278,14 @@ class Tyre(AbstractPoseLaw):
         return Arrows(c.point[None], force[None])
 
     def validity(self, *args: Any) -> dict[str, Margin]:
-        """Half of the radius that is left to the deflection [m]; what the model says of its ranges."""
+        """Half of the radius that is left to the deflection [m]; what road and model say of their ranges."""
         contact, slip, sliding = self._sliding(*args[:4])[:3]
         left = contact.radius - 0.5 * self.model.free_radius(0.0)
         loaded, states = slip.load > 0.0, self._states(args[4:])
         now = passing_slips(self.model, slip, sliding, states, self.tread_damping)
         slip = slip._replace(kappa=jnp.where(loaded, now.kappa, 0.0), tangent=jnp.where(loaded, now.tangent, 0.0))
-        return {"rim": Margin(left, "m", "is pressed in by half of its radius")} | self.model.validity(slip)
+        rim = {"rim": Margin(left, "m", "is pressed in by half of its radius")}
+        return rim | self.road.validity(contact.point[:2]) | self.model.validity(slip)
 
     def faults(self) -> list[str]:
         """Those of its parts too; relaxation needs lengths."""

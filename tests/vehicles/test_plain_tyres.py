@@ -64,6 +64,17 @@ def test_slopes_are_finite_everywhere(kind):
     assert np.all(np.isfinite(slopes))
 
 
+def test_fiala_tyre_tells_where_it_pushes_beyond_its_friction():
+    """Braked and at a slip angle at once: 5.1 kN of a friction of 3.6 kN; sliding one way alone is no fault."""
+    model = FialaTyre(9e4, 6e4, **NUMBERS)
+    left = lambda *slip: float(model.validity(Slip(*slip))["friction"].value)
+    both = np.hypot(*model.forces(Slip(4000.0, -1.0, 1.0))[:2])
+    np.testing.assert_allclose(left(4000.0, -1.0, 1.0), 3600.0 - both, rtol=1e-5)
+    assert both > 5000.0
+    for slip in ((4000.0, -1.0, 0.0), (4000.0, 0.0, 3.0), (4000.0, 0.01, 0.01), (0.0, 0.0, 0.0)):
+        assert left(*slip) > 0.0
+
+
 def test_wrong_numbers_are_refused():
     assert LinearTyre(-9e4, 6e4, **NUMBERS).faults() == ["slip_slope must be positive"]
     assert BrushTyre(9e4, 6e4, friction=0.0, **NUMBERS).faults() == ["friction must be positive"]

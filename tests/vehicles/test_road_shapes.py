@@ -84,6 +84,23 @@ def test_a_tyre_on_a_wave():
         np.testing.assert_allclose(force[0] / force[2], -slope, rtol=1e-2, atol=1e-6)
 
 
+def test_a_wheel_beyond_the_measured_road_is_told():
+    """The end of a profile, of a grid on both sides, and through the cams of a tyre."""
+    profile = SurfaceRoad(HeightField([0.0, 1.0, 10.0], [0.0, 0.01, 0.0]))
+    grid = SurfaceRoad(HeightField([0.0, 1.0, 10.0], np.zeros((3, 2)), [-2.0, 2.0]))
+    cams = TandemCams(profile, 0.1, 0.3, 0.3)
+    left = lambda road, *place: float(road.validity(jnp.array(place))["road"].value)
+    np.testing.assert_allclose(
+        [left(profile, 9.0, 50.0), left(cams, 10.5, 0.0), left(grid, 9.0, -1.5)], [1, -0.5, 0.5]
+    )
+    assert left(grid, 5.0, 2.5) < 0.0 and left(profile, -0.1, 0.0) < 0.0
+    tyre = Tyre(LinearTyre(9e4, 6e4, nominal_load=4000.0, radius=0.3, stiffness=2e5), profile, has_relaxation=False)
+    still, on, off = jnp.zeros(3), jnp.array([5.0, 0.0, 0.28]), jnp.array([12.0, 0.0, 0.28])
+    margins = [tyre.validity(jnp.eye(3), place, still, still, 0.0)["road"] for place in (on, off)]
+    np.testing.assert_allclose([m.value for m in margins], [5.0, -2.0], atol=0.01)
+    assert margins[1].end == "rolls beyond the end of its measured road" and FlatRoad().validity(on[:2]) == {}
+
+
 def test_wrong_roads_are_refused():
     assert SineRoad(0.02, 0.0).faults() == ["wavelength must be positive"]
     assert CleatRoad(1.0, 0.5, 0.02, 0.3).faults() == ["ramp must be at most half of the length"]
