@@ -1,7 +1,7 @@
 """Tapes as bytes: a head, then plain arrays.  Nothing of it is executed when it is read, and everything is checked.
 
 Head: a mark, a digest of the machine, a digest of all that follows.  Then the lengths of the arrays, and these, whole
-numbers and doubles of eight bytes, lowest byte first.
+numbers of four or eight bytes and doubles, lowest byte first.
 """
 
 import hashlib
@@ -16,12 +16,12 @@ from ._parts import Parts, Place
 from ._rows import TapeError
 from ._tape import Tape
 
-_MARK = b"jaxmbs tape 3\n\0\0"
+_MARK = b"jaxmbs tape 4\n\0\0"
 _DIGEST = 16
-_WHOLE, _DOUBLE = np.dtype("<i8"), np.dtype("<f8")
+_SHORT, _WHOLE, _DOUBLE = np.dtype("<i4"), np.dtype("<i8"), np.dtype("<f8")
 #: Type of each array: instructions, starts, tables, sizes, places and lengths of constants, their numbers, inputs,
 #: results, and what is shown.
-_TYPES = (_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE, _WHOLE)
+_TYPES = (_SHORT, _SHORT, _SHORT, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE, _WHOLE)
 #: Types of inputs and results.
 _PLACE_TYPES = (*DTYPES, np.dtype(np.complex128))
 #: Most numbers of an arena or array, a GiB of them, and most axes of an array.
@@ -84,9 +84,10 @@ def _split(body):
     if len(body) < 8 * count:
         raise TapeError("the bytes of the tape end in its head")
     lengths = [int(length) for length in np.frombuffer(body, _WHOLE, count)]
-    if min(lengths) < 0 or 8 * (count + sum(lengths)) != len(body):
+    sizes = [length * kind.itemsize for length, kind in zip(lengths, _TYPES, strict=True)]
+    if min(lengths) < 0 or 8 * count + sum(sizes) != len(body):
         raise TapeError("the lengths of the arrays of the tape are not those of its bytes")
-    places = np.cumsum([count, *lengths[:-1]]) * 8
+    places = np.cumsum([8 * count, *sizes[:-1]])
     return [
         np.frombuffer(body, kind, length, int(place)).astype(kind.newbyteorder("="))
         for kind, length, place in zip(_TYPES, lengths, places, strict=True)

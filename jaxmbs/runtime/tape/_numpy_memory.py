@@ -37,7 +37,7 @@ class Memory:
     """An arena of doubles and the tables of a tape, whose bounds were checked."""
 
     def __init__(self, doubles: np.ndarray, tables: np.ndarray):
-        self.doubles, self.tables = doubles, tables
+        self.doubles, self.tables = doubles, tables.astype(np.int64)  # sums of places are longer
 
     def result(self, i: Instruction) -> np.ndarray:
         """The n numbers of the result."""

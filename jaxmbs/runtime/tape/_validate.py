@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ._checks import CHECKS
-from ._opcodes import FIELDS, OPERANDS
+from ._opcodes import FIELDS, OPERANDS, WHOLE
 from ._rows import Rows, Space, TapeError
 
 #: Most tapes inside of each other: each takes some hundred bytes of the stack of its thread.
@@ -28,8 +28,8 @@ def validate(
     Raises: TapeError, which names the first instruction that is wrong.
     """
     for name, array in (("instructions", code), ("starts", starts), ("tables", tables)):
-        if array.dtype != np.int64 or not array.flags.c_contiguous:
-            raise TapeError(f"the {name} of the tape are not whole numbers of 64 bits in a row")
+        if array.dtype != WHOLE or not array.flags.c_contiguous:
+            raise TapeError(f"the {name} of the tape are not whole numbers of 32 bits in a row")
     if code.ndim != 2 or code.shape[1] != len(FIELDS):
         raise TapeError("the instructions of the tape have not the fields of the machine's")
     if len(starts) < 2 or starts[0] != 0 or starts[-1] != len(code) or np.any(np.diff(starts) < 0):

@@ -6,7 +6,7 @@ from jax.extend.core import ClosedJaxpr
 from . import _control, _elementwise, _index, _linalg, _rearrange, _reduce  # noqa: F401  (they register rules)
 from ._flatten import Atom, Limits, TooLargeError, UnsupportedError
 from ._memory import Value
-from ._opcodes import FIELDS
+from ._opcodes import FIELDS, WHOLE
 from ._pairs import has_complex, real_program
 from ._parts import Parts, Place
 from ._writer import Writer
@@ -35,15 +35,22 @@ def _parts(program, asked, limits):
         inputs.append(Value(buffer, buffer.place, shape.size == 1))
     outputs, _ = writer.body(program, inputs, shapes)
     return Parts(
-        code=np.array([row for tape in writer.tapes for row in tape], np.int64).reshape(-1, len(FIELDS)),
-        starts=np.cumsum([0, *map(len, writer.tapes)]),
-        tables=writer.arena.all_tables(),
+        code=_whole([row for tape in writer.tapes for row in tape]).reshape(-1, len(FIELDS)),
+        starts=_whole(np.cumsum([0, *map(len, writer.tapes)])),
+        tables=_whole(writer.arena.all_tables()),
         size=writer.arena.size,
         constants=writer.arena.constants,
         inputs=_places(inputs, given, False),
         outputs=_places(outputs, wanted, True),
         shown=[Place(place, False, (size,), np.dtype(float)) for place, size in writer.shown],
     )
+
+
+def _whole(numbers):
+    found, ends = np.asarray(numbers, np.int64), np.iinfo(WHOLE)
+    if np.any((found < ends.min) | (found > ends.max)):
+        raise UnsupportedError("an instruction with numbers beyond 2^31")
+    return found.astype(WHOLE)
 
 
 def _described(aval):

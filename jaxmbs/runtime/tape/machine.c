@@ -18,17 +18,19 @@ enum {
 };
 
 typedef struct {
-  int64_t op, mode, n, out, a, b, c, splat, x0, x1, x2, x3, table;
+  int32_t op, mode, n, out, a, b, c, splat, x0, x1, x2, x3, table;
 } Instruction;
 
 typedef void (*Host)(int64_t instruction, double *arena);
+typedef void (*Products)(const Instruction *i, const int32_t *table, double *result, const double *a, const double *b);
 
 typedef struct {
   const Instruction *code;
-  const int64_t *starts; /* of each tape in the code, and the end of the last one */
-  const int64_t *tables;
+  const int32_t *starts; /* of each tape in the code, and the end of the last one */
+  const int32_t *tables;
   double *M;
   Host host;
+  Products products;
 } Machine;
 
 static void run(const Machine *m, int64_t tape);
@@ -38,11 +40,6 @@ static void run(const Machine *m, int64_t tape);
 #endif
 /* The number of the sources that this was built from, which Python compares with those at hand. */
 int64_t tape_sources(void) { return SOURCES; }
-
-void tape_run(const Instruction *code, const int64_t *starts, const int64_t *tables, double *arena, Host host) {
-  Machine m = {code, starts, tables, arena, host};
-  run(&m, 0);
-}
 
 /* ------------------------------------------------------------------------------------------------------ small parts */
 static double power(double x, int64_t y) {
@@ -102,14 +99,14 @@ static void copy(double *to, const double *from, int64_t n, int is_splat) {
 }
 
 /* Start of a slice: (stride, largest index, place of the index) for each of `dims` axes; indices are clamped. */
-static int64_t slice_start(const int64_t *t, int64_t dims, const double *M) {
+static int64_t slice_start(const int32_t *t, int64_t dims, const double *M) {
   int64_t start = 0;
   for (int64_t d = 0; d < dims; d++, t += 3) start += clamped(M[t[2]], t[1]) * t[0];
   return start;
 }
 
 /* Start of a row of a gather or scatter: clamps indices and says whether all were in range. */
-static int64_t row_start(const int64_t *slots, int64_t dims, const double *index, int *is_good) {
+static int64_t row_start(const int32_t *slots, int64_t dims, const double *index, int *is_good) {
   int64_t start = 0;
   *is_good = 1;
   for (int64_t d = 0; d < dims; d++, slots += 2) {
@@ -202,24 +199,111 @@ static void lu(double *o, double *pivots, double *order, int64_t R, int64_t C) {
   }
 }
 
-/* A product of (m, k) and (n, k) at regular strides. */
-static double *product(double *o, const double *A, const double *B, const int64_t *size, const int64_t *stride) {
-  const int64_t m = size[0], n = size[1], k = size[2], am = stride[0], ak = stride[1], bn = stride[2], bk = stride[3];
-  for (int64_t p = 0; p < m; p++, A += am, o += n)
-    if (bn == 1 && n > 3) {
+/* A matrix within the arena: places of rows and columns by tables, or at regular strides where there is none. */
+typedef struct {
+  const double *from;
+  const int32_t *row_place, *column_place;
+  int64_t row, column;
+} Matrix;
+
+#define INLINE static inline __attribute__((always_inline))
+
+INLINE double entry(const Matrix *x, int64_t p, int64_t j) {
+  return x->from[(x->row_place ? x->row_place[p] : p * x->row) + (x->column_place ? x->column_place[j] : j * x->column)];
+}
+
+/* Product of A (m, k) and B (n, k), row by row. */
+INLINE void multiply(double *o, const Matrix *A, const Matrix *B, int64_t m, int64_t n, int64_t k) {
+  for (int64_t p = 0; p < m; p++, o += n)
+    if (!B->row_place && B->row == 1 && n > 3) {
       fill(o, 0.0, n);
       for (int64_t j = 0; j < k; j++) {
-        const double x = A[j * ak], *b = B + j * bk;
+        const double x = entry(A, p, j), *b = B->from + j * B->column;
         for (int64_t q = 0; q < n; q++) o[q] += x * b[q];
       }
     } else
       for (int64_t q = 0; q < n; q++) {
-        const double *b = B + q * bn;
         double sum = 0.0;
-        for (int64_t j = 0; j < k; j++) sum += A[j * ak] * b[j * bk];
+        for (int64_t j = 0; j < k; j++) sum += entry(A, p, j) * entry(B, q, j);
         o[q] = sum;
       }
-  return o;
+}
+
+enum { WIDTH = 4, DEPTH = 64 };
+typedef double Numbers __attribute__((vector_size(8 * WIDTH)));
+
+INLINE void load(Numbers *x, const Matrix *B, int64_t q, int64_t j, int64_t width) {
+  *x = (Numbers){entry(B, q, j)};
+  if (width > 1) (*x)[1] = entry(B, q + 1, j);
+  if (width > 2) (*x)[2] = entry(B, q + 2, j);
+  if (width > 3) (*x)[3] = entry(B, q + 3, j);
+}
+
+INLINE void store(double *to, int64_t stride, const Numbers *x, int64_t width) {
+  to[0] = (*x)[0];
+  if (width > 1) to[stride] = (*x)[1];
+  if (width > 2) to[2 * stride] = (*x)[2];
+  if (width > 3) to[3 * stride] = (*x)[3];
+}
+
+/* The same, four columns side by side; entry (p, q) goes to o[p * by_row + q * by_column]. */
+INLINE void multiply_wide(double *o, const Matrix *A, const Matrix *B, int64_t m, int64_t n, int64_t k, int64_t by_row, int64_t by_column) {
+  Numbers part[DEPTH];
+  for (int64_t q = 0; q < n; q += WIDTH) {
+    const int64_t width = n - q < WIDTH ? n - q : WIDTH;
+    for (int64_t start = 0; start == 0 || start < k; start += DEPTH) {
+      const int64_t depth = k - start < DEPTH ? k - start : DEPTH;
+      for (int64_t j = 0; j < depth; j++) load(&part[j], B, q, start + j, width);
+      for (int64_t p = 0; p < m; p++) {
+        double *to = o + p * by_row + q * by_column;
+        Numbers sum = {0.0};
+        if (start) load(&sum, &(Matrix){to, 0, 0, by_column, 0}, 0, 0, width);
+        for (int64_t j = 0; j < depth; j++) sum += entry(A, p, start + j) * part[j];
+        store(to, by_column, &sum, width);
+      }
+    }
+  }
+}
+
+INLINE double *product(double *o, Matrix A, Matrix B, int64_t m, int64_t n, int64_t k, int is_wide) {
+  if (!is_wide || m * n < 12 || ((m == 1 || n == 1) && k < 8)) /* small ones are not worth the loading */
+    multiply(o, &A, &B, m, n, k);
+  else if (n < 3 && m > n)
+    multiply_wide(o, &B, &A, n, m, k, 1, n);
+  else
+    multiply_wide(o, &A, &B, m, n, k, n, 1);
+  return o + m * n;
+}
+
+/* x0 products.  Table of DOT: sizes (m, n, k), strides (4), starts in a and in b; of DOT_TABLE, of (x1, x3) and (x2, x3):
+ * starts in a, b, places of rows, of columns, of sums in a and in b. */
+INLINE void products(const Instruction *i, const int32_t *t, double *o, const double *a, const double *b, int is_wide) {
+  if (i->op == DOT) {
+    const int64_t m = t[0], n = t[1], k = t[2];
+    for (int64_t z = 0; z < i->x0; z++)
+      o = product(o, (Matrix){a + t[7 + z], 0, 0, t[3], t[4]}, (Matrix){b + t[7 + i->x0 + z], 0, 0, t[5], t[6]}, m, n, k, is_wide);
+  } else {
+    const int32_t *in_a = t, *in_b = in_a + i->x0, *am = in_b + i->x0, *bn = am + i->x1, *ak = bn + i->x2, *bk = ak + i->x3;
+    for (int64_t z = 0; z < i->x0; z++)
+      o = product(o, (Matrix){a + in_a[z], am, ak, 0, 0}, (Matrix){b + in_b[z], bn, bk, 0, 0}, i->x1, i->x2, i->x3, is_wide);
+  }
+}
+
+static void products_plain(const Instruction *i, const int32_t *t, double *o, const double *a, const double *b) {
+  products(i, t, o, a, b, 0);
+}
+
+/* By registers of four numbers; each sum runs from its first to its last term here too, so that the bits are the same. */
+#if defined(__x86_64__) && defined(__GNUC__)
+#ifndef IS_WIDE
+#define IS_WIDE __builtin_cpu_supports("avx2")
+#endif
+__attribute__((target("avx2")))
+#else
+#define IS_WIDE 0
+#endif
+static void products_wide(const Instruction *i, const int32_t *t, double *o, const double *a, const double *b) {
+  products(i, t, o, a, b, 1);
 }
 
 /* ------------------------------------------------------------------------------------------------------- instructions */
@@ -314,7 +398,8 @@ static double *product(double *o, const double *A, const double *B, const int64_
 static void step(const Machine *m, const Instruction *i) {
   double *const M = m->M, *o = M + i->out;
   const double *a = M + i->a, *b = M + i->b, *c = M + i->c;
-  const int64_t n = i->n, *t = m->tables + i->table;
+  const int64_t n = i->n;
+  const int32_t *t = m->tables + i->table;
   switch (i->op) {
     case COPY: copy(o, a, n, i->splat & 1); break;
       UNARY(NEG, -x)
@@ -436,7 +521,7 @@ static void step(const Machine *m, const Instruction *i) {
     case GATHER: /* x0 rows by x1 indices of b; windows of x2; c is what stands for rows out of range where mode is 1 */
     case SCATTER: { /* the same of updates c into a; mode 1 leaves rows out of range out, x3 is how they are combined */
       const int64_t rows = i->x0, dims = i->x1, width = i->x2;
-      const int64_t *base = t + 2 * dims, *row_place = base + rows, *window = row_place + rows, *window_place = window + width;
+      const int32_t *base = t + 2 * dims, *row_place = base + rows, *window = row_place + rows, *window_place = window + width;
       if (i->op == SCATTER) copy(o, a, n, 0);
       for (int64_t r = 0; r < rows; r++) {
         int is_good;
@@ -482,21 +567,8 @@ static void step(const Machine *m, const Instruction *i) {
         }
       break;
     }
-    case DOT: /* x0 products; table: sizes (m, n, k), strides (4), starts in a and in b */
-      for (int64_t z = 0; z < i->x0; z++) o = product(o, a + t[7 + z], b + t[7 + i->x0 + z], t, t + 3);
-      break;
-    case DOT_TABLE: { /* x0 products of (x1, x3) and (x2, x3): starts in a, b, places of rows, of columns, of sums */
-      const int64_t *in_a = t, *in_b = in_a + i->x0, *am = in_b + i->x0, *bn = am + i->x1, *ak = bn + i->x2, *bk = ak + i->x3;
-      for (int64_t z = 0; z < i->x0; z++)
-        for (int64_t p = 0; p < i->x1; p++)
-          for (int64_t q = 0; q < i->x2; q++) {
-            const double *x = a + in_a[z] + am[p], *y = b + in_b[z] + bn[q];
-            double sum = 0.0;
-            for (int64_t k = 0; k < i->x3; k++) sum += x[ak[k]] * y[bk[k]];
-            *o++ = sum;
-          }
-      break;
-    }
+    case DOT:
+    case DOT_TABLE: m->products(i, t, o, a, b); break;
     case CHOLESKY:
       copy(o, a, n, 0);
       cholesky(o, i->x0, i->x1);
@@ -519,7 +591,8 @@ static void step(const Machine *m, const Instruction *i) {
       break;
     case SCAN: { /* n turns of tape x0, backwards where mode is 1; x1 inputs and x2 outputs: (stack, row, length, splat) */
       for (int64_t turn = 0; turn < n; turn++) {
-        const int64_t k = i->mode ? n - 1 - turn : turn, *row = t;
+        const int64_t k = i->mode ? n - 1 - turn : turn;
+        const int32_t *row = t;
         for (int64_t q = 0; q < i->x1; q++, row += 4) copy(M + row[1], M + row[0] + k * row[2], row[2], 0);
         run(m, i->x0);
         for (int64_t q = 0; q < i->x2; q++, row += 4) copy(M + row[0] + k * row[2], M + row[1], row[2], row[3] != 0);
@@ -536,4 +609,9 @@ static void step(const Machine *m, const Instruction *i) {
 static void run(const Machine *m, int64_t tape) {
   const Instruction *end = m->code + m->starts[tape + 1];
   for (const Instruction *i = m->code + m->starts[tape]; i < end; i++) step(m, i);
+}
+
+void tape_run(const Instruction *code, const int32_t *starts, const int32_t *tables, double *arena, Host host) {
+  Machine m = {code, starts, tables, arena, host, IS_WIDE ? products_wide : products_plain};
+  run(&m, 0);
 }

@@ -26,8 +26,9 @@ def arena_of(parts, rng):
 
 def _other(value, size, rng):
     """A number in place of another: beside it, in range, of one bit more or less, or any."""
-    choices = (value + rng.integers(-3, 4), rng.integers(0, max(size, 1) + 2), value ^ (1 << rng.integers(63)))
-    return np.int64(rng.choice([*choices, rng.integers(-(2**62), 2**62), -1, 2**62, 0, 1, 2 * value % 2**62]))
+    choices = (value + rng.integers(-3, 4), rng.integers(0, max(size, 1) + 2), value ^ (1 << rng.integers(31)))
+    found = rng.choice([*choices, rng.integers(-(2**30), 2**30), -1, 2**30, 0, 1, 2 * value % 2**30])
+    return np.clip(found, -(2**31), 2**31 - 1)
 
 
 def _field(parts, rng):

@@ -2,6 +2,11 @@
  *
  * A tape: numbers of instructions, starts, table entries and doubles; then these.  Prints how many ended by themselves.
  */
+/* Tapes by turns with and without wide registers. */
+#ifdef __x86_64__
+static long turn;
+#define IS_WIDE (turn++ & 1 && __builtin_cpu_supports("avx2"))
+#endif
 #include "machine.c"
 
 #include <setjmp.h>
@@ -16,9 +21,9 @@ static void stop(int signal) { siglongjmp(late, signal); }
 
 static void nothing(int64_t instruction, double *arena) { (void)instruction, (void)arena; }
 
-static void *block(int64_t numbers) {
-  void *found = malloc((size_t)numbers * 8);
-  if (fread(found, 8, (size_t)numbers, stdin) != (size_t)numbers) abort();
+static void *block(int64_t numbers, size_t size) {
+  void *found = malloc((size_t)numbers * size);
+  if (fread(found, size, (size_t)numbers, stdin) != (size_t)numbers) abort();
   return found;
 }
 
@@ -32,14 +37,13 @@ void __asan_on_error(void) { set_timer(0); }
 void __ubsan_on_report(void) { set_timer(0); }
 
 int main(void) {
-  const int64_t fields = sizeof(Instruction) / 8;
   int64_t number[4];
   volatile int64_t done = 0, all = 0;
   signal(SIGVTALRM, stop);
   while (fread(number, 8, 4, stdin) == 4) {
-    Instruction *code = block(number[0] * fields);
-    int64_t *starts = block(number[1]), *tables = block(number[2]);
-    double *arena = block(number[3]);
+    Instruction *code = block(number[0], sizeof(Instruction));
+    int32_t *starts = block(number[1], 4), *tables = block(number[2], 4);
+    double *arena = block(number[3], 8);
     all++;
     if (!sigsetjmp(late, 1)) {
       set_timer(5);
