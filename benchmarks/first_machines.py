@@ -84,8 +84,8 @@ def beams(lap):
     lap("rest, sections, modes, motion")
 
 
-def elastic(lap):
-    """Motion of a four-bar with an elastic coupler."""
+def elastic_four_bar():
+    """A four-bar with an elastic coupler, and where it starts."""
     side, n = 0.02, 6
     inertia = side**4 / 12
     beam = elements.Beam(70e9, 26e9, side**2, inertia, inertia, 0.141 * side**4, density=2700.0)
@@ -102,7 +102,12 @@ def elastic(lap):
     b.joint("D", PIN, "ground", "rocker", parent_frame=X)
     b.joint("C", PIN, "coupler.far", "rocker", child_frame=X * 0.7)
     system = b.build()
-    state = mbs.State.at(system, A=0.7, guess={"B": -0.2, "D": 1.2})
+    return system, mbs.State.at(system, A=0.7, guess={"B": -0.2, "D": 1.2})
+
+
+def elastic(lap):
+    """Motion of a four-bar with an elastic coupler."""
+    system, state = elastic_four_bar()
     lap("(model)")
     options = {"solver": mbs.ode.Rodas5P(), "rtol": 1e-5, "atol": 1e-7}
     jax.block_until_ready(mbs.simulate(system, state, ts=np.linspace(0.0, 0.2, 11), **options).ts)

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import closed_loop
+import first_answers
+import first_machines
 import four_bars
 import jax.numpy as jnp
 import link_chain
@@ -78,6 +80,11 @@ def crank_start(system):
     return mbs.State.at(system, main=0.4, velocities={"main": 5.0}, guess=models.slider_crank_guess(0.4))
 
 
+def press_start(system):
+    guess = {"crank pin": -np.pi + 0.1, "head": -2.1, "knee": 1.0, "guide": 0.3}
+    return mbs.State.at(system, shaft=np.pi, velocities={"shaft": 6.45}, guess=guess)
+
+
 def stiff_strut():
     """A mass that swings on a strut of 1e7 N/m with 2e3 N s/m."""
     b = mbs.SystemBuilder(gravity=models.DOWN_Y)
@@ -134,6 +141,22 @@ CASES = (
         lambda system, state: system.coordinates(state)["plane"][:2],
         4.0,
         (2.737392989568389, 4.4188591322339725),
+    ),
+    Case(
+        "press",
+        lambda: first_answers.toggle_press(first_answers.LINKS),
+        press_start,
+        _one("guide"),
+        1.6,
+        is_stiff=True,
+    ),
+    Case(
+        "elastic four-bar",
+        lambda: first_machines.elastic_four_bar()[0],
+        lambda system: first_machines.elastic_four_bar()[1],
+        _one("A"),
+        0.2,
+        is_stiff=True,
     ),
     Case(
         "stiff strut",

@@ -3,10 +3,14 @@
 Mechanisms: a four-bar of one second, A02, A03, C1, a chain of ten, Chaplygin's sleigh, a mass on a stiff strut and
 A05, each saved at its end only and compared there.  Exudyn runs its generalised alpha method and MuJoCo its RK4 at
 fixed steps.  A run is a call of `simulate` as a user makes it; programs take turns, CPU seconds of all threads,
-compilation apart.  The second table has the cheapest run of each solver for each decade of the error.
+compilation apart.  The second table has the cheapest run of each solver for each decade of the error.  With `--first
+ERROR` the first call of each in a process of its own stands below: the choice where none is named beside the others.
 """
 
 import importlib.util
+import subprocess
+import sys
+import time
 from dataclasses import dataclass
 
 import common
@@ -19,7 +23,7 @@ import jaxmbs as mbs
 
 DECADES = tuple(10.0**-k for k in range(3, 11))
 SMOOTH, STIFF = ("Tsit5", "Rodas5P"), ("Tsit5", "Rodas5P", "Kvaerno5")
-LONGEST = 0.5  # CPU seconds of a run after which a solver is not asked for smaller errors
+LONGEST = 0.3  # CPU seconds of a run after which a solver is not asked for smaller errors
 QUICK = ("sleigh",)
 
 
@@ -41,7 +45,7 @@ def our_solver(name):
     return None if name == "default" else getattr(mbs.motion if hasattr(mbs.motion, name) else diffrax, name)()
 
 
-def our_calls(case, solvers, tolerances):
+def our_calls(case, solvers, tolerances, reference=None):
     """{(solver, tolerance): call of `simulate`}."""
     system = case.build()
     start = case.start(system)
@@ -52,7 +56,7 @@ def our_calls(case, solvers, tolerances):
 
     pairs = [(s, t) for s in solvers for t in tolerances]
     read = lambda motion: np.asarray(case.read(system, jax.tree.map(lambda x: x[-1], motion.states)))
-    reference = case.reference
+    reference = case.reference if reference is None else reference
     if reference is None:
         reference = read(mbs.simulate(system, start, ts=[case.end], rtol=1e-12, atol=1e-12))
     return {pair: call(*pair) for pair in pairs}, read, np.asarray(reference)
@@ -132,6 +136,32 @@ def decades(runs, solvers):
     return "\n".join(lines)
 
 
+def first_call(name, solver, tolerance):
+    """CPU seconds of the first call of `simulate` in this process."""
+    case = next(case for case in CASES if case.name == name)
+    calls, _, _ = our_calls(case, [solver], [float(tolerance)], np.zeros(1))
+    began = time.process_time()
+    jax.block_until_ready(next(iter(calls.values()))().states)
+    return time.process_time() - began
+
+
+def first_rows(case, runs, solvers, error):
+    """First calls at the settings that reach an error: the default's over the least of the others."""
+    found = {}
+    for solver in solvers:
+        if run := cheapest(runs, solver, error):
+            call = [sys.executable, __file__, "--child", case.name, solver, str(run.setting)]
+            found[solver] = float(subprocess.run(call, check=True, capture_output=True, text=True).stdout.split()[-1])
+    print(f"{case.name}, first call at an error of {error:.0e}: {found}", flush=True)
+    named = {solver: seconds for solver, seconds in found.items() if solver != "default"}
+    if not named or "default" not in found:
+        return []
+    best = min(named, key=named.get)
+    return [
+        common.row(case.name, f"first call, error {error:.0e}", found["default"], "s CPU", best, named[best], "< 1.3")
+    ]
+
+
 def rows_of(runs):
     """Rows of a case: each run of ours, and the default's for each decade of the error beside each peer's."""
     rows = []
@@ -154,7 +184,12 @@ def rows_of(runs):
 def main():
     parser = common.parser(__doc__, *(case.name for case in CASES))
     parser.add_argument("--solvers", nargs="+", metavar="SOLVER", help="of diffrax or mbs.motion, and `default`")
+    parser.add_argument("--first", type=float, nargs="+", default=(), metavar="ERROR", help="beside first calls too")
+    parser.add_argument("--child", nargs=3, help="one first call: case, solver, tolerance")
     options, rows = parser.parse_args(), []
+    if options.child:
+        print(first_call(*options.child))
+        return
     for case in CASES:
         if not common.wanted(options, case.name) or (options.quick and not options.only and case.name not in QUICK):
             continue
@@ -163,6 +198,8 @@ def main():
         runs = list(runs_of(case, solvers, tolerances, 1 if options.quick else 3, options.quick))
         print(table(runs), decades(runs, (*solvers, "Exudyn", "MuJoCo")), sep="\n", flush=True)
         rows += rows_of(runs)
+        for error in options.first:
+            rows += first_rows(case, runs, solvers, error)
     common.report(rows, options)
 
 

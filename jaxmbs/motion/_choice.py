@@ -24,8 +24,8 @@ from ._options import class_of, follows_rows
 
 #: Radius of the region of stability of Dopri8: its steps on a decay are this over the rate.
 _RADIUS = 5.0
-#: Steps below which an explicit solver has answered before an implicit one is traced.
-_FEW_STEPS = 300.0
+#: Steps below which an explicit solver has answered before an implicit one is traced: `benchmarks/solvers.py --first`.
+_FEW_STEPS = 3000.0
 #: A motion is gone after this part of the span, when it has lost nine digits.
 _GONE, _DIGITS = 0.1, 20.0
 #: Steps of Rodas5P for each radian of a motion that lasts, at a tolerance of 1e-9, and for the others at the start:

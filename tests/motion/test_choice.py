@@ -25,8 +25,8 @@ START = mbs.State.at(STRUT, pin=0.0, slide=1.0)
 
 
 def test_a_stiff_damper_is_stepped_over():
-    chosen = mbs.simulate(STRUT, START, ts=[1.0])
-    named = mbs.simulate(STRUT, START, ts=[1.0], solver=mbs.ode.Rodas5P())
+    chosen = mbs.simulate(STRUT, START, ts=[10.0])
+    named = mbs.simulate(STRUT, START, ts=[10.0], solver=mbs.ode.Rodas5P())
     np.testing.assert_array_equal(chosen.states.coordinates, named.states.coordinates)
     assert named.solver == "Rodas5P, steps that adapt, rtol = 1e-09, atol = 1e-09"
     rate = np.sqrt(1e7)  # [1/s], of k = 1e7 N/m and 1 kg: the mass swings, the sleeve does not
@@ -41,8 +41,8 @@ def test_a_stiff_damper_is_stepped_over():
     [
         (strut(damping=0.0), 1.0, "nothing dies out"),  # it rings all along, which order eight does best
         (strut(damping=50.0), 1.0, "nothing dies out"),
-        (STRUT, 0.05, "nothing dies out"),  # before many steps are made
-        (STRUT, 0.3, "bounds its steps too little"),
+        (STRUT, 0.5, "nothing dies out"),  # before many steps are made
+        (STRUT, 3.0, "bounds its steps too little"),
     ],
 )
 def test_what_lasts_or_ends_early_is_left_to_dopri8(system, end, words):
@@ -96,5 +96,5 @@ def test_a_motion_without_freedom_says_that_nothing_is_integrated():
 
 @pytest.mark.parametrize("exponent", [3, 6, 9])
 def test_the_choice_is_the_same_each_time(exponent):
-    found = [mbs.simulate(STRUT, START, ts=[0.5], rtol=10.0**-exponent).solver for _ in range(2)]
+    found = [mbs.simulate(STRUT, START, ts=[8.0], rtol=10.0**-exponent).solver for _ in range(2)]
     assert found[0] == found[1]
