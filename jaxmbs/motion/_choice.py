@@ -24,7 +24,7 @@ from ._options import class_of, follows_rows
 
 #: Radius of the region of stability of Dopri8: its steps on a decay are this over the rate.
 _RADIUS = 5.0
-#: Steps below which an explicit solver has answered before an implicit one is traced: `benchmarks/solvers.py --first`.
+#: Steps below which an explicit solver has answered before an implicit one is traced: `solvers.py --first`.
 _FEW_STEPS = 3000.0
 #: A motion is gone after this part of the span, when it has lost nine digits.
 _GONE, _DIGITS = 0.1, 20.0
