@@ -35,9 +35,12 @@ def change_of_solution(problem: BarrierProblem, tangent: Any, factors: tuple, at
     by_x, by_e, by_c, lower, upper, value = (
         jnp.zeros_like(b) if a is None else a for a, b in zip(change, like, strict=True)
     )
+    fixed = jnp.where(where.free, 0.0, lower)  # variables between equal bounds go with them
+    by_x, by_e, by_c = by_x + W @ fixed, by_e + slopes[1] @ fixed, by_c + slopes[2] @ fixed
     lower, upper = jnp.where(where.has_lower, lower, 0.0), jnp.where(where.has_upper, upper, 0.0)
     step = _solve_refined(system, W, where.free, (jnp.where(where.free, -by_x, 0.0), -by_e, -by_c, lower, upper))
-    return step._replace(s=-step.z / system.stiffness), value + slopes[0] @ step.x
+    dx = step.x + fixed
+    return step._replace(x=dx, s=-step.z / system.stiffness), value + slopes[0] @ dx
 
 
 def _solve_refined(system: ReducedSystem, W, free, rights) -> Iterate:

@@ -40,10 +40,16 @@ def importance_sampling(
     values = traced.sampled(u, variables, question.compile, number)
     is_failure = failures(values, question.system)
     log_ratio = -0.5 * np.sum(u**2, axis=1) - _log_density(u, centres, spreads, shares)
-    weights = np.where(is_failure, np.exp(log_ratio), 0.0)
+    ratio = np.exp(log_ratio)
+    # what fails nearly always is counted by what holds: its own samples have the larger errors
+    holds = float(np.std(ratio * ~is_failure)) < float(np.std(ratio * is_failure))
+    sign, counted = (-1.0, ~is_failure) if holds else (1.0, is_failure)
+    weights = np.where(counted, ratio, 0.0)
     probability, error = float(np.mean(weights)), float(np.std(weights, ddof=1) / np.sqrt(number))
+    few = [] if error < 0.3 * probability else [_FEW]
+    probability = 1.0 - probability if holds else probability
     lost = int(np.sum(~np.all(np.isfinite(values), axis=1)))
-    score = lambda: score_slopes(variables, u[is_failure], weights[is_failure] / number, question.compile)
+    score = lambda: score_slopes(variables, u[counted], sign * weights[counted] / number, question.compile)
     return {
         "probability": probability,
         "derivatives": score() if slopes else {},
@@ -51,7 +57,7 @@ def importance_sampling(
         "confidence": interval(probability, error),
         "samples": number,
         "failed": lost,
-        "faults": (*lost_samples(lost, number), *([] if error < 0.3 * probability else [_FEW])),
+        "faults": (*lost_samples(lost, number), *few),
     }
 
 
@@ -99,7 +105,11 @@ def failures(values: np.ndarray, system: str) -> np.ndarray:
 
 
 def interval(probability: float, error: float, width: float = _NORMAL_95) -> tuple[float, float]:
-    """The interval (of 95 %) of a probability with a standard error: of its logarithm, which is nearly normal."""
+    """The interval (of 95 %) of a probability with a standard error: of its logarithm, which is nearly normal; above
+    a half of that of its complement."""
+    if probability > 0.5:
+        low, high = interval(1.0 - probability, error, width)
+        return 1.0 - high, 1.0 - low
     if not probability > 0.0:
         return 0.0, float("nan")
     factor = float(np.exp(width * error / probability))

@@ -32,7 +32,8 @@ class InteriorPoint(Reported, eqx.Module):
         design: the best design, like the first one; value: its objective.
         equalities: (p,) multipliers of the equations: change of the objective if the right side of `e(x) = 0` falls
             by one unit.
-        inequalities: (m,) multipliers, not negative, of `c(x) <= 0`; lower, upper: (n,) of the bounds.
+        inequalities: (m,) multipliers, not negative, of `c(x) <= 0`; lower, upper: (n,) of the bounds,
+            zero of variables whose bounds are equal.
         violation: largest violation of equations and inequalities; residual: of the KKT conditions.  Both are scaled
             as for `tolerance`.
         steps, evaluations: steps taken, and evaluations of the functions.

@@ -50,9 +50,9 @@ def subset_simulation(traced: LimitState, variables: RandomVariables, question: 
     if reached:
         faults, more = _missed_failures(rng, evaluate, (2 * number, n), probability, error)
         lost, count = lost + more, count + 2 * number
-    slopes = score_slopes(
-        variables, u[inside], np.full(np.sum(inside), probability / max(np.sum(inside), 1)), question.compile
-    )
+    counted, part = (inside, probability) if not probability > 0.5 else (~inside, probability - 1.0)
+    size = max(np.sum(counted), 1)
+    slopes = score_slopes(variables, u[counted], np.full(np.sum(counted), part / size), question.compile)
     return Reliability(
         probability, float(-ndtri(probability)), {}, {}, slopes if reached else {}, "subset", np.zeros((0, n)),
         np.zeros(0), error=error, confidence=interval(probability, error), samples=count, failed=lost,

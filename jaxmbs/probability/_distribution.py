@@ -27,6 +27,8 @@ class AbstractDistribution(eqx.Module):
 
     #: The number that polynomials of this one are of: "normal", or "uniform" where it is linear in the probability.
     germ: ClassVar[str] = "normal"
+    #: True if its function may have steps, which integrals over it need many points for.
+    has_gaps: ClassVar[bool] = False
 
     __repr__ = fields_repr
 

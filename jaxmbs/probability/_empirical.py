@@ -1,7 +1,7 @@
 """The distribution of measured numbers."""
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -31,6 +31,8 @@ class Empirical(AbstractDistribution):
     Source: Hazen 1914, Storage to be provided in impounding reservoirs (plotting positions); Fritsch and Butland
     1984, A method for constructing local monotone piecewise cubic interpolants.
     """
+
+    has_gaps: ClassVar[bool] = True
 
     samples: Convertible[Float[Array, " n"]] = eqx.field(converter=number)
 

@@ -11,14 +11,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax import Array, lax
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Float
 
 from ..runtime import lapack
 
 _POWER = 14  # of two, the number of points for three numbers and more: three digits of rare events, more of others
-_LEAST = 1e-8  # part of a number that is its own, below which it is taken as a function of those before it
+_LEAST = 1e-12  # share of a number's variance that is its own: numbers that are one keep a factor
 
 
 def all_below(limits: Float[Array, " m"], correlation: Float[Array, "m m"]) -> Array:
@@ -26,9 +26,9 @@ def all_below(limits: Float[Array, " m"], correlation: Float[Array, "m m"]) -> A
     m = limits.shape[0]
     if m == 1:
         return ndtr(limits[0])
-    points, weights = _line() if m == 2 else _sequence(m - 1)
-    own = (1.0 - _LEAST**2) * correlation + _LEAST**2 * jnp.eye(m)  # numbers that are one keep a factor
-    L = lapack.cholesky(own)
+    least = max(_LEAST, 8.0 * float(jnp.finfo(correlation.dtype).eps))
+    L = lapack.cholesky(jnp.where(np.eye(m, dtype=bool), 1.0, (1.0 - least) * correlation))
+    points, weights = _parted_line(limits, L) if m == 2 else _sequence(m - 1)
 
     def product(w):
         drawn, share = [], 1.0
@@ -52,6 +52,16 @@ def any_above(limits: Float[Array, " m"], correlation: Float[Array, "m m"]) -> A
         sign = jnp.asarray(np.where(np.arange(k + 1) == 0, -1.0, 1.0))
         parts.append(all_below(sign * limits[order], sign[:, None] * sign[None] * correlation[order[:, None], order]))
     return sum(parts[1:], parts[0])
+
+
+def _parted_line(limits, L):
+    """Points (2 k, 1) and weights between 0 and 1, close to where the second of two numbers reaches its limit: a step
+    where they are correlated by nearly one, of which the ends of the rule have all digits."""
+    points, weights = (jnp.asarray(part) for part in _line())
+    slope = jnp.where(jnp.abs(L[1, 0]) > 1e-8, L[1, 0], 1e-8)
+    step = lax.stop_gradient(jnp.clip(ndtr(limits[1] / slope) / jnp.maximum(ndtr(limits[0]), 1e-300), 0.0, 1.0))
+    both = jnp.concatenate([step * points, 1.0 - (1.0 - step) * points])
+    return both, jnp.concatenate([step * weights, (1.0 - step) * weights])
 
 
 @functools.cache

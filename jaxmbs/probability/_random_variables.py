@@ -19,6 +19,8 @@ from ._distribution import AbstractDistribution
 from ._map_alike import map_alike
 
 _NODES = 40  # of Gauss-Hermite's rule: correlations of lognormal numbers to ten digits
+_MANY, _LARGEST = 2401, 12.0  # nodes, and the largest one, of the trapezoidal rule
+_DEGREES = 400  # of polynomials with it: correlations of 0.99 to three digits
 _STRONGEST = 1.0 - 1e-7  # correlation of normal numbers that is still solved for
 
 
@@ -97,43 +99,66 @@ class RandomVariables(eqx.Module):
 class _PairCorrelation(eqx.Module):
     """Residual (1,) of the correlation of two normal numbers: that of the random ones less the one asked."""
 
-    one: AbstractDistribution
-    other: AbstractDistribution
+    products: Array  # of the coefficients of both numbers
     wanted: Array
 
     def __call__(self, rho):
-        return (_correlation(self.one, self.other, rho[0]) - self.wanted)[None]
+        return (_of_powers(self.products, rho[0]) - self.wanted)[None]
 
 
 def _normal_correlation(one, other, wanted):
     """Correlation () of the normal numbers by Newton's method."""
     start = lax.stop_gradient(jnp.clip(wanted, -0.99, 0.99))[None]
-    return newton_root(_PairCorrelation(one, other, wanted), start, jnp.ones(1), None, 1e-13, 50)[0][0]
+    pair = _PairCorrelation(_products(one, other), wanted)
+    return newton_root(pair, start, jnp.ones(1), None, 1e-13, 50)[0][0]
 
 
 def _correlation(one, other, rho):
     """Correlation () of two random numbers whose normal ones have the correlation rho: by their Hermite polynomials,
     each of which is correlated by a power of rho (Mehler 1866)."""
-    products = _hermite_shares(one) * _hermite_shares(other)
-    powers = jnp.cumprod(jnp.broadcast_to(rho, products.shape))
-    return jnp.sum(products * powers)
+    return _of_powers(_products(one, other), rho)
+
+
+def _of_powers(products, rho):
+    return jnp.sum(products * jnp.cumprod(jnp.broadcast_to(rho, products.shape)))
+
+
+def _products(one, other):
+    """Products (k,) of the coefficients of two numbers, the last one with those of all degrees beyond."""
+    (own, rest), (others, more) = _hermite_shares(one), _hermite_shares(other)
+    size = max(len(own), len(others))
+    own, others = (jnp.pad(part, (0, size - len(part))) for part in (own, others))
+    return (own * others).at[-1].add(lax.stop_gradient(jnp.sqrt(rest * more)))
 
 
 def _hermite_shares(distribution):
-    """Coefficients (k,) of a number in orthonormal Hermite polynomials of its normal one, over its deviation."""
-    nodes, weighted = (jnp.asarray(x) for x in _gauss_hermite())
-    found = weighted @ distribution.from_normal(nodes)
-    return found / jnp.sqrt(found @ found)
+    """Coefficients (k,) of a number in orthonormal Hermite polynomials of its normal one, over its deviation, and
+    what their squares lack to one."""
+    nodes, weights, degrees = _rule(distribution.has_gaps)
+    values = distribution.from_normal(jnp.asarray(nodes))
+    weighted = weights * (values - weights @ values)
+
+    def next_one(pair, k):
+        new = (nodes * pair[1] - jnp.sqrt(k - 1.0) * pair[0]) / jnp.sqrt(k)
+        return (pair[1], new), weighted @ new
+
+    first = (jnp.ones_like(nodes), jnp.asarray(nodes))
+    found = jnp.append(weighted @ nodes, lax.scan(next_one, first, np.arange(2.0, degrees + 1.0))[1])
+    found = found / jnp.sqrt(jnp.sum(weighted**2 / weights))
+    return found, jnp.maximum(1.0 - found @ found, 0.0)
 
 
 @functools.cache
-def _gauss_hermite():
-    """Nodes (k,) of Gauss and Hermite's rule, and orthonormal polynomials from degree 1 times weights (k-1, k)."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
-    values = [np.ones_like(nodes), nodes]
-    for k in range(2, _NODES):
-        values.append((nodes * values[-1] - np.sqrt(k - 1.0) * values[-2]) / np.sqrt(k))
-    return nodes, np.stack(values[1:]) * weights / np.sum(weights)
+def _rule(has_gaps):
+    """Nodes (k,) and weights (k,) of integrals over the density of a normal number, and degrees of polynomials.
+
+    Gauss and Hermite's rule; its few nodes do not see the gaps of measured numbers, which take hundreds of degrees.
+    """
+    if not has_gaps:
+        nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+        return nodes, weights / np.sum(weights), _NODES - 1
+    nodes = np.linspace(-_LARGEST, _LARGEST, _MANY)
+    return nodes, np.exp(-0.5 * nodes**2) * (nodes[1] - nodes[0]) / np.sqrt(2.0 * np.pi), _DEGREES
 
 
 def _faults(distributions, correlation):

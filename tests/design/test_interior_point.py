@@ -63,6 +63,30 @@ def test_derivatives_of_an_optimum(low):
 
 
 @pytest.mark.slow
+def test_a_variable_between_equal_bounds_goes_with_them():
+    """Its value is a number of the problem like others; the derivatives were zero."""
+
+    def optimum(value):
+        low, high = (jnp.stack([end, value, end]) for end in (-5.0, 3.0))
+        found = mbs.design.interior_point(
+            lambda x: (x[0] - 1.0) ** 2 + x[0] * x[1] + x[2] ** 2 * x[1],
+            jnp.ones(3),
+            (low, high),
+            equalities=lambda x: x[2] - x[1] * x[0],
+            inequalities=lambda x: 0.5 * x[1] + 0.3 - x[0] * x[1],
+            tolerance=1e-10,
+            compile="tape",
+        )
+        return jnp.concatenate([found.design, found.value[None], found.inequalities, found.equalities])
+
+    h = 1e-5
+    evaluate, slope = (mbs.jit(f, compile="tape") for f in (optimum, jax.jacfwd(optimum)))
+    wanted = (evaluate(0.7 + h) - evaluate(0.7 - h)) / (2.0 * h)
+    assert wanted[1] == pytest.approx(1.0)
+    np.testing.assert_allclose(slope(0.7), wanted, rtol=1e-6)
+
+
+@pytest.mark.slow
 def test_many_side_by_side_each_with_its_verdict():
     """Nearest points of a circle, of which the last radius is none: it harms no other."""
     radii = np.array([0.5, 1.0, 2.0, -1.0])

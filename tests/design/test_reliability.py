@@ -44,7 +44,8 @@ def of_strut(load=50.0, spread=8.0, rho=0.4, shape=9.0):
 def test_derivatives_against_differences(method):
     """By mean, deviation, correlation and a parameter of the family, of four families that are correlated."""
     found = reliability(strut, of_strut(), method)
-    assert found.ok and sum(found.importances.values()) == pytest.approx(1.0)
+    assert found.ok == (method == "sorm")  # the first order is a fifth too low, which its samples say
+    assert sum(found.importances.values()) == pytest.approx(1.0)
     steps = {"load": ("load", "mean", 1e-3), "spread": ("load", "deviation", 1e-3)}
     steps |= {"rho": ("strength, area", "correlation", 1e-4), "shape": ("strength", "shape", 1e-3)}
     base = {"load": 50.0, "spread": 8.0, "rho": 0.4, "shape": 9.0}
@@ -191,6 +192,27 @@ def test_the_second_order_where_the_medians_fail():
     holds = scipy.integrate.quad(lambda b: norm.pdf(b) * norm.sf(2.0 + 0.25 * b**2), -10.0, 10.0)[0]
     assert found.ok and found.index < 0.0
     np.testing.assert_allclose(1.0 - found.probability, holds, rtol=1e-8)
+
+
+@pytest.mark.slow
+def test_parts_that_are_one_number():
+    """Two strengths of one load: the lesser one; the union of fully correlated parts was 1.6 % off."""
+    found = reliability(lambda x: jnp.stack([3.0 - x["a"], 2.5 - x["a"]]), TWO)
+    assert found.ok
+    np.testing.assert_allclose(found.probability, ndtr(-2.5), rtol=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["importance", "samples", "subset"])
+def test_a_probability_near_one(method):
+    """What holds is counted: the interval of the complement, its index, and its derivative in closed form."""
+    samples = 100_000 if method == "subset" else None
+    found = reliability(lambda x: x["a"] + x["b"] - 3.0 * np.sqrt(2.0), TWO, method, samples=samples)
+    holds, known = 1.0 - found.probability, ndtr(-3.0)
+    assert found.ok and abs(holds / known - 1.0) < 0.25
+    assert 1.0 - found.confidence[1] < known < 1.0 - found.confidence[0] < 1.5 * known
+    assert abs(found.index + 3.0) < 0.1
+    np.testing.assert_allclose(found.derivatives["a"]["mean"], -norm.pdf(3.0) / np.sqrt(2.0), rtol=0.3)
 
 
 @pytest.mark.slow

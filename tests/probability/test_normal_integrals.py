@@ -31,6 +31,19 @@ def test_numbers_that_are_one_or_opposite():
     np.testing.assert_allclose(any_above(jnp.array([3.0, 4.0]), pair(-1.0)), ndtr(-3.0) + ndtr(-4.0), rtol=1e-6)
 
 
+@pytest.mark.parametrize(("rho", "at_most"), [(1.0, 1e-7), (1.0 + 2e-16, 1e-7), (0.999, 5e-6)])
+def test_numbers_that_are_nearly_one(rho, at_most):
+    """One number above the lesser of two limits, or between two: a step within the range of the rule."""
+    low, high = ndtr(-0.5), ndtr(0.7)
+    if rho >= 1.0:
+        np.testing.assert_allclose(any_above(jnp.array([3.0, 2.5]), pair(rho)), ndtr(-2.5), rtol=2e-6)
+        np.testing.assert_allclose(any_above(jnp.array([-0.5, -0.7]), pair(rho)), ndtr(0.7), rtol=2e-6)
+        np.testing.assert_allclose(all_below(jnp.array([0.5, 0.7]), pair(-rho)), ndtr(0.5) - ndtr(-0.7), rtol=1e-8)
+        np.testing.assert_allclose(any_above(jnp.array([-0.5, -0.7]), pair(-rho)), 1.0, rtol=1e-8)
+    np.testing.assert_allclose(all_below(jnp.array([2.0, -4.0]), pair(rho)), ndtr(-4.0), rtol=at_most)
+    np.testing.assert_allclose(all_below(jnp.array([-0.5, 0.7]), pair(rho)), min(low, high), rtol=at_most)
+
+
 def test_many_numbers_of_one_cause():
     """Equally correlated: one integral over the common cause (Dunnett and Sobel 1955)."""
     m, rho, limit = 5, 0.6, 3.2

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmbs import ModelError
-from jaxmbs.probability import Gumbel, LogNormal, Normal, RandomVariables, Uniform
+from jaxmbs.probability import Empirical, Gumbel, LogNormal, Normal, RandomVariables, Uniform
 
 
 def normal_correlation(one, other, rho):
@@ -48,6 +48,18 @@ def test_samples_have_the_correlation():
     found = np.corrcoef([drawn["a"], drawn["b"], drawn["c"]])
     np.testing.assert_allclose(found[[0, 0, 1], [1, 2, 2]], [-0.6, 0.3, 0.0], atol=0.01)
     np.testing.assert_allclose(np.std(drawn["b"]), 2.0, rtol=0.01)
+
+
+@pytest.mark.long
+def test_samples_of_two_measured_groups_have_the_correlation():
+    """Numbers with a gap, which a few polynomials do not see, and with themselves."""
+    two = Empirical(np.concatenate([np.linspace(-2.0, -1.8, 50), np.linspace(3.0, 3.1, 50)]))
+    for other in (two, Uniform(0.0, 1.0)):
+        variables = RandomVariables({"a": two, "b": other}, {("a", "b"): 0.7})
+        u = np.random.default_rng(0).normal(size=(400_000, 2))
+        drawn = jax.jit(jax.vmap(variables.from_normal))(jnp.asarray(u))
+        np.testing.assert_allclose(np.corrcoef(drawn["a"], drawn["b"])[0, 1], 0.7, atol=0.004)
+    RandomVariables({"a": two, "b": two}, {("a", "b"): 0.9999})
 
 
 def test_what_cannot_be_is_refused_by_name():
