@@ -12,7 +12,7 @@ from ..typing import Convertible, Matrix3
 from ._base import as_real
 from ._residual_bending import residual_bending
 from ._shared_matrices import axes_across, condense, gauss_points, inverse_jacobian, linear_shapes
-from ._shell import AbstractShell, IsotropicFields, LayeredFields
+from ._shell import AbstractShell, IsotropicFields, LayeredFields, _plane_rows
 
 _CORNERS = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
 _POINTS, _WEIGHTS = gauss_points(2, 2)
@@ -112,6 +112,25 @@ class QuadrilateralShell(AbstractShell):
         order = np.r_[0:12, 16:28, 12:16]
         whole = jnp.block([[membrane, mixed], [mixed.T, self.bending(xy)[0]]])[np.ix_(order, order)]
         return condense(whole, 24)
+
+    def initial_load(self, nodes: Float[Array, "k 3"], forces: Float[Array, "k f"]) -> Float[Array, " n"]:
+        """Consistent load (24,) of forces Nxx ... Mxy (corners, 6) per length that act in it, bilinear between.
+
+        The axes are those of the element; the incompatible modes are condensed, as in the stiffness.
+        """
+        xy, T = self.plane_coordinates(nodes)
+        slopes, det = self._slopes(xy, _DN)
+        weight, at = det * _WEIGHTS.astype(xy.dtype), _N.astype(xy.dtype) @ forces
+        (strain, membrane), curvature = self._membrane_parts(xy), _curvatures(slopes)
+        f = jnp.einsum("q,qai,qa->i", weight, strain, at[:, :3])
+        across = jnp.einsum("q,qai,qa->i", weight, curvature, at[:, 3:])
+        inner = jnp.linalg.solve(membrane[12:, 12:], f[12:])
+        if self.section.coupling is not None:
+            mixed = jnp.einsum("q,qai,ab,qbj->ij", weight, strain[:, :, 12:], self.section.coupling, curvature)
+            across = across - mixed.T @ inner
+        local = jnp.concatenate([f[:12] - membrane[:12, 12:] @ inner, across])
+        rows = np.concatenate(_plane_rows(4))
+        return T.T @ jnp.zeros(24, local.dtype).at[rows].set(local)
 
     def _shear(self, xy, points):
         """Transverse shear angles (q, 2, 12) at points of [-1, 1]^2, interpolated from the mid-sides."""

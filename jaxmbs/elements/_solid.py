@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..math._spd import spd_solve
 from ..typing import Convertible, ScalarLike
 from ._base import TENSOR, AbstractElement, as_optional_real, as_real
 from ._shape_functions import ShapeFunctions, middles, serendipity_exponents, simplex_exponents, simplex_points
@@ -96,12 +97,17 @@ class AbstractSolid(AbstractElement):
 
         Source: Zienkiewicz and Taylor, The finite element method (2000), vol. 1, 6.
         """
+        B, volumes = self._all_strains(nodes)
+        K = jnp.einsum("qai,ab,qbj->ij", volumes[:, None, None] * B, self.elasticity(), B)
+        return K if self.rule.enhanced is None else condense(K, self.size)
+
+    def _all_strains(self, nodes):
+        """Strain matrices (q, 6, n + modes) of the nodes and the internal strains, and volumes (q,)."""
         slopes, volumes = self._slopes(nodes, self.rule.points, self.rule.weights)
         B = self._assumed_strains(nodes, _strains(slopes))
         if self.rule.enhanced is not None:
             B = jnp.concatenate([B, self._enhanced_strains(nodes, volumes)], axis=2)
-        K = jnp.einsum("qai,ab,qbj->ij", volumes[:, None, None] * B, self.elasticity(), B)
-        return K if self.rule.enhanced is None else condense(K, self.size)
+        return B, volumes
 
     def _enhanced_tensors(self) -> np.ndarray:
         """Internal strains (q, modes, 3, 3) in natural coordinates."""
@@ -142,14 +148,18 @@ class AbstractSolid(AbstractElement):
     def thermal_load(
         self, nodes: Float[Array, "k 3"], expansion: Float[Array, "6"], warming: Float[Array, " k"]
     ) -> Array:
-        """Consistent load (3 k,) of warming [K] of the nodes: `int B^T D alpha dT dV`.
+        """Consistent load (3 k,) of warming [K] of the nodes: `int B^T D alpha dT dV`, internal strains condensed.
 
         Args: expansion: (6,) strains per kelvin in world axes.
         Source: Zienkiewicz and Taylor, The finite element method (2000), vol. 1, 2.
         """
-        slopes, volumes = self._slopes(nodes, self.rule.points, self.rule.weights)
+        (B, volumes), D, n = self._all_strains(nodes), self.elasticity(), self.size
         local = self.rule.shapes.values(self.rule.points).astype(nodes.dtype) @ warming
-        return jnp.einsum("q,qai,ab,b->i", volumes * local, _strains(slopes), self.elasticity(), expansion)
+        f = jnp.einsum("q,qai,ab,b->i", volumes * local, B, D, expansion)
+        if self.rule.enhanced is None:
+            return f
+        inner = jnp.einsum("qai,ab,qbj->ij", volumes[:, None, None] * B[:, :, n:], D, B)
+        return f[:n] - inner[:, :n].T @ spd_solve(inner[:, n:], f[n:])
 
     def geometric_stiffness(self, nodes: Float[Array, "k 3"], u: Float[Array, "k c"]) -> Float[Array, "n n"]:
         """Of the stress at the centre, `int grad N^T sigma grad N dV` in each direction.

@@ -109,6 +109,22 @@ def test_warm_block_expands_freely(kind):
     np.testing.assert_allclose(warm, stretched, rtol=1e-9, atol=1e-3)
 
 
+@pytest.mark.parametrize("kind", [one for one in SOLIDS if one.values[0] not in ("Wedge", "Tetrahedron")])
+def test_a_linear_temperature_strains_nothing(kind):
+    """A block that is free bends without stress: `u = alpha (T x - g x.x / 2)` where T = g.x."""
+    nodes, cells = block(kind, (1, 1, 1))
+    g, solid = np.array([3.0, -2, 5]), getattr(el, kind)(7e10, 0.33)
+    T = nodes @ g
+    u = 1e-5 * (T[:, None] * nodes - g / 2 * np.sum(nodes**2, axis=1, keepdims=True))
+    expansion = jnp.asarray([1e-5, 1e-5, 1e-5, 0, 0, 0])
+    warm, moved = np.zeros((2, len(nodes), 3))
+    for cell in cells:
+        at = jnp.asarray(nodes[cell])
+        warm[cell] += np.asarray(solid.thermal_load(at, expansion, jnp.asarray(T[cell]))).reshape(-1, 3)
+        moved[cell] += np.asarray(solid.stiffness(at) @ u[cell].reshape(-1)).reshape(-1, 3)
+    np.testing.assert_allclose(moved, warm, atol=1e-9 * np.max(np.abs(warm)))
+
+
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_moduli_of_an_isotropic_material(kind):
     """The matrix of an isotropic material makes the same stiffness as its two numbers."""

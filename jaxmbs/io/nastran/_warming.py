@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from ...elements._base import as_real
 from ...elements._shell_section import strain_rotation
+from ...elements._solid import strain_components
 from ...errors import ModelError
 from ...fem import Structure
 from ...fem._loads import _scatter_to_nodes
@@ -51,13 +52,51 @@ def free_motions(deck: Any, structure: Structure, temperatures: Float[Array, " n
 
 
 def thermal_forces(deck: Any, structure: Structure, temperatures: Float[Array, " nodes"]) -> Float[Array, "nodes 6"]:
-    """Forces that make the strains of warming: stiffness of each element times its free motion."""
+    """Forces that make the strains of warming: stiffness of each element times its free motion.
+
+    Those of quadrilaterals, curved shells and solids follow the temperatures between their nodes.
+    """
     total = jnp.zeros((structure.num_nodes, 6))
     for name, motion in free_motions(deck, structure, temperatures).items():
         group = structure.groups[name]
         forces = group.map(lambda e, nodes, x: e.stiffness(nodes) @ x.reshape(-1), structure.positions, motion)
+        nodal = temperatures[group.connections]
+        if hasattr(group.element, "initial_load"):
+            rest = _uneven_forces(deck, name, group, nodal)
+            forces = forces + group.map(lambda e, nodes, x: e.initial_load(nodes, x), structure.positions, rest)
+        elif hasattr(group.element, "thermal_load"):
+            rest = nodal - jnp.mean(nodal, axis=1, keepdims=True), _expansions(deck, name, len(nodal))
+            forces = forces + group.map(lambda e, at, T, a: e.thermal_load(at, a, T), structure.positions, *rest)
         total = total + _scatter_to_nodes(structure, group, forces)
     return total
+
+
+def _uneven_forces(deck, name, group, corners):
+    """Forces (elements, corners, 6) that the temperatures of the corners make beyond their mean, element axes."""
+    own, numbers = deck.elements[name], deck.numbers
+    bare = own.of if isinstance(own, MasslessGroup) else own
+    section = numbers.properties[bare.property]
+    of = lambda T: _shell_forces(bare, section, numbers.materials, T)
+    rest = jax.vmap(of, 1, 1)(corners) - of(jnp.mean(corners, axis=1))[:, None]
+    if not hasattr(group.element, "angle"):
+        return rest
+    turn = jax.vmap(strain_rotation)(group.element.angle)
+    turned = jnp.einsum("eba,ekdb->ekda", turn, rest.reshape(*rest.shape[:2], 2, 3))
+    return turned.reshape(rest.shape)
+
+
+def _expansions(deck, name, count):
+    """Strains per kelvin (elements, 6) of solids; of curved shells forces (elements, 3) per kelvin."""
+    own, numbers = deck.elements[name], deck.numbers
+    bare = own.of if isinstance(own, MasslessGroup) else own
+    section = numbers.properties[bare.property]
+    stuff = _materials_of(section, numbers.materials)[0]
+    if isinstance(bare, ShellGroup):
+        thickness = section.thickness if bare.thickness is None else bare.thickness
+        return jnp.broadcast_to(thickness, (count,))[:, None] * (stuff.plane @ stuff.plane_expansion)[None]
+    if _has_axes(bare):
+        return strain_components(jax.vmap(_tensor, (None, 0))(stuff, bare.axes))
+    return jnp.broadcast_to(stuff.expansion * jnp.array([1.0, 1, 1, 0, 0, 0]), (count, 6))
 
 
 def recover(deck: Any, u: AnyArray, temperatures: Array | None, what: str) -> dict[str, Array]:
