@@ -182,11 +182,13 @@ def table(rows):
 
 
 def report(rows, options):
-    """Print the table; write the JSON list if asked for."""
+    """Print the table; write the JSON list if asked for, beside the rows of the file that `--only` left out."""
     print(table(rows))
     if options.json:
-        everything = [{k: v for k, v in asdict(r).items() if k != "goal"} for r in (*versions(), *rows)]
-        with open(options.json, "w") as file:
-            json.dump(everything, file, indent=1)
-            file.write("\n")
+        measured = [{k: v for k, v in asdict(r).items() if k != "goal"} for r in (*versions(), *rows)]
+        path = Path(options.json)
+        before = json.loads(path.read_text()) if getattr(options, "only", None) and path.exists() else []
+        names = {(r["case"], r["metric"]) for r in measured}
+        everything = [*measured, *(r for r in before if (r["case"], r["metric"]) not in names)]
+        path.write_text(json.dumps(everything, indent=1) + "\n")
         print(f"wrote {options.json}")

@@ -16,6 +16,7 @@ from ..ode._loop import stop_gradients
 from ._chart import Chart
 from ._newton import search
 from ._shooting import Shooting
+from ._slope import slope_at
 
 _MOST_ROUNDS = 8
 _LAST_ROUND = {8: 3e-8, 4: 1e-3}  # of the adjoint, over the whole
@@ -46,23 +47,19 @@ def solution(shooting: Shooting, system: System, start: tuple[State, Array], gra
         least: see `Flow.end`.
     """
     found = stop_gradients(search(shooting, system, *start, least))
-    place = _Place(found.charts, jnp.where(found.is_last, found.inverse, 0.0))
-    z = jnp.where(found.is_last, found.step, 0.0)
+    still = stop_gradients((shooting, system))
+    charts = stop_gradients(shooting.charts(system, found.states, found.period))
+    slope = stop_gradients(slope_at(*still, charts, found.states, found.period, least))
+    place = _Place(charts, slope.inverse)
     moving = shooting, system, found.period if shooting.is_free else start[1]
+    z = jnp.zeros(slope.inverse.shape[0], found.period.dtype)
     z = _corrected_twice(moving, place, z, least) if gradient == "forward" else _implicit(moving, place, z, least)
-    xi, period = _parts(moving, z)
-    return Solution(shooting.states(system, found.charts, xi, period), period, found.is_last, found.is_singular)
-
-
-def _parts(moving, z):
-    """Numbers (m, n) of the charts and the period."""
-    shooting, _, period = moving
-    number = z.shape[0] - int(shooting.is_free)
-    return z[:number].reshape(shooting.segments, -1), period * jnp.exp(z[-1]) if shooting.is_free else period
+    xi, period = shooting.parts(z, moving[2])
+    return Solution(shooting.states(system, charts, xi, period), period, found.is_last, slope.is_singular)
 
 
 def _rows(moving, place, z, gradient, least):
-    return moving[0].rows(moving[1], place.charts, *_parts(moving, z), gradient, least)
+    return moving[0].rows(moving[1], place.charts, *moving[0].parts(z, moving[2]), gradient, least)
 
 
 def _corrected_twice(moving, place, z, least):
@@ -73,8 +70,9 @@ def _corrected_twice(moving, place, z, least):
 
 @eqx.filter_custom_vjp
 def _implicit(moving: Any, place: _Place, z: Array, least: int) -> Array:
-    """z after one step, which leaves rounding, with a reverse derivative of its own."""
-    return z - place.inverse @ _rows(moving, place, z, "forward", least)
+    """z, which is a root, with a reverse derivative of its own."""
+    del moving, place, least
+    return z
 
 
 @_implicit.def_fwd

@@ -19,6 +19,7 @@ from ..runtime import jit, lapack
 from ._chart import Chart, rate_of_numbers, rates_seen, value_and_slope
 from ._flow import Flow
 
+_LARGEST_CHANGE = 0.3  # of the period in one step, of its logarithm
 #: Least singular value of the slope: a smaller one is none.
 SINGULAR = {8: 1e-7, 4: 1e-3}
 _NO_SLOPE = {8: 3e-8, 4: 1e-4}  # of the largest singular value: below is none, but for errors of the motions
@@ -88,6 +89,26 @@ class Shooting(eqx.Module):
     def states(self, system: System, charts: Chart, xi: Array, period: Array) -> State:
         """States (m,) of xi (m, n)."""
         return jax.vmap(lambda c, x, t: c.state_at(system, x, t))(charts, xi, self.times(period)[:-1])
+
+    def parts(self, z: Array, period: Array) -> tuple[Array, Array]:
+        """Numbers (m, n) of the charts and the period of unknowns z (m n + 0 or 1,), around a period."""
+        number = z.shape[0] - int(self.is_free)
+        return z[:number].reshape(self.segments, -1), period * jnp.exp(z[-1]) if self.is_free else period
+
+    def moved(self, system: System, charts: Chart, period: Array, z: Array) -> tuple[State, Array]:
+        """States (m,) and the period of unknowns z around charts (m,) and a period."""
+        xi, longer = self.parts(z, period)
+        return self.states(system, charts, xi, longer), longer
+
+    def size(self, system: System, charts: Chart) -> Array:
+        """Size () of the motion through the states of charts (m,), by its rates there [m, rad]."""
+        rates = jax.vmap(lambda chart: rate_of_numbers(system, chart) / chart.rate)(charts)
+        return jnp.max(jnp.abs(rates), initial=0.0)
+
+    def longest_step(self, number: int) -> Array:
+        """Largest step (number,) of the unknowns: that of the logarithm of the period is bounded."""
+        longest = jnp.full(number, jnp.inf, self.t0.dtype)
+        return longest.at[-1].set(_LARGEST_CHANGE) if self.is_free else longest
 
     def rows(
         self, system: System, charts: Chart, xi: Array, period: Array, gradient: str, least: Array | int | None = None

@@ -12,9 +12,17 @@ def nan_where(lost: Array, x: Array) -> Array:
     return value_where(lost, x, jnp.full_like(x, jnp.nan))
 
 
+@jax.custom_jvp
 def nan_slope_where(lost: Array, x: Array) -> Array:
-    """x itself, with the derivatives of `value_where`."""
-    return value_where(lost, x, lax.stop_gradient(x))
+    """x itself, with the derivatives of `value_where`: without them `lost` is not computed."""
+    del lost
+    return x
+
+
+@nan_slope_where.defjvp
+def _nan_slope_where_jvp(primals, tangents):
+    lost, x = primals
+    return jax.jvp(lambda x: value_where(lost, x, lax.stop_gradient(x)), (x,), (tangents[1],))
 
 
 @jax.custom_jvp
