@@ -247,7 +247,8 @@ MADE = {
     "Cycle": cycle,
     "Flywheel": lambda: mbs.engines.Flywheel(jnp.asarray(2.0), jnp.asarray(0.01), cycle(), 4),
     "HarmonicCycles": lambda: mbs.cycles.HarmonicCycles(
-        F, complexes(3, 2, 1), complexes(3, 2, 1), numbers(3), jnp.ones(3, bool), (1, 3), ("x",), ("stop",)
+        *(F, complexes(3, 2, 1), complexes(3, 2, 1), numbers(3), jnp.ones(3, bool), numbers(3)),
+        *((1, 3), ("x",), ("stop",)),
     ),
     "Orders": lambda: mbs.engines.Orders(numbers(3), complexes(3)),
     "CriticalSpeeds": lambda: mbs.rotors.CriticalSpeeds(complexes(3), numbers(3)),

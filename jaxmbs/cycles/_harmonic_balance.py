@@ -14,7 +14,7 @@ import numpy as np
 from jax import Array, lax
 
 from ..checks import any_concrete, count_faults, faults_if, is_concrete
-from ..errors import ModelError, UnknownNameError
+from ..errors import ModelError, UnknownNameError, warn
 from ..linear._storage import to_dense
 from ..linear._system import LinearSystem
 from ..math import _square as square
@@ -26,6 +26,7 @@ from ._harmonic_cycles import HarmonicCycles
 
 _MOST_STEPS, _LEAST_LENGTH = 40, 1e-4
 _MOST_SAMPLES = 100_000
+_NEGLECTED, _ROUNDING = 0.01, 1e-10  # share of displacements that is told; of forces that are none
 _CLOSED = 1e-9  # residual over the size, up to which a search has ended
 
 
@@ -60,6 +61,7 @@ def harmonic_balance(
         samples: instants in a period at which laws are evaluated; default eight times the highest harmonic.
         start: coordinate -> complex amplitude of the first harmonic, near the state at the first frequency.
 
+    Warns where harmonics that are left out, up to two above the highest, matter: `neglected`.
     Forward and reverse derivatives by the implicit function theorem.  Its stability is not told: `periodic` of the
     mechanism does.
 
@@ -81,7 +83,17 @@ def harmonic_balance(
         guess = guess.at[:, numbers.index(1)].set(found.directions.T.astype(complex) @ begin)
     samples = samples or 8 * max(max(numbers), 2)
     labels = tuple(first.label(k) for k in range(first.num_rows))
-    return _balance(system, omega, loads, found, numbers, samples, guess, labels, names)
+    return _warned(_balance(system, omega, loads, found, numbers, samples, guess, labels, names))
+
+
+def _warned(found):
+    """The same; warns where harmonics that were left out matter."""
+    if is_concrete(found.neglected) and (most := np.max(np.nan_to_num(found.neglected), initial=0.0)) > _NEGLECTED:
+        warn(
+            f"harmonic_balance: forces at harmonics beside {found.harmonics} would move the laws by {most:.2g} of "
+            "what they do; give more as harmonics= (0 and even ones for laws that are not symmetric)"
+        )
+    return found
 
 
 def _number_faults(omega, numbers, harmonics, samples):
@@ -144,7 +156,7 @@ def _balance(system, omega, loads, laws, numbers, samples, guess, labels, names)
     made = system if not callable(system) else None
     fixed = None if made is None else _matrices(made)
 
-    def linear_part(w, load):
+    def linear_part(w, load, numbers):
         """Displacements (H, n) of the forces alone, and by unit forces of the laws (H, n, p)."""
         M, C, K = fixed or _matrices(system(w))
         both = []
@@ -154,7 +166,7 @@ def _balance(system, omega, loads, laws, numbers, samples, guess, labels, names)
         both = jnp.stack(both)
         return both[..., 0], both[..., 1:]
 
-    free, by_forces = lax.map(lambda x: linear_part(*x), (omega, loads))
+    free, by_forces = lax.map(lambda x: linear_part(*x, numbers), (omega, loads))
     seen = laws.directions.astype(free.dtype)
     local = jnp.einsum("np,shn->sph", seen, free)
     H = jnp.einsum("np,shnq->shpq", seen, by_forces)
@@ -168,11 +180,33 @@ def _balance(system, omega, loads, laws, numbers, samples, guess, labels, names)
     last = _as_reals(guess)
     given = omega, local, H
     _, (x, residual, ok) = lax.scan(lambda x, g: _next_start(one(x, g), x), last, given)
-    forces = jax.vmap(lambda x, w: _law_forces(x, w, laws, basis))(x, omega)
+    history = jax.vmap(lambda x, w: _law_histories(x, w, laws, basis))(x, omega)
+    forces = history.astype(basis.back.dtype) @ basis.back.T
     amplitudes = free + jnp.einsum("shnp,sph->shn", by_forces, forces)
+    others = _others(numbers, samples)
+    none = jnp.zeros((omega.shape[0], len(others), loads.shape[2]), loads.dtype)
+    beside = lax.map(lambda x: linear_part(*x, others)[1], stop_gradients((omega, none)))
+    neglected = _neglected(*stop_gradients((history, x, jnp.einsum("np,shnq->shpq", seen, beside))), others)
     shown = lambda values: jax.vmap(nan_where)(~ok, values)
     forces = jnp.swapaxes(forces, 1, 2)
-    return HarmonicCycles(omega, shown(amplitudes), shown(forces), residual, ok, numbers, labels, names)
+    return HarmonicCycles(
+        omega, shown(amplitudes), shown(forces), residual, ok, shown(neglected), numbers, labels, names
+    )
+
+
+def _others(numbers, samples):
+    """Harmonics that are left out, up to two above the highest one that is not."""
+    return tuple(k for k in range(min(max(numbers) + 2, (samples - 1) // 2) + 1) if k not in numbers)
+
+
+def _neglected(history, x, receptance, others):
+    """Displacements (S,) by the forces (S, p, N) of the laws at other harmonics, over those x (S, 2 p H)."""
+    back = _Basis.of(others, history.shape[2]).back
+    forces = history.astype(back.dtype) @ back.T
+    forces = jnp.where(jnp.abs(forces) > _ROUNDING * jnp.max(jnp.abs(history), initial=0.0), forces, 0.0)
+    moved = jnp.where(forces[:, None] == 0.0, 0.0, jnp.einsum("shpq,sqh->spqh", receptance, forces)).sum(axis=2)
+    size = jnp.sqrt(jnp.sum(x**2, axis=1))
+    return jnp.sqrt(jnp.sum(jnp.abs(moved) ** 2, axis=(1, 2))) / jnp.where(size > 0.0, size, 1.0)
 
 
 def _next_start(found, before):
@@ -212,6 +246,11 @@ def _as_complex(x, p):
 
 def _law_forces(x, w, laws, basis):
     """Harmonics (p, H) of the forces of the laws at local displacements x (2 p H,)."""
+    return _law_histories(x, w, laws, basis).astype(basis.back.dtype) @ basis.back.T
+
+
+def _law_histories(x, w, laws, basis):
+    """Forces (p, N) of the laws over the period at local displacements x (2 p H,)."""
     z = _as_complex(x, laws.directions.shape[1])
     place, rate = (z @ basis.values.T).real, w * (z @ basis.rates.T).real
     found = jnp.zeros(place.shape, place.dtype)
@@ -220,7 +259,7 @@ def _law_forces(x, w, laws, basis):
         own_place, own_rate = (v[at[0]] if len(own) == 1 else v[at].T for v in (place, rate))
         values = jax.vmap(function)(own_place, own_rate)
         found = found.at[at].set(values.reshape(place.shape[1], len(own)).T)
-    return found.astype(basis.back.dtype) @ basis.back.T
+    return found
 
 
 def _rows(x, w, x0, receptance, laws, basis):

@@ -20,6 +20,8 @@ class HarmonicCycles(Reported, eqx.Module):
         forces: (S, H, p) [N, N m] of the local laws on the system.
         residual: (S,) by which the local displacements miss their equations, over their size.
         ok: (S,) true where it is small; numbers are NaN elsewhere.
+        neglected: (S,) by which the forces of the laws at harmonics that are left out, up to two above the highest,
+            would move the local displacements, over their size; without derivative.
         harmonics: numbers (H,) of the harmonics (static); coordinates: names (n,) (static); laws: names (p,) of the
             local displacements (static).
     """
@@ -29,6 +31,7 @@ class HarmonicCycles(Reported, eqx.Module):
     forces: Complex[Array, "S H p"]
     residual: Float[Array, " S"]
     ok: Bool[Array, " S"]
+    neglected: Float[Array, " S"]
     harmonics: tuple[int, ...] = eqx.field(static=True)
     coordinates: tuple[str, ...] = eqx.field(static=True)
     laws: tuple[str, ...] = eqx.field(static=True)
@@ -38,6 +41,7 @@ class HarmonicCycles(Reported, eqx.Module):
         found = [
             Quantity("amplitude", self.amplitudes, "m", (*axes, Axis("coordinate", self.coordinates))),
             Quantity("local force", self.forces, "N", (*axes, Axis("law", self.laws))),
+            Quantity("share of harmonics left out", self.neglected, "", axes[:1]),
         ]
         return Report(found, fault=failures(self.ok, "frequencies without a steady state"))
 

@@ -119,7 +119,7 @@ def _chosen(condition, a, b):
 
 
 def _secant(inverse, moved, change, noise):
-    """The inverse (n, rows) that gives a move (n,) for the change (rows,) of the rows along it, which is not noise."""
+    """The inverse (n, rows) that gives a move (n,) for a change (rows,) of the rows, which is not noise."""
     foretold = inverse @ change
     along, square = moved @ foretold, moved @ moved
     used = (jnp.abs(along) > _NO_SECANT * square) & (square > noise**2)

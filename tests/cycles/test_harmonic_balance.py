@@ -133,3 +133,19 @@ def test_wrong_arguments_are_refused():
             ask(**given)
     with pytest.raises(mbs.UnknownNameError, match="harmonic 9"):
         ask(forces={("x", 9): 1.0})
+
+
+@pytest.mark.slow
+def test_harmonics_that_are_missing_are_told():
+    """A quadratic law moves the mean, to first order by `-k2 a^2 / (2 k)`."""
+    k2, a = 0.4, 0.5
+    system = mbs.LinearSystem(mass=[[1.0]], stiffness=[[4.0]], damping=[[0.4]], coordinates=["x"])
+    law = {"quadratic": ("x", lambda x, v: -k2 * x**2)}
+    ask = lambda harmonics: mbs.cycles.harmonic_balance(system, [2.0], {"x": 0.8j * a}, law, harmonics, samples=64)
+    with pytest.warns(UserWarning, match="harmonics beside .1, 3. would move the laws"):
+        found = ask((1, 3))
+    complete = ask(7)
+    mean, second = (abs(complete.amplitudes[0, k, 0]) for k in (0, 2))
+    np.testing.assert_allclose(mean, k2 * a**2 / 8.0, rtol=2e-2)
+    np.testing.assert_allclose(found.neglected[0] * a, np.hypot(mean, second), rtol=5e-2)
+    assert complete.neglected[0] < 1e-6
