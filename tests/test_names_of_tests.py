@@ -29,6 +29,7 @@ ALLOWED = {  # tests of more than one room, or of what is no module
     "test_verdicts": "every result with a verdict",
     "test_user_programs": "programs of every kind, compiled without flags",
     "runtime/tape/test_damaged_tapes": "the machine and the checks together, with damaged tapes",
+    "runtime/tape/test_wide_products": "the machine with and without wide registers",
     "runtime/test_contract": "every trick of the room, on the JAX at hand",
     "test_wheel": "the built package",
     "test_words": "names and docstrings of the whole package",

@@ -137,7 +137,7 @@ class FialaTyre(AbstractPlainTyre):
         return ContactForces(fx, fy, jnp.zeros_like(fy), self._resisting(slip) + jnp.zeros_like(fy), mz)
 
     def validity(self, slip: Slip) -> dict[str, Margin]:
-        """What friction leaves of the force [N]."""
+        """Margin of the force [N] to the bound of friction."""
         forces = self.forces(slip)
         both = jnp.sqrt(forces.fx**2 + forces.fy**2 + 1e-24)
         limit = (1.0 + _NEAR) * self._friction(slip) * jnp.maximum(slip.load, 1e-9)

@@ -27,7 +27,7 @@ def plain(tmp_path_factory):
 
 
 def operands(subscripts, rng):
-    """Arrays of random sizes, sums of more terms than are loaded at once among them, with some that are no numbers."""
+    """Arrays of random sizes, some longer than what is loaded at once, with some that are no numbers."""
     sizes = {letter: int(rng.choice([1, 2, 3, 4, 5, 7, 13])) for letter in "ijkpz"}
     if rng.random() < 0.2:
         sizes["j"] = 150
