@@ -32,7 +32,7 @@ class LimitState(NamedTuple):
 
     def at(self, u: Float[Array, " n"], variables: RandomVariables, factor: Array | None) -> Array:
         """Its values (m,) at a point of independent standard normal numbers."""
-        return self.program(jnp.stack([*variables.from_normal(u, factor).values()]))[0]
+        return self.program(variables.row_from_normal(u, factor))[0]
 
     def sampled(self, points: np.ndarray, variables: RandomVariables, compile: str, total: int) -> np.ndarray:
         """Values (k, m) at points (k, n) of independent standard normal numbers; nan where there is none.

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from ..probability import RandomVariables
-from ..probability._map_alike import map_alike
+from ..probability._map_alike import map_alike, row_alike
 from ..runtime import lapack
 
 
@@ -54,8 +54,7 @@ def index_slopes(variables: RandomVariables, u: Array, gradient: Array) -> Rando
     z, slopes, by_number = _at_point(variables, u, gradient)
 
     def moved(variables):
-        numbers = variables.from_normal(u)
-        return jnp.sum(by_number * jnp.stack([*numbers.values()])) / jnp.sqrt(gradient @ gradient)
+        return by_number @ variables.row_from_normal(u) / jnp.sqrt(gradient @ gradient)
 
     return jax.grad(moved)(variables)
 
@@ -65,7 +64,7 @@ def _at_point(variables, u, gradient):
     factor = variables.factor()
     z = u if factor is None else factor @ u
     along = gradient if factor is None else lapack.solve_triangular(factor, gradient, transposed=True)
-    slopes = jnp.stack(map_alike(_slope, [*variables.distributions.values()], jnp.unstack(z)))
+    slopes = row_alike(_slope, [*variables.distributions.values()], z)
     return z, slopes, jnp.where(slopes > 0.0, along / jnp.where(slopes > 0.0, slopes, 1.0), 0.0)
 
 

@@ -5,7 +5,9 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import PyTree
+import numpy as np
+from jax import Array
+from jaxtyping import Float, PyTree
 
 
 def map_alike(function: Callable[..., PyTree], *rows: Sequence[PyTree]) -> list[Any]:
@@ -14,17 +16,40 @@ def map_alike(function: Callable[..., PyTree], *rows: Sequence[PyTree]) -> list[
     Items of one structure and of equal shapes are stacked and mapped, so that a program has the function once for
     each family and not once for each of a hundred variables.
     """
-    items, kinds = list(zip(*rows, strict=True)), {}
-    for k, item in enumerate(items):
-        leaves, structure = jax.tree.flatten(item)
-        kinds.setdefault((structure, tuple(jnp.shape(leaf) for leaf in leaves)), []).append(k)
+    items = list(zip(*rows, strict=True))
+    kinds = _kinds(items)
     found: list[Any] = [None] * len(items)
     for places in kinds.values():
         if len(places) == 1:
             found[places[0]] = function(*items[places[0]])
             continue
-        stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(items[k] for k in places))
+        stacked = _stacked(items, places)
         values = jax.vmap(function)(*stacked)
         for j, k in enumerate(places):
             found[k] = jax.tree.map(lambda x, j=j: x[j], values)
     return found
+
+
+def row_alike(
+    function: Callable[..., Array], items: Sequence[PyTree], numbers: Float[Array, " n"]
+) -> Float[Array, " n"]:
+    """Row of a function of an item and a number of a row each, as `map_alike`; the row is not taken apart, which a
+    program of derivatives of second order had some hundred equations for, for each number."""
+    kinds = list(_kinds(items).values())
+    if len(kinds) == 1:
+        return jax.vmap(function)(_stacked(items, kinds[0]), numbers)
+    parts = [jax.vmap(function)(_stacked(items, places), numbers[np.array(places)]) for places in kinds]
+    return jnp.concatenate(parts)[np.argsort(np.concatenate(kinds))]
+
+
+def _kinds(items):
+    """Places of the items of one structure and of equal shapes, by both."""
+    kinds: dict = {}
+    for k, item in enumerate(items):
+        leaves, structure = jax.tree.flatten(item)
+        kinds.setdefault((structure, tuple(jnp.shape(leaf) for leaf in leaves)), []).append(k)
+    return kinds
+
+
+def _stacked(items, places):
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(items[k] for k in places))

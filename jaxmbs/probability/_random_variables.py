@@ -16,7 +16,7 @@ from ..forces._fields import number
 from ..math._newton import newton_root
 from ..runtime import jit, lapack
 from ._distribution import AbstractDistribution
-from ._map_alike import map_alike
+from ._map_alike import row_alike
 
 _NODES = 40  # of Gauss-Hermite's rule: correlations of lognormal numbers to ten digits
 _MANY, _LARGEST = 2401, 12.0  # nodes, and the largest one, of the trapezoidal rule
@@ -88,12 +88,16 @@ class RandomVariables(eqx.Module):
 
         Args: factor: `factor()`, if it is known.
         """
+        row = self.row_from_normal(u, factor)
+        return dict(zip(self.names, jnp.unstack(row), strict=True))
+
+    def row_from_normal(self, u: Float[Array, " n"], factor: Array | None = None) -> Float[Array, " n"]:
+        """The random numbers in the order of their names; arguments as of `from_normal`."""
         if self.pairs:
             own = self.factor() if factor is None else factor
             assert own is not None  # there are pairs
             u = own @ u
-        numbers = map_alike(lambda one, u: one.from_normal(u), self._distributions, jnp.unstack(u))
-        return dict(zip(self.names, numbers, strict=True))
+        return row_alike(lambda one, u: one.from_normal(u), self._distributions, u)
 
 
 class _PairCorrelation(eqx.Module):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 from scipy.special import ndtr
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from jaxmbs import ModelError
 from jaxmbs.design import reliability
@@ -192,6 +192,23 @@ def test_the_second_order_where_the_medians_fail():
     holds = scipy.integrate.quad(lambda b: norm.pdf(b) * norm.sf(2.0 + 0.25 * b**2), -10.0, 10.0)[0]
     assert found.ok and found.index < 0.0
     np.testing.assert_allclose(1.0 - found.probability, holds, rtol=1e-8)
+
+
+@pytest.mark.long
+def test_a_hundred_variables():
+    """A paraboloid whose medians fail, RP63 of the reliability challenge (Rozsas and Slobbe 2019): its
+    program was not compiled within a minute, and a few wide samples of large weights contradicted right chains."""
+    many = {f"x{k}": Normal(0.0, 1.0) for k in range(100)}
+
+    def holds(x):
+        row = jnp.stack([*x.values()])
+        return 0.1 * jnp.sum(row[1:] ** 2) - row[0] - 4.5
+
+    known = scipy.integrate.quad(lambda a: norm.pdf(a) * chi2.cdf(10.0 * (4.5 + a), 99), -4.5, 9.0)[0]
+    second = reliability(holds, many, "sorm", compile="tape")
+    np.testing.assert_allclose(second.probability, known, rtol=1e-6)
+    chains = reliability(holds, many, "subset", compile="tape")
+    assert chains.ok and chains.confidence[0] < known < chains.confidence[1]
 
 
 @pytest.mark.slow
