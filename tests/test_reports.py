@@ -108,6 +108,7 @@ def cycle():
         residual=none,
         rate_residual=none,
         is_singular=jnp.asarray(False),
+        repeats=jnp.asarray(1),
         num_trivial=0,
         segments=1,
     )

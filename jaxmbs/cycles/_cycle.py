@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Complex, Float
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from ..checks import place_of
 from ..errors import ModelError
@@ -33,6 +33,8 @@ class Cycle(Motion):
         rate_residual: () the same of the rates at the end beside those at the start.
         is_singular: () true where a multiplier that is not trivial is 1: the cycle is one of many, or at a fold, and
             its derivatives are NaN.
+        repeats: () times that the motion repeats within the period, up to eight: more than 1 where `periods=` found
+            no subharmonic, or a free period is a multiple of the machine's own.
         segments: of the multiple shooting (static).
     """
 
@@ -41,6 +43,7 @@ class Cycle(Motion):
     residual: Float[Array, "..."] = eqx.field(kw_only=True)
     rate_residual: Float[Array, "..."] = eqx.field(kw_only=True)
     is_singular: Bool[Array, "..."] = eqx.field(kw_only=True)
+    repeats: Int[Array, "..."] = eqx.field(kw_only=True)
     num_trivial: int = eqx.field(static=True, kw_only=True)
     segments: int = eqx.field(static=True, kw_only=True)
 

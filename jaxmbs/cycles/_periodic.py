@@ -29,7 +29,7 @@ from ._flow import Flow
 from ._implicit import Solution, solution
 from ._multipliers import multipliers_of
 from ._shooting import Shooting
-from ._whole import motion_of_segments, parts_of, residuals, size_of_motion
+from ._whole import motion_of_segments, parts_of, repeats, residuals, size_of_motion
 
 #: Default tolerances of the steps: multipliers and periods are then right to ten digits.
 _TOLERANCE = {8: 1e-11, 4: 3e-5}
@@ -100,7 +100,8 @@ def periodic(
     period = as_array(0.0 if period is None else period).astype(begin.coordinates.dtype) * periods
     problem = problem_of(system, begin, flow, period, options)
     begin = start if isinstance(start, Motion) else begin
-    return _with_verdict(_solve(system, problem, begin, period, settle, gradient), throw)
+    found = _solve(system, problem, begin, period, settle, gradient)
+    return _with_verdict(found, throw, options.is_free or int(periods) > 1)
 
 
 class CycleOptions(NamedTuple):
@@ -137,9 +138,9 @@ def problem_of(system: System, begin: State, flow: Flow, period: Array, options:
     return CycleProblem(shooting, parts, -(-steps // parts) * parts)
 
 
-def _with_verdict(cycle, throw):
+def _with_verdict(cycle, throw, is_shortest):
     """The cycle.  Raises: SimulationError where none was found, if it shall throw; warns of derivatives that it has
-    not."""
+    not, and of one that repeats within its period where the shortest is meant."""
     note(lambda: cycle.result)
     if not is_concrete(cycle) or cycle.result.ndim:
         return cycle
@@ -152,6 +153,11 @@ def _with_verdict(cycle, throw):
         )
     elif bool(cycle.ok) and bool(jnp.any(jnp.isnan(cycle.multipliers))):
         warn(f"periodic: small deviations are too quick for the steps, the multipliers are not known: {_SHORTER}")
+    if is_shortest and bool(cycle.ok) and int(cycle.repeats) > 1:
+        warn(
+            f"periodic: the motion repeats {int(cycle.repeats)} times within {float(cycle.period):.6g} s: it is a "
+            "cycle of a part of that, and multipliers are those of the whole"
+        )
     return cycle
 
 
@@ -217,6 +223,7 @@ def cycle_of(system: System, problem: CycleProblem, found: Solution, period: Arr
         residual=gaps,
         rate_residual=rates,
         is_singular=is_singular,
+        repeats=stop_gradients(repeats(shooting, system, motion, found.period)),
         num_trivial=trivial,
         segments=shooting.segments,
     )

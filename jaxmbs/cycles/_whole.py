@@ -15,6 +15,10 @@ from ._shooting import Shooting
 #: Size of a motion, of the length of the system, below which what its end misses is not measured by it: a machine at
 #: rest under steady forces is a cycle of any period.
 _LEAST_SIZE = 1e-4
+_MOST_REPEATS, _SAME = (
+    8,
+    {8: 1e-5, 4: 1e-2},
+)  # of a motion within its period; gap over its size at which states are the same
 #: Parts of a cycle of which each has its own slope: small multipliers keep their digits.
 _LEAST_PARTS = 8
 
@@ -81,6 +85,23 @@ def residuals(shooting: Shooting, system: System, motion: Motion, period: Array)
     begin, end = (accelerations_and_rates(system, state) for state in (first, last))
     rates = _largest(end - begin) / (_largest(begin) + size * chart.rate**2)
     return gap / size, rates
+
+
+def repeats(shooting: Shooting, system: System, motion: Motion, period: Array) -> Array:
+    """Times () that a motion repeats within the period, of those by which its saved states can be divided, up to
+    eight; 1 at rest."""
+    chart = Chart.at(system, jax.tree.map(lambda x: x[0], motion.states), 2.0 * jnp.pi / period)
+    size, number = size_of_motion(motion, period), len(motion) - 1
+    winds = shooting.winds | (shooting.gain != 0.0)
+    found = jnp.ones((), jnp.int32)
+    for k in (k for k in range(2, _MOST_REPEATS + 1) if number % k == 0):
+        state = jax.tree.map(lambda x, k=k: x[number // k], motion.states)
+        moved, faster = chart.differences(system, state, jnp.zeros_like(shooting.gain), winds)
+        gap = jnp.maximum(_largest(moved), _largest(faster))
+        if state.internal is not None and chart.state.internal is not None:
+            gap = jnp.maximum(gap, _largest((state.internal.values - chart.state.internal.values) / chart.scale))
+        found = jnp.where(gap <= _SAME[size.dtype.itemsize] * size, k, found)
+    return jnp.where(size > _LEAST_SIZE * system.length, found, 1).astype(jnp.int32)
 
 
 def size_of_motion(motion: Motion, period: Array) -> Array:

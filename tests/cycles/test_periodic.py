@@ -39,6 +39,19 @@ def test_van_der_pol_with_any_number_of_segments():
 
 
 @pytest.mark.long
+def test_a_period_that_is_a_multiple_is_told():
+    """Of an oscillation, and where a subharmonic was looked for and is none."""
+    system = van_der_pol()
+    with pytest.warns(UserWarning, match="repeats 2 times"):
+        found = mbs.periodic(system, 2.0 * PERIOD, mbs.State.at(system, x=2.0), free="period")
+    np.testing.assert_allclose(found.period, 2.0 * PERIOD, rtol=1e-11)
+    with pytest.warns(UserWarning, match="repeats 3 times"):
+        found = mbs.periodic(duffing(), 2.0 * np.pi / 1.5, mbs.State.at(duffing(), x=-0.2), periods=3)
+    assert found.repeats == 3
+    assert mbs.periodic(duffing(), 2.0 * np.pi / 1.5, found[0]).repeats == 1
+
+
+@pytest.mark.long
 def test_derivatives_of_a_free_period():
     like = van_der_pol()
     state = mbs.State.at(like, x=2.0)
