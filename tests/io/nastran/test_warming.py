@@ -20,7 +20,7 @@ GRID,4,,0.,.5,0.
 {more}TEMP,5,1,20.,2,20.,3,80.
 TEMP,5,4,80.
 """
-QUAD = "CQUAD4,1,1,1,2,3,4\nSPC1,1,345,1,THRU,4\nSPC1,1,12,1\nSPC1,1,1,4\n"
+QUAD = "CQUAD4,1,1,1,2,3,4{}\nSPC1,1,12345,1\nSPC1,1,1,4\n"
 BRICK = "".join(
     f"GRID,{k + 4},,{x},{y},.2\n" for k, (x, y) in enumerate([(0, 0), (1, 0), (1, 0.5), (0, 0.5)], start=1)
 )
@@ -35,7 +35,7 @@ def read(folder, text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("more", [QUAD, BRICK], ids=["CQUAD4", "CHEXA"])
+@pytest.mark.parametrize("more", [QUAD.format(""), QUAD.format(",,.05"), BRICK], ids=["CQUAD4", "ZOFFS", "CHEXA"])
 def test_a_free_body_in_a_linear_temperature_bends(more, tmp_path):
     """Without stress: v = -alpha g x^2 / 2 where the temperature is 20 + g y."""
     u = read(tmp_path, STRIP.format(more=more)).statics("", "TEMPERATURE 5")
