@@ -3,6 +3,10 @@
 Wishbone with a push rod: abhiNmechie/Suspension_Forces_Calculator, `hardpoints.csv`, front; millimetres, x backwards.
 McPherson strut: spooky-simon/Kinematic-Solver, `strutmain.py`; inches.
 Five links: CastillonMiguel/pymycar, `plot_multilink_base.py`; millimetres, x backwards, y to the right.
+Trailing arm: `trailingArmForces.m` of the solar car team Midnight Sun (2017); metres, degrees.  Its lengths and angles:
+its formula for the spring takes both parts of the load by one cosine, which is no balance of moments.
+
+No example with loads of a solid axle on links or of a twist beam was found in public programs.
 """
 
 import numpy as np
@@ -105,3 +109,21 @@ def test_five_links():
         loads = rig.loads(force)
         mine = [*(loads.tensions[f"link_{k}"] for k in range(1, 6)), loads.tensions["strut"]]
         np.testing.assert_allclose(mine, found, atol=1e-9 * np.max(np.abs(found)))
+
+
+@pytest.mark.long
+def test_trailing_arm():
+    """Spring and hinge from the moment about the pivot and the sum of forces, in the plane; loads of the example."""
+    down, of_spring = np.radians([15.0, 45.0])
+    arm, up = np.array([-np.cos(down), 0.0, -np.sin(down)]), np.array([-np.sin(down), 0.0, np.cos(down)])
+    pivot = np.array([0.0, 0.5, 0.6])
+    spring = np.sin(of_spring) * up - np.cos(of_spring) * arm
+    low, centre, side = pivot + 0.1 * arm + 0.05 * up, pivot + 0.3 * arm, np.array([0.0, 0.1, 0.0])
+    H = {"P": pivot - side, "Q": pivot + side, "D": low, "S": low + 0.3 * spring, "AI": centre, "AO": centre + side}
+    rig = vehicles.kc_rig(vehicles.trailing_arm(H, 0.2667))
+    moment = lambda at, force: np.cross(at - pivot, force)[1]
+    for force in ([0.0, 0.0, 2450.0], [-225.0, 0.0, 2450.0]):
+        loads = rig.loads(force, at="centre")
+        tension = -moment(centre, force) / moment(low, spring)
+        np.testing.assert_allclose(loads.tensions["strut"], tension, rtol=1e-9)
+        np.testing.assert_allclose(loads.hinge["force"], -(np.array(force) + tension * spring), atol=1e-9 * 2450.0)
