@@ -3,8 +3,8 @@
 Wishbone with a push rod: abhiNmechie/Suspension_Forces_Calculator, `hardpoints.csv`, front; millimetres, x backwards.
 McPherson strut: spooky-simon/Kinematic-Solver, `strutmain.py`; inches.
 Five links: CastillonMiguel/pymycar, `plot_multilink_base.py`; millimetres, x backwards, y to the right.
-Trailing arm: `trailingArmForces.m` of the solar car team Midnight Sun (2017); metres, degrees.  Its lengths and angles:
-its formula for the spring takes both parts of the load by one cosine, which is no balance of moments.
+Trailing arm: `trailingArmForces.m` of the solar car team Midnight Sun (2017); metres, degrees.  Its numbers: its
+formula for the spring takes both parts of the load by one cosine, which is no balance of moments.
 
 No example with loads of a solid axle on links or of a twist beam was found in public programs.
 """
