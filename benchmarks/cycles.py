@@ -119,12 +119,13 @@ def batch(quick):
     rows = []
     for number in (4,) if quick else (64, 1000):
         ask = lambda f, d=designs[:number]: mbs.batch(f, d, progress=False)
-        found, first = {}, not rows
+        found, is_cold = {}, not rows
         for name, function in (("one motion", motion), ("cycles", cycle)):
-            for _ in range(1 + first):
+            for _ in range(1 + is_cold):
                 start = time.process_time()
                 answer = ask(function)
                 found[name] = time.process_time() - start
+        print(f"{number} machines: {found}", flush=True)
         case = f"{number} machines"
         rows += _over_motion(case, found, {"cycles": "5"})
         rows.append(common.row(case, "cycles lost", int(np.sum(np.asarray(answer.status) != 0))))
