@@ -7,6 +7,7 @@ numbers of four or eight bytes and doubles, lowest byte first.
 import hashlib
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _DIGEST = 16
 _SHORT, _WHOLE, _DOUBLE = np.dtype("<i4"), np.dtype("<i8"), np.dtype("<f8")
 #: Type of each array: instructions, starts, tables, sizes, places and lengths of constants, their numbers, inputs,
 #: results, and what is shown.
-_TYPES = (_SHORT, _SHORT, _SHORT, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE, _WHOLE)
+_TYPES: tuple[np.dtype[Any], ...] = (_SHORT, _SHORT, _SHORT, _WHOLE, _WHOLE, _DOUBLE, _WHOLE, _WHOLE, _WHOLE)
 #: Types of inputs and results.
 _PLACE_TYPES = (*DTYPES, np.dtype(np.complex128))
 #: Most numbers of an arena or array, a GiB of them, and most axes of an array.
@@ -46,7 +47,7 @@ def write_tape(tape: Tape) -> bytes:
     parts = tape.parts
     constants = np.array([(place, numbers.size) for place, numbers in parts.constants], _WHOLE)
     numbers = np.concatenate([np.zeros(0), *(numbers for _, numbers in parts.constants)])
-    arrays = [parts.code, parts.starts, parts.tables, parts.size, constants, numbers]
+    arrays: list[Any] = [parts.code, parts.starts, parts.tables, parts.size, constants, numbers]
     arrays += [_numbers_of(parts.inputs), _numbers_of(parts.outputs), _numbers_of(parts.shown)]
     flat = [np.asarray(array, kind).reshape(-1) for array, kind in zip(arrays, _TYPES, strict=True)]
     body = b"".join(
