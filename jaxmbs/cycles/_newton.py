@@ -88,7 +88,7 @@ def _round(shooting, system, least):
         )
         longest = shooting.longest_step(steps.z.shape[0])
         steps = lax.while_loop(lambda c: c.state == GOES_ON, lambda c: c.next(rows, enough, longest), steps)
-        states, period = shooting.moved(system, charts, s.period, steps.z)
+        states, period = shooting.displaced_states(system, charts, s.period, steps.z)
         fine = FINE[bytes_]
         squared = jnp.clip(_OF_SQUARE * steps.size**2, fine, jnp.maximum(s.tolerance, fine))
         tolerance = jnp.where(steps.is_refused, fine, squared)

@@ -95,7 +95,7 @@ class Shooting(eqx.Module):
         number = z.shape[0] - int(self.is_free)
         return z[:number].reshape(self.segments, -1), period * jnp.exp(z[-1]) if self.is_free else period
 
-    def moved(self, system: System, charts: Chart, period: Array, z: Array) -> tuple[State, Array]:
+    def displaced_states(self, system: System, charts: Chart, period: Array, z: Array) -> tuple[State, Array]:
         """States (m,) and the period of unknowns z around charts (m,) and a period."""
         xi, longer = self.parts(z, period)
         return self.states(system, charts, xi, longer), longer

@@ -43,7 +43,7 @@ def slope_at(
 
     def once(s):
         is_first = s.motions == 0
-        beside, longer = shooting.moved(system, charts, period, s.probe.displacement)
+        beside, longer = shooting.displaced_states(system, charts, period, s.probe.displacement)
         at = jax.tree.map(lambda a, b: jnp.where(is_first, a, b), (states, period), (beside, longer))
         linear = fine.linearised(system, fine.charts(system, *at), at[1], least)
         parts = linear.decomposition

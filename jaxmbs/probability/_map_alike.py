@@ -36,10 +36,18 @@ def row_alike(
     """Row of a function of an item and a number of a row each, as `map_alike`; the row is not taken apart, which a
     program of derivatives of second order had some hundred equations for, for each number."""
     kinds = list(_kinds(items).values())
-    if len(kinds) == 1:
-        return jax.vmap(function)(_stacked(items, kinds[0]), numbers)
-    parts = [jax.vmap(function)(_stacked(items, places), numbers[np.array(places)]) for places in kinds]
-    return jnp.concatenate(parts)[np.argsort(np.concatenate(kinds))]
+    parts = [_of_kind(function, items, places, numbers) for places in kinds]
+    order = np.argsort(np.concatenate(kinds))
+    row = jnp.concatenate(parts)
+    return row if np.array_equal(order, np.arange(order.size)) else row[order]
+
+
+def _of_kind(function, items, places, numbers):
+    """A function of the items at some places and of their numbers (n,)."""
+    if len(places) == 1:  # as it is: mapped over one item it has more equations
+        return function(items[places[0]], numbers[places[0]])[None]
+    one_by_one = len(places) < len(items)
+    return jax.vmap(function)(_stacked(items, places), numbers[np.array(places)] if one_by_one else numbers)
 
 
 def _kinds(items):
