@@ -38,7 +38,7 @@ def row_alike(
     kinds = list(_kinds(items).values())
     parts = [_of_kind(function, items, places, numbers) for places in kinds]
     order = np.argsort(np.concatenate(kinds))
-    row = jnp.concatenate(parts)
+    row = jnp.concatenate(parts) if len(parts) > 1 else parts[0]
     return row if np.array_equal(order, np.arange(order.size)) else row[order]
 
 
