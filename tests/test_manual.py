@@ -128,15 +128,21 @@ def test_words_of_everyday_tasks_are_found(task):
     assert len(words) == 10 and [word for word in words if word.lower() not in text] == []
 
 
-_CITATION = re.compile(r"([^()]{1,150})\(?((?:19|20)\d\d)\)")
+_YEAR, _BEFORE = re.compile(r"\(?((?:19|20)\d\d)\)"), re.compile(r"[^()]{1,150}\Z")
 _SOURCE = re.compile(r"Source: ([^(]{1,150}?)\b((?:19|20)\d\d)\b")
+
+
+def _citations(text):
+    """What stands before each year in parentheses, without others between, and the year."""
+    found = ((_BEFORE.search(text[max(m.start() - 150, 0) : m.start()]), m[1]) for m in _YEAR.finditer(text))
+    return [(before[0], year) for before, year in found if before]
 
 
 def test_cited_papers_are_in_the_bibliography():
     """An entry of the year and a name, for every year in parentheses, or of a source, after "Name"."""
     entries = (DOCS / "bibliography.md").read_text(encoding="utf-8").split("\n- ")
     texts = [path.read_text(encoding="utf-8") for path in (DOCS.parent / "jaxmbs").rglob("*.py")]
-    pairs = [pair for text in texts for form in (_CITATION, _SOURCE) for pair in form.findall(text)]
+    pairs = [pair for text in texts for pair in (*_citations(text), *_SOURCE.findall(text))]
     cited = [(names, year) for before, year in pairs if (names := re.findall(r"\b[A-Z]\w{2,}", before))]
     assert len(cited) > 15
     known = [

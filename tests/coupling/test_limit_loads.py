@@ -305,6 +305,7 @@ def test_sums():
         combine_modal_maxima(values, "mean")
 
 
+@pytest.mark.slow
 def test_whole_numbers_are_numbers():
     found = peak_response(2, np.array([1, 2, 0]), 0.5, 0.25)
     np.testing.assert_array_equal(found, peak_response(2.0, np.array([1.0, 2.0, 0.0]), 0.5, 0.25))

@@ -107,6 +107,7 @@ def test_scordelis_lo_roof(kind, tolerance):
     np.testing.assert_allclose(u[index[-1, -1], 2], -0.3024, rtol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_warm_shell_expands(kind):
     """Warmth makes the forces that stretch the element by alpha dT."""

@@ -95,6 +95,7 @@ def test_thick_plate_of_nafems(kind, counts, tolerance):
     np.testing.assert_allclose(thick_plate(kind, counts), -5.38, rtol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_warm_block_expands_freely(kind):
     """Warmth makes the forces that stretch a block by alpha dT, with an anisotropic expansion."""

@@ -79,6 +79,7 @@ def test_wheels_turn_many_times_and_their_centres_turn_about_each_other():
     np.testing.assert_allclose(force[1], turned(psi) @ plain[1], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_play_grows_with_the_distance_of_the_centres():
     """The exact involute: angles of free play against intersections of the flanks' base tangents."""
     law = pair(backlash=1e-5)

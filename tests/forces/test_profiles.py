@@ -31,6 +31,7 @@ def along(signal, t):
     return jax.vmap(signal)(jnp.asarray(t))
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(distance=SIZE, speed=SIZE, acceleration=SIZE, jerk=st.none() | SIZE, way=st.sampled_from([1.0, -1.0]))
 def test_a_move_ends_at_its_distance_within_its_limits_and_touches_one(distance, speed, acceleration, jerk, way):
@@ -143,6 +144,7 @@ def test_a_move_of_nothing_has_the_slope_of_its_end():
     np.testing.assert_allclose(jax.grad(moved)(0.0), 1.0)
 
 
+@pytest.mark.slow
 def test_a_driven_slide_follows_an_s_curve():
     b = mbs.SystemBuilder()
     b.body("table", 10.0)

@@ -74,7 +74,7 @@ def test_a_start_that_is_free_where_the_drives_leave_nothing_open(rate):
     np.testing.assert_allclose(angle, fall(rate, np.array([0.05, 0.1]))[-1], atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_turn_from_a_singular_pose_to_itself():
     """Two equal cranks that are driven through the pose in which all lies along a line, where it begins and ends."""
 

@@ -18,6 +18,7 @@ def of_lognormals(deviation):
     return np.log1p(0.25 * deviation) / np.sqrt(np.log1p(deviation**2) * np.log1p(0.25))
 
 
+@pytest.mark.slow
 def test_closed_forms_and_a_published_ratio():
     found = normal_correlation(LogNormal(1.0, 0.3), LogNormal(2.0, 1.0), 0.5)
     np.testing.assert_allclose(found, of_lognormals(0.3), rtol=1e-12)

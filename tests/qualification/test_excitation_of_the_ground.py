@@ -91,6 +91,7 @@ def full_response(structure, held, direction):
     return found[:, [list(inner).index(whole.rows(name)[0]) for name in ("0 rz", "2 y")]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", ["y", "z"])
 def test_reduced_components_on_the_ground(direction):
     """A held component reduced to its tip, and one whose interface is tied to the ground by `connect`."""

@@ -24,6 +24,7 @@ def shaken(system):
     return mbs.random_response(system, base, {"a": qual.Coordinates("box.com z")}, ratios=0.08)
 
 
+@pytest.mark.slow
 def test_isolators_that_were_forgotten():
     with pytest.warns(UserWarning, match="does not hold 3 motions of the structure"):
         shaken(box("fl"))

@@ -26,6 +26,7 @@ def _all(number):
     return found
 
 
+@pytest.mark.slow
 def test_supports_are_those_of_each_bearing():
     shaft, bearings = rotors.Shaft(np.linspace(0.0, 1.0, 4), 0.02), [*_all(2), Cross()]
     rotor, speed = rotors.Rotor(shaft, [], bearings), 200.0

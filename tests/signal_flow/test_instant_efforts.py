@@ -76,6 +76,7 @@ def bushing_system():
     return b.build()
 
 
+@pytest.mark.slow
 def test_a_bushing_has_its_load_in_its_axes():
     system = bushing_system()
     rest = mbs.equilibrium(system, mbs.State.at(system)).state

@@ -61,6 +61,7 @@ def read(folder, text):
     return mbs.io.read_nastran(file)
 
 
+@pytest.mark.slow
 def test_closed_forms(tmp_path):
     deck = read(tmp_path, ARM)
     assert deck.cases == ((1, "LOAD 9", ""), (2, "", "TEMPERATURE 5"))

@@ -24,6 +24,7 @@ def stiffness(model, group):
     return np.asarray(jax.vmap(lambda e, n: e.stiffness(n))(element, model.positions[nodes]))
 
 
+@pytest.mark.slow
 def test_laminate(tmp_path):
     """PCOMP and PCOMPG of the same plies are the Laminate by hand, turned from the side 12; SYM doubles the plies."""
     card = "PCOMP,5,,2.\n,8,.001,30.,,8,.002,-45.\n"
@@ -49,6 +50,7 @@ def test_laminate(tmp_path):
     assert double.properties["PCOMP 5"].ply_materials == ("MAT8 8",) * 4
 
 
+@pytest.mark.slow
 def test_sections_of_pshell(tmp_path):
     """MID2 blank is a membrane, whose other directions AUTOSPC holds; 12I/T^3; MAT2 of an isotropic material."""
     membrane = deck(STEEL + SQUARE + "PSHELL,5,1,.01\nCQUAD4,1,5,1,2,3,4\nSPC1,1,12,1,2\n", tmp_path)
@@ -77,6 +79,7 @@ def test_offset_and_thickness_of_plates(tmp_path):
     assert "CQUAD4 of a thickness that changes over it has its mean" in lifted.notes
 
 
+@pytest.mark.slow
 def test_panel_and_the_rods_of_its_sides(tmp_path):
     """CSHEAR; F1 to 1.01 makes areas F1 A t / (l12 + l34), F2 above F2 t^2 / 2."""
     text = STEEL + "GRID,1\nGRID,2,,3.,0.,0.\nGRID,3,,3.,2.,0.\nGRID,4,,0.,2.,0.\nPSHEAR,5,1,.1,4.,1.,30.\n"
@@ -93,6 +96,7 @@ CUBE = "".join(f"GRID,{k + 1},,{x}.,{y}.,{z}.\n" for k, (z, y, x) in enumerate(n
 HEXAHEDRON = "CHEXA,1,3,1,2,4,3,5,6\n,8,7"
 
 
+@pytest.mark.slow
 def test_nodes_at_edges_that_are_left_out(tmp_path):
     """A CHEXA with one of twelve: it moves its edge; without any it is a brick; CQUAD8 and CTRIA6 likewise."""
     text = STEEL + "PSOLID,3,1\n" + CUBE + "GRID,9,,.5,0.,0.\n"
