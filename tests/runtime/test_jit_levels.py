@@ -44,6 +44,6 @@ def test_gradients(specimen):
     full = mbs.jit(slopes)(*arguments)
     # of the elastic arm 2.5e-7 on some processors, for the same reason as above
     np.testing.assert_allclose(mbs.jit(slopes, compile="quick")(*arguments), full, rtol=1e-6)
-    step = 1e-5 * np.eye(2)
+    step = 1e-4 * np.eye(2)  # of the elastic arm, steps of another size are noise of 6e-5 at 1e-5
     along = [mixed(*arguments[:2], arguments[2] + s) - mixed(*arguments[:2], arguments[2] - s) for s in step]
-    np.testing.assert_allclose(full, np.array(along) / 2e-5, rtol=0.0, atol=1e-5 * np.abs(full).max())
+    np.testing.assert_allclose(full, np.array(along) / 2e-4, rtol=0.0, atol=1e-5 * np.abs(full).max())
