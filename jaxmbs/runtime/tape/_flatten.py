@@ -14,6 +14,7 @@ from ._refusals import refusing_program
 CALLS = {
     *("jit", "pjit", "closed_call", "core_call", "core_closed_call", "custom_jvp_call", "custom_vjp_call"),
     *("custom_vjp_call_jaxpr", "checkpoint", "remat", "remat2", "custom_vmap_call", "custom_lin", "composite"),
+    "eval_jaxpr",  # of JAX 0.12, in derivatives of what is not kept
 }
 #: Primitives of equinox that are a small program of their own.
 _SMALL_PROGRAMS = {"maybe_set", "select_if_vmap", "vprim"}
