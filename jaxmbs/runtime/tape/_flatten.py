@@ -1,7 +1,8 @@
 """From a traced program to one list of operations: calls are inlined, and what nothing needs is left out."""
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -18,6 +19,14 @@ CALLS = {
 }
 #: Primitives of equinox that are a small program of their own.
 _SMALL_PROGRAMS = {"maybe_set", "select_if_vmap", "vprim"}
+
+
+def _horner(x, *coefficients):
+    return functools.reduce(lambda sum_, c: c + x * sum_, coefficients[-2::-1], coefficients[-1])
+
+
+#: Operations of JAX 0.12 that are formulas of others.
+_FORMULAS: dict[str, Callable] = {"polynomial": _horner, "one_minus_square": lambda x: (1.0 + x) * (1.0 - x)}
 #: Types of the numbers of tapes.
 DTYPES = tuple(map(np.dtype, ("bool", "int32", "uint32", "int64", "float64")))
 
@@ -195,6 +204,9 @@ def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
         return jax.make_jaxpr(lambda *x: jax.tree.leaves(own.expand(*jax.tree.unflatten(own.in_tree, x))))(
             *shapes
         ), list(args)
+    if name in _FORMULAS:
+        shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
+        return jax.make_jaxpr(_FORMULAS[name])(*shapes), list(args)
     if name in _SMALL_PROGRAMS:
         shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
         return jax.make_jaxpr(lambda *x: equation.primitive.impl(*x, **params))(*shapes), list(args)
