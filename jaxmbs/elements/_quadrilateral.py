@@ -75,6 +75,8 @@ class QuadrilateralShell(AbstractShell):
         strain = jnp.concatenate([_strains(slopes, 3), _strains(bubbles, 2)], axis=2)
         weight, A = det * _WEIGHTS.astype(xy.dtype), self.section.membrane
         K = jnp.einsum("q,qai,ab,qbj->ij", weight, strain, A, strain)
+        inner = np.r_[np.zeros(12), np.ones(4)].astype(xy.dtype)  # inert where there is no membrane, not 0/0
+        K = K + jnp.diag(jnp.where(jnp.all(A == 0), inner, 0.0 * inner))
         if getattr(self, "corner_drilling", False):
             slopes, weight = self._slopes(xy, _DNC)
             turn = jnp.pad(_drilling_rows(slopes, np.eye(4, dtype=xy.dtype)), ((0, 0), (0, 4)))

@@ -135,6 +135,7 @@ def require_positive(card: Card, nonnegative: dict[str, float], **numbers: float
 def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
     """Cards in the order of the deck, to ENDDATA."""
     card, label, steps = None, "", []
+    awaited: set[str] = set()  # labels of cards that go on, but not on the next line
     for text, place in lines:
         if _EQUATION.match(text):  # its text is no fields, which goes on in lines that begin with a blank or a mark
             if card is not None:
@@ -155,9 +156,11 @@ def parse_cards(lines: Iterable[DeckLine], faults: list[str]) -> Iterator[Card]:
             if card is None:
                 Card("", place, faults).fault("a continuation line without a card")
                 continue
-            if label and first[1:] and label != first[1:]:
-                card.fault(f"the continuation {first!r} at {place} does not follow its card, which ends in {label!r}")
+            if first[1:] and label != first[1:] and (label or first[1:] in awaited):
+                end = f", which ends in {label!r}" if label else ""
+                card.fault(f"the continuation {first!r} at {place} does not follow its card{end}")
         else:
+            awaited |= {label} - {""}
             if card is not None:
                 yield card
             name = first.rstrip("*").rstrip().upper()

@@ -88,7 +88,7 @@ class DeckContext:
         if not card.text(k) or one == -1:
             return "" if default is REQUIRED else default
         names = [f"{kind} {one}" for kind in kinds]
-        found = next((name for name in names if name in self.materials), None)
+        found = self._one_of(card, [name for name in names if name in self.materials])
         if found in self.bars_only and card.name[1] in "SC":
             card.fault(f"E and G of {found} make a Poisson's ratio that does not lie between -1 and 1/2")
         if found is None and str(one) not in self._unread:
@@ -138,7 +138,7 @@ class DeckContext:
         """Name of the property that an element has, of one of these kinds; by default it has the element's number."""
         one = card.integer(2, "PID", card.integer(1, "EID"))
         names = [f"{kind} {one}" for kind in kinds]
-        found = next((name for name in names if name in self.properties), None)
+        found = self._one_of(card, [name for name in names if name in self.properties])
         if found is None and str(one) not in self._unread and names[0] not in self._missing:
             others = [name for name in self.properties if name.split()[1] == str(one)]
             self._missing.add(names[0])  # its other elements would say the same
@@ -148,6 +148,13 @@ class DeckContext:
     def frame(self, card: Card, one: int) -> CoordinateSystem:
         """A coordinate system by its number."""
         return find_system(one, self.frames, card)
+
+    def _one_of(self, card, names):
+        """The only one of them, None where there is none; a fault, once, where a number names several."""
+        if len(names) > 1 and names[1] not in self._missing:
+            self._missing.add(names[1])
+            card.fault(f"{' and '.join(names)} have the same number")
+        return names[0] if names else None
 
     def _axes(self, node: int) -> np.ndarray:
         return self.frames.get(self.turned[node], self.frames[0]).at(self.positions[node], np)

@@ -105,6 +105,7 @@ class BarGroup(AbstractElementGroup):
         """The axes of the section along which it is stiff and that no pin frees."""
         bent = "inertia_z", "inertia_y"
         held = self._positive(element, "area", *bent, "torsion", *bent[::-1])
+        held[:, :, 3:4] &= self._positive(element, "shear_modulus")
         names = [[f"{name}{end}" for name in ("x", "y", "z", "rx", "ry", "rz")] for end in (1, 2)]
         return self._along(element, numbers, held & ~np.isin(names, self.releases)[None])
 

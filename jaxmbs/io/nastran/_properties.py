@@ -113,9 +113,10 @@ def mean_along(card: Card, stations: dict[float, list], deck: DeckContext) -> li
 
 
 def solid(card: Card, deck: DeckContext) -> SolidProperty:
-    """PSOLID; how it integrates (IN, ISOP) is noted."""
-    if any(card.text(k) for k in (4, 6)):
-        deck.note("integration IN, ISOP of PSOLID")
+    """PSOLID; where it asks for another integration (IN, ISOP) than the one that Nastran takes by itself, a note."""
+    asked = card.text(4).upper(), card.text(6).upper()
+    if asked[0] not in ("", "0", "BUBBLE") or asked[1] not in ("", "0", "REDUCED"):
+        deck.remark("PSOLID with IN or ISOP is taken as without: stiffnesses by other integrations differ")
     if card.text(7).upper() not in ("", "SMECH"):
         card.fault(f"FCTN {card.text(7)[:16]!r} is not supported")
     name, frame = deck.material(card, 2, "MID", ("MAT1", "MAT9")), card.integer(3, "CORDM", 0, low=-1)
@@ -151,7 +152,7 @@ def section_by_dimensions(card: Card, deck: DeckContext) -> BeamProperty:
     elif not found.is_centred:
         card.fault(f"a CBEAM of the section {name} has its shear centre off its centroid, which is not supported")
     require_positive(card, nonnegative={"NSM": nsm})
-    deck.note(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
+    deck.remark(f"{card.name} {name}: torsion and shear factors by beam theory, Nastran's may differ")
     area, I1, I2, J, nsm = mean_along(card, {0.0: [*_numbers(found), nsm], **stations}, deck)
     return BeamProperty(area, I1, I2, J, nsm, found.shear, mid)
 

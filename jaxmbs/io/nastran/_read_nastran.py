@@ -93,7 +93,7 @@ def read_nastran(
     sets = [_sets(kind, found, one, text, deck) for kind, one in (("SPC", spc), ("MPC", mpc))]
     tied = read_ties(found, sets[1], deck)
     on_hold = deck.held | read_supports(found, sets[0], deck)
-    settings = _settings(found, deck)
+    settings = _settings(found, text, deck)
     settings["masses"] = masses or settings["masses"]
     if any("TEMPERATURE(INITIAL)" in own for own in (text.common, *text.cases.values())):
         deck.remark("temperatures that TEMPERATURE(INITIAL) chooses are not used: thermal strains begin at TREF")
@@ -185,7 +185,7 @@ def _deck(deck, elements, tied, on_hold, settings, ignored):
     return Deck(names, numbers.positions, *parts, tuple(sorted(fixed)), light, *labels, ignored, tuple(notes))
 
 
-def _settings(found, deck):
+def _settings(found, text, deck):
     settings = {"WTMASS": 1.0, "AUTOSPC": True, "masses": "lumped"}
     for card in found.get("PARAM", ()):
         name = card.text(1).upper()
@@ -199,8 +199,12 @@ def _settings(found, deck):
             settings["masses"] = "consistent" if card.integer(2, "COUPMASS", -1, low=-1) > 0 else "lumped"
         elif name in _SCALES and card.real(2, name, 1.0) != 1:
             card.fault("it multiplies a whole matrix, which is not supported")
+        elif name == "SNORM" and card.real(2, "SNORM", 0.0) > 0:
+            deck.remark("PARAM SNORM: normals of shells at nodes are those of each element, not means of several")
         elif name != "K6ROT":  # which `DeckContext` reads
             deck.note(f"PARAM {name[:16]}")
+    if own := text.choices.get("AUTOSPC"):
+        settings["AUTOSPC"] = own[0].upper() != "NO"
     return settings
 
 
@@ -241,7 +245,12 @@ def _sets(kind, found, one, text, deck):
     if one is None and len(set(chosen)) > 1:
         word = kind.lower()
         deck.remark(f"{kind} {chosen[0]}, the first that the case control chooses, acts; read_nastran(..., {word}=)")
-    return select_sets(kind, found, one, list(dict.fromkeys(chosen)), text.faults)
+    acting = select_sets(kind, found, one, list(dict.fromkeys(chosen)), text.faults)
+    if one is None and kind not in text.choices and acting and text.choices:
+        deck.remark(
+            f"{kind} {min(acting)} acts, the only one, though the case control chooses none; Nastran takes none"
+        )
+    return acting
 
 
 def _refusals(found, names, text):

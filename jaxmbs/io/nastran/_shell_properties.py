@@ -61,7 +61,7 @@ class ShellProperty(eqx.Module):
             t * own(self.material),
             t**3 / 12 * self.bending_factor * own(self.bending),
             self.shear_factor * t * shear,
-            t**2 * own(self.coupling) if self.coupling else None,
+            -(t**2) * own(self.coupling) if self.coupling else None,  # curvatures are of the opposite sign there
             area_mass,
             area_mass * t**2 / 12,
         )
@@ -71,8 +71,10 @@ class ShellProperty(eqx.Module):
         if not self.material:
             return jnp.zeros(6, self.thickness.dtype)
         stuff = materials[self.material]
-        N = thickness * stuff.plane @ stuff.plane_expansion * (temperature - stuff.reference)
-        return jnp.concatenate([N, 0.0 * N])
+        warm = lambda one: one.plane @ one.plane_expansion * (temperature - stuff.reference)
+        N = thickness * warm(stuff)
+        M = -(thickness**2) * warm(materials[self.coupling]) if self.coupling else 0.0 * N
+        return jnp.concatenate([N, M])
 
 
 class LaminateProperty(eqx.Module):

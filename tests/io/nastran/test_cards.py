@@ -118,6 +118,19 @@ def test_all_faults_in_one_report_with_their_lines(tmp_path):
         assert part in report, report
 
 
+@pytest.mark.parametrize(
+    "between", ["GRID,3,,5.", "CBAR    2       1       1       2       0.      1.      0.              +C"]
+)
+def test_continuations_out_of_order_are_refused(between, tmp_path):
+    """One that belongs to a card further up, behind a card with another label or with none."""
+    bar = "CBAR    1       1       1       2       0.      1.      0.              +B\n"
+    text = f"{bar}{between}\n+B      ,,,0.,.1\n"
+    _, faults = read(text, tmp_path)
+    assert len(faults) == 1 and "does not follow its card" in faults[0]
+    found, faults = read(bar + "+B,,,0.,.1\n" + "GRID,3,,5.\n+X,,1.\n", tmp_path)  # a label that no card has
+    assert not faults and [card.name for card in found] == ["CBAR", "GRID"]
+
+
 def test_included_files_of_the_folder_only(tmp_path):
     """Relative, in folders below, over two lines; not above, not elsewhere, not by a link, not in a ring."""
     inside, outside = tmp_path / "model", tmp_path / "secret.bdf"

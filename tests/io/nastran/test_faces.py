@@ -1,5 +1,6 @@
 """Plates, panels and solids of decks: laminates as the elements by hand, sections, nodes that are left out."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -66,6 +67,51 @@ def test_sections_of_pshell(tmp_path):
     np.testing.assert_allclose(
         stiffness(thick, "CTRIA3 5")[0][out], 4 * stiffness(thin, "CTRIA3 5")[0][out], rtol=1e-5
     )
+
+
+#: The PSHELL and the MAT2 that Nastran writes for four plies, in an op2 of pyNastran's `flat_plate_pcomp_test`.
+EQUIVALENT = """PSHELL,5,1,1.,2,1.,3,1.,0.,+
++,,,4
+MAT2*,1,12635892.,123443.984,0.
+*,12635892.,0.,6256224.,
+MAT2*,2,14386411.,123443.984,-875259.312
+*,10885373.,-875259.312,6256224.,
+MAT1,3,2.+7,,.3
+MAT2*,4,-144190.875,435943.969,145876.562
+*,-727697.125,145876.562,435943.969,
+"""
+
+
+def test_coupling_of_pshell_is_that_of_the_laminate_it_stands_for(tmp_path):
+    """MID4, whose sign Nastran takes for curvatures of the opposite sign; warmed alike, all of it expands freely."""
+    plies = "MAT8,8,1.5+7,6.+6,.3,8.+6,,,.0503\nPCOMP,5\n,8,.25,0.,,8,.25,90.\n,8,.25,45.,,8,.25,-45.\n"
+    text = SQUARE + "CQUAD4,1,5,1,2,3,4\n"
+    laid = deck(text + plies, tmp_path)
+    whole = laid.properties["PCOMP 5"].section(laid.materials, 1.0)
+    given = deck(text + EQUIVALENT, tmp_path)
+    own = given.properties["PSHELL 5"]
+    found = own.section(given.materials, 1.0)
+    for name in ("membrane", "coupling", "bending"):
+        np.testing.assert_allclose(getattr(found, name), getattr(whole, name), rtol=2e-7, atol=1e-3)
+    warm = given.materials | {
+        f"MAT2 {k}": eqx.tree_at(
+            lambda m: m.plane_expansion, given.materials[f"MAT2 {k}"], jnp.array([1e-5, 1e-5, 0.0])
+        )
+        for k in (1, 2, 4)
+    }
+    forces = own.thermal_forces(warm, jnp.asarray(100.0), own.thickness)
+    strain = 1e-3 * np.array([1.0, 1.0, 0.0])
+    np.testing.assert_allclose(forces, np.concatenate([found.membrane @ strain, found.coupling @ strain]), rtol=1e-9)
+
+
+def test_laminates_that_only_bend(tmp_path):
+    """LAM BEND: what a symmetric laminate has out of its plane, and nothing in it."""
+    card = SQUARE + PLY + "PCOMP,5,,,,,,,{}\n,8,.001,30.,,8,.002,30.\nCQUAD4,1,5,1,2,3,4\n"
+    bent, whole = (stiffness(deck(card.format(option), tmp_path), "CQUAD4 5")[0] for option in ("BEND", ""))
+    out = [k for k in range(24) if k % 6 in (2, 3, 4)]
+    plane = [k for k in range(24) if k % 6 in (0, 1, 5)]
+    np.testing.assert_allclose(bent[np.ix_(out, out)], whole[np.ix_(out, out)], rtol=1e-9, atol=1e-6)
+    assert np.all(bent[plane] == 0)
 
 
 def test_offset_and_thickness_of_plates(tmp_path):

@@ -339,6 +339,45 @@ def test_planar_truss_keeps_its_plane(tmp_path):
     assert len(free.coordinates.free) == 9 and not free.weak
 
 
+CASE = "SOL 101\nCEND\n{}\nBEGIN BULK\n"
+
+
+def test_case_control_decides_autospc_and_supports(tmp_path):
+    """AUTOSPC there stands over PARAM; a set that acts though none is chosen is told, as Nastran takes none."""
+    text = "MAT1,1,2.+11,,.3,7850.\nPROD,1,1,1.-4\nGRID,1\nGRID,2,,1.,0.,0.\nCROD,1,1,1,2\nSPC1,4,123456,1\n"
+    counts = [
+        len(deck(CASE.format(f"SPC = 4\nAUTOSPC{own}") + text, tmp_path).weak) for own in ("(NOPRINT) = NO", "=YES")
+    ]
+    assert counts == [0, 2]
+    assert not any("acts" in note for note in deck(CASE.format("SPC = 4") + text, tmp_path).notes)
+    assert not any("acts" in note for note in deck(text, tmp_path).notes)
+    told = deck(CASE.format("DISPLACEMENT = ALL") + text, tmp_path)
+    assert any(note.startswith("SPC 4 acts, the only one") for note in told.notes) and len(told.coordinates.free) == 1
+
+
+@pytest.mark.parametrize(
+    ("cards", "fault"),
+    [
+        ("PBARL,1,1,,ROD\n,.01\nCBAR,2,1,2,1,0.,1.,0.\n", "CBAR 1 .*PBAR 1 and PBARL 1 have the same number"),
+        ("MAT8,1,1.+11,1.+10,.3,5.+9\nPSHELL,7,1,.1\n", "PSHELL 7 .*MAT1 1 and MAT8 1 have the same number"),
+    ],
+)
+def test_numbers_that_name_two_things(cards, fault, tmp_path):
+    """One fault for all that refer to them."""
+    with pytest.raises(ModelError, match=fault) as error:
+        deck(BAR + FREE + cards, tmp_path)
+    assert len(error.value.faults) == 1
+
+
+def test_fields_that_change_answers_and_are_read_over_are_noted(tmp_path):
+    """Mean normals of shells, integration of solids; a beam without shear modulus has no torsion to stiffen."""
+    noted = deck(BAR + FREE + "PARAM,SNORM,20.\nPSOLID,5,1,,TWO,,FULL\nPSOLID,6,1,,BUBBLE,,REDUCED\n", tmp_path).notes
+    assert any(note.startswith("PARAM SNORM") for note in noted)
+    assert sum("IN or ISOP" in note and "times" not in note for note in noted) == 1
+    soft = deck(BAR.replace("8.+10", "") + FREE + "SPC1,1,123456,1\n", tmp_path)
+    assert soft.weak == ("GRID 2 rx",)
+
+
 FREE = "GRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\n"
 
 
