@@ -14,6 +14,7 @@ import jax  # isort: skip
 import jax.numpy as jnp
 import numpy as np
 from double_wishbone import POINTS, RODS, contact, pose, tensions
+from preaccumulation import preaccumulate
 
 import jaxmbs as mbs
 
@@ -44,13 +45,15 @@ def points_of(design):
 def member_loads(points):
     """Tensions (7, 6) [N] of all members in all load cases."""
     force, at_contact, travel = (jnp.array(part, float) for part in zip(*CASES.values(), strict=True))
-    return jax.vmap(lambda *case: tensions(points, *case))(travel, force, at_contact)
+    return jax.vmap(lambda *case: preaccumulate(lambda points: tensions(points, *case))(points))(
+        travel, force, at_contact
+    )
 
 
 def curves(points):
     """At `POSES`: camber, toe, caster, kingpin inclination (3,) [deg]; scrub radius and half track (3,) [mm]."""
 
-    def one(travel):
+    def one(points, travel):
         _, R, centre = pose(points, travel)
         axle = R @ (points["AO"] - points["AI"])
         lower, upper = (centre + R @ (points[name] - points["AO"]) for name in ("LO", "UO"))
@@ -61,7 +64,7 @@ def curves(points):
         )
         return *jnp.rad2deg(jnp.arctan(slopes)), 1e3 * (patch[1] - ground[1]), 1e3 * patch[1]
 
-    return jax.vmap(one)(jnp.asarray(POSES))
+    return jax.vmap(lambda travel: preaccumulate(lambda points: one(points, travel))(points))(jnp.asarray(POSES))
 
 
 def study(design):

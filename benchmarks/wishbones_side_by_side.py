@@ -25,7 +25,7 @@ START = np.array([0.0] * 20 + [1.0])
 LOWER, UPPER = np.array([-1.0] * 20 + [0.25]), np.array([1.0] * 20 + [1.5])
 TOLERANCE = 1e-5
 OF_ALL, CHUNK = 1000, 8
-ROUND, ROUNDS = 6, 20  # steps, and rounds at most
+ROUND, ROUNDS = 2, 60  # steps, and rounds at most
 
 
 def largest_load(z):

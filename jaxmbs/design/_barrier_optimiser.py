@@ -10,7 +10,7 @@ import numpy as np
 from ..batching._batch import batch
 from ..runtime import jit
 from ._barrier_problem import BarrierProblem, bound_distances
-from ._barrier_search import barrier_search, first_iterate
+from ._barrier_search import barrier_search, first_iterate, first_state
 from ._constrained import run_constrained
 from ._problem import DesignProblem
 from ._search import Search
@@ -80,7 +80,7 @@ def _program(problem: DesignProblem, rows: np.ndarray, tolerance: float, steps: 
         low = jnp.where(where.has_lower, mu / where.below, 0.0)
         high = jnp.where(where.has_upper, mu / where.above, 0.0)
         first = first._replace(z=jnp.full_like(first.z, jnp.inf), low=low, high=high)
-        found = barrier_search(barrier, first, None, mu, _CLOSER * tolerance, steps)
+        found = barrier_search(barrier, first_state(barrier, first, None, mu), _CLOSER * tolerance, steps)
         return start + scale * found.at.x, found.evaluations
 
     return solve

@@ -41,7 +41,7 @@ class BarrierSolution(NamedTuple):
         at: unknowns; value: f there.  Multipliers, residual and violation are of the scaled problem.
         residual: of the KKT conditions; violation: the largest one.
         factors: of f, e, c.
-        curvature: (n, n) of the Lagrangian, or its BFGS matrix; mu: the barrier parameter.
+        search: with which it goes on, a step further; its curvature is that of the scaled problem.
         history: (steps + 1, 3) value of f, residual and evaluations where the problem asks for them.
     """
 
@@ -53,37 +53,40 @@ class BarrierSolution(NamedTuple):
     evaluations: Any
     reason: Any
     factors: Any
-    curvature: Any
-    mu: Any
+    search: Any
     history: Any
 
 
-class _Carry(NamedTuple):
+class SearchState(NamedTuple):
+    """A search after any number of steps.
+
+    Attributes:
+        at: unknowns of the next point; before: of the last one, with functions (f, e, c) and their slopes.
+        factors: of f, e, c; W: curvature; is_sized: it has the size of the problem's.
+        weight: of the violation in the merit; raised: added to W after a step that was refused.
+    """
+
     at: Any
-    x: Any  # of the point before
-    slopes: Any  # derivatives of (f, e, c) at the point before
-    found: Any  # (f, e, c) at the point before
+    before: Any
+    slopes: Any
+    found: Any
     factors: Any
     W: Any
+    is_sized: Any
     mu: Any
-    weight: Any  # of the violation in the merit
+    weight: Any
     shift: Any
-    raised: Any  # added to W after a step that was refused
+    raised: Any
     moved: Any
     stalled: Any
     steps: Any
     evaluations: Any
     residual: Any
     reason: Any
-    ended: Any
-    history: Any
 
 
-def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None, is_same: Any = False) -> Iterate:
-    """The start, moved between its bounds, with least slacks, and multipliers, largest ones without a warm start.
-
-    is_same: the warm start is of this problem: its slacks are those of this search.
-    """
+def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None) -> Iterate:
+    """The start, moved between its bounds, with least slacks, and multipliers, largest ones without a warm start."""
     lower, upper = problem.lower, problem.upper
     narrow = _NARROW if warm is None else 1e-6
     width = jnp.where(jnp.isfinite(upper - lower), upper - lower, jnp.inf)
@@ -96,52 +99,63 @@ def first_iterate(problem: BarrierProblem, start: Array, warm: Iterate | None, i
     x = jnp.where(lower < upper, jnp.clip(start, low, high), lower)
     p, m = problem.sizes(x)
     if warm is not None:
-        return warm._replace(x=x, s=jnp.where(is_same, warm.s, 1e-6), z=jnp.maximum(warm.z, 1e-8))
+        return warm._replace(x=x, s=jnp.full_like(warm.s, 1e-6), z=jnp.maximum(warm.z, 1e-8))
     where, one = bound_distances(problem, x), jnp.ones_like(x)
     low, high = (jnp.where(mark, one, 0.0) for mark in (where.has_lower, where.has_upper))
     return Iterate(x, jnp.full(m, 1e-2, x.dtype), jnp.zeros(p, x.dtype), jnp.ones(m, x.dtype), low, high)
 
 
 @eqx.filter_custom_jvp
-def barrier_search(
-    problem: BarrierProblem, first: Iterate, curvature: Array | None, mu: Array, tolerance: float, steps: int
-) -> BarrierSolution:
-    """Search from a first iterate; its derivatives by the problem are by the implicit function theorem.
-
-    curvature: (n, n) the first BFGS matrix, of a problem nearby; None: that of the first step.
+def barrier_search(problem: BarrierProblem, first: SearchState, tolerance: float, steps: int) -> BarrierSolution:
+    """Search on, some steps at most; derivatives of its end by the problem are by the implicit function theorem.
 
     Each pass of the loop evaluates the point that the last one stepped to, and steps on: derivatives are evaluated at
-    one place of the program, values of trials at another.
+    one place of the program, values of trials at another.  The last step at the limit of steps is for a search that
+    goes on: no point is evaluated twice.
     """
+    dtype, is_fresh = first.at.x.dtype, first.steps == 0
+    done = jnp.where(is_fresh, 0, first.steps - 1), jnp.where(is_fresh, 0, first.evaluations)
+    known = jnp.stack([first.found[0] / first.factors[0], first.residual, jnp.zeros((), dtype)])
+    history = jnp.full((steps + 1 if problem.has_history else 0, 3), jnp.nan, dtype).at[:1].set(known[None])
 
     def attempt(carry):
-        if len(first.x) > 1:  # a kernel of whole machines takes minutes to compile, and runs no faster
-            carry = carry._replace(at=carry.at._replace(x=with_library_calls(carry.at.x)))
-        carry = _evaluated(problem, carry, tolerance)
-        goes_on = (carry.reason == STEP_LIMIT) & (carry.steps < steps)
-        stepped = _stepped(problem, carry, tolerance, goes_on)
-        chosen = jax.tree.map(lambda a, b: jnp.where(goes_on, a, b), stepped, carry)
-        return chosen._replace(ended=~goes_on)
+        search, history, _ = carry
+        if len(search.at.x) > 1:  # a kernel of whole machines takes minutes to compile, and runs no faster
+            search = search._replace(at=search.at._replace(x=with_library_calls(search.at.x)))
+        search = _evaluated(problem, search, tolerance)
+        made = search.steps - done[0]
+        if problem.has_history:
+            evaluations = search.evaluations - done[1]
+            row = jnp.stack([search.found[0] / search.factors[0], search.residual, evaluations.astype(dtype)])
+            history = history.at[made].set(row)
+        goes_on = search.reason == STEP_LIMIT
+        stepped = _stepped(problem, search, tolerance, goes_on)
+        chosen = jax.tree.map(lambda a, b: jnp.where(goes_on, a, b), stepped, search)
+        return chosen, history, ~goes_on | (made >= steps)
 
-    done = lax.while_loop(lambda carry: ~carry.ended, attempt, _first_carry(problem, first, curvature, mu, steps))
-    f, e, c = done.found
+    search, history, _ = lax.while_loop(lambda carry: ~carry[2], attempt, (first, history, jnp.asarray(False)))
+    _, e, c = search.found
     violation = jnp.maximum(jnp.max(jnp.abs(e), initial=0.0), jnp.max(c, initial=0.0))
+    made = search.steps - done[0] - jnp.where(search.reason == STEP_LIMIT, 1, 0)
     return BarrierSolution(
-        done.at, f / done.factors[0], done.residual, violation, done.steps, done.evaluations, done.reason,
-        done.factors, done.W / done.factors[0], done.mu, done.history,
+        search.before, search.found[0] / search.factors[0], search.residual, violation, made,
+        search.evaluations - done[1], search.reason, search.factors, search, history,
     )  # fmt: skip
 
 
-def _first_carry(problem, first, curvature, mu, steps):
+def first_state(problem: BarrierProblem, first: Iterate, curvature: Array | None, mu: Array) -> SearchState:
+    """The state before the first step.
+
+    curvature: (n, n) the first BFGS matrix, of a problem nearby; None: that of the first step.
+    """
     n, (p, m), dtype = len(first.x), problem.sizes(first.x), first.x.dtype
     zero, count, no = jnp.zeros((), dtype), jnp.zeros((), jnp.int32), jnp.asarray(False)
     found = (zero, jnp.zeros(p, dtype), jnp.zeros(m, dtype))
     slopes = tuple(jnp.zeros((*part.shape, n), dtype) for part in found)
-    history = jnp.full((steps + 1 if problem.has_history else 0, 3), jnp.nan, dtype)
     W = jnp.eye(n, dtype=dtype) if curvature is None else curvature
-    return _Carry(
-        first, first.x, slopes, found, tuple(part + 1.0 for part in found), W, mu, zero,
-        zero, zero, no, count, count, count + 1, zero, count + STEP_LIMIT, no, history,
+    return SearchState(
+        first, first, slopes, found, tuple(part + 1.0 for part in found), W, no | (curvature is not None),
+        jnp.asarray(mu, dtype), zero, zero, zero, no, count, count, count + 1, zero, count + STEP_LIMIT,
     )  # fmt: skip
 
 
@@ -162,19 +176,14 @@ def _evaluated(problem, carry, tolerance):
         W = problem.times(factors).hessian(at.x, (1.0, at.y, at.z))
         W = jnp.where(is_first | (carry.raised == 0.0), W, carry.W)
     else:
-        W = jnp.where(is_first, factors[0] * carry.W, _bfgs(carry, at, slopes, where, problem.is_warm))
+        W = jnp.where(is_first, factors[0] * carry.W, _bfgs(carry, at, slopes, where))
     W = W + carry.raised * jnp.eye(len(at.x))
     residual = _residual(at, where, found, slopes, jnp.zeros_like(carry.mu))
     residual = jnp.where(jnp.isfinite(found[0]), residual, jnp.nan)
     reason = _verdict(at, found, slopes, residual, carry.stalled, tolerance, where, is_first)
-    history = carry.history
-    if problem.has_history:
-        row = jnp.stack([raw[0], residual, carry.evaluations.astype(history.dtype)])
-        history = history.at[carry.steps].set(row)
     return carry._replace(
-        at=at, x=at.x, slopes=slopes, found=found, factors=factors, W=W, residual=residual, reason=reason,
-        history=history,
-    )  # fmt: skip
+        at=at, before=at, slopes=slopes, found=found, factors=factors, W=W, residual=residual, reason=reason
+    )
 
 
 def _factors(slopes, scaling):
@@ -288,15 +297,15 @@ def _verdict(at, found, slopes, residual, stalled, tolerance, where, is_first):
     return jnp.where(residual <= tolerance, CONVERGED, reason).astype(jnp.int32)
 
 
-def _bfgs(carry, new, slopes, where, has_size):
+def _bfgs(carry, new, slopes, where):
     """Damped BFGS matrix of the Lagrangian after a step (Powell 1978)."""
-    W, step = carry.W, new.x - carry.x
+    W, step = carry.W, new.x - carry.before.x
     weights = lambda slopes: slopes[0] + new.y @ slopes[1] + new.z @ slopes[2]
     change = jnp.where(where.free, weights(slopes) - weights(carry.slopes), 0.0)
     bent = W @ step
     least, product = step @ bent, step @ change
     # the first matrix has the size of the curvature along the first step
-    is_first = (carry.steps == 1) & (product > 0.0) & (not has_size)
+    is_first = (carry.steps == 1) & (product > 0.0) & ~carry.is_sized
     unit = (change @ change) / jnp.where(product > 0.0, product, 1.0)
     W = jnp.where(is_first, unit * jnp.eye(len(step)), W)
     bent, least = jnp.where(is_first, unit * step, bent), jnp.where(is_first, unit * (step @ step), least)

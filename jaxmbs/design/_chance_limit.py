@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..checks import number_faults
+from ..checks import count_faults, number_faults
 from ..errors import ModelError
 from ._limit_state import read_variables, variables_of
 from ._percentile import percentile
@@ -19,7 +19,7 @@ _SAMPLES = 1_000_000
 
 def check_chance(limit: Any) -> None:
     """Raises: ModelError for a probability that is none, or without what it is of."""
-    chance, faults = limit.probability, []
+    chance, faults = limit.probability, count_faults("samples", limit.samples)
     if chance is None:
         if limit.variables is not None:
             faults.append("variables are of a limit with a probability: give that too")

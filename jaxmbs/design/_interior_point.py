@@ -18,7 +18,15 @@ from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
 from ..runtime import jit, not_tracing
 from ._barrier_problem import BarrierProblem
-from ._barrier_search import CONVERGED, REASONS, STEP_LIMIT, BarrierSolution, barrier_search, first_iterate
+from ._barrier_search import (
+    CONVERGED,
+    REASONS,
+    STEP_LIMIT,
+    BarrierSolution,
+    barrier_search,
+    first_iterate,
+    first_state,
+)
 from ._optimum import History
 from ._variables import bounds_by_leaf
 
@@ -56,8 +64,7 @@ class InteriorPoint(Reported, eqx.Module):
     evaluations: Array
     reason: Array
     _at: Any
-    _curvature: Array
-    _mu: Array
+    _search: Any
     history: History | None = None
 
     reasons = REASONS
@@ -141,7 +148,7 @@ def interior_point(
     solve = functools.partial(
         _solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps, has_history
     )
-    at = None if warm is None else (warm._at, warm._curvature, warm._mu, warm.reason == STEP_LIMIT)
+    at = None if warm is None else (warm._at, warm._search)
     if not_tracing() and is_concrete(x0, lower, upper, at):
         solve = jit(solve, compile=compile)
     found = solve(x0, lower, upper, at)
@@ -149,7 +156,7 @@ def interior_point(
     return InteriorPoint(
         unravel(at.x), found.value, at.y * of_equations / unit, at.z * of_inequalities / unit, at.low / unit,
         at.high / unit, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
-        found.curvature, found.mu, _history(found.history) if has_history else None,
+        found.search, _history(found.history) if has_history else None,
     )  # fmt: skip
 
 
@@ -162,10 +169,15 @@ def _solve(functions, exact, reverse, tolerance, steps, has_history, x0, lower, 
     """The solution, its multipliers those of the scaled problem."""
     converted = eqx.filter_closure_convert(functions, x0)
     problem = BarrierProblem(converted, lower, upper, exact, reverse, "steepest", warm is not None, has_history)
-    at, curvature, mu, goes_on = (None, None, _FIRST_MU, False) if warm is None else jax.lax.stop_gradient(warm)
-    mu = jnp.asarray(mu if warm is None else jnp.where(goes_on, mu, _WARM_MU), x0.dtype)
-    first = jax.lax.stop_gradient(first_iterate(problem, jnp.clip(x0, lower, upper), at, goes_on))
-    return barrier_search(problem, first, curvature, mu, tolerance, steps)
+    start = jnp.clip(x0, lower, upper)
+    if warm is None:
+        first = first_state(problem, first_iterate(problem, start, None), None, _FIRST_MU)
+    else:
+        at, search = warm
+        first = first_state(problem, first_iterate(problem, start, at), search.W / search.factors[0], _WARM_MU)
+        goes_on = (search.reason == STEP_LIMIT) & jnp.all(x0 == at.x)
+        first = jax.tree.map(lambda a, b: jnp.where(goes_on, a, b), search, first)
+    return barrier_search(problem, jax.lax.stop_gradient(first), tolerance, steps)
 
 
 def _flat(function, design):

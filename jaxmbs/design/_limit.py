@@ -38,6 +38,8 @@ class Limit:
             design and a dict of random numbers, and what is compared with the bound is its `percentile`.
         variables: the random numbers of a limit with a probability: distributions by name, `RandomVariables`, or a
             function of the design to these, where a number that scatters is a variable of the design.
+        samples: values of a limit with a probability that are to confirm it at the end of a search, which is not `ok`
+            otherwise; 0 for none, where they cost too much: no design is `ok` that such a limit holds.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Limit:
     unit: str = ""
     probability: float | None = None
     variables: Mapping[str, Any] | RandomVariables | Callable[[PyTree], Any] | None = None
+    samples: int = 2000
 
     def __post_init__(self):
         if not isinstance(self.unit, str):

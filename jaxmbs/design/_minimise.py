@@ -16,6 +16,7 @@ from ..errors import SearchError
 from ..runtime import jit, kept_tiers, step_bar
 from ._barrier_optimiser import from_end, interior_point_search, interior_points
 from ._bound_formulation import at_largest, bound_formulation, with_bound, without_bound
+from ._chance_verdict import judge_chances
 from ._constrained import NLOPT_OPTIMISERS, SCIPY_OPTIMISERS, nlopt_optimiser, run_constrained
 from ._gradient_check import check_gradients
 from ._limit import Limit
@@ -68,6 +69,7 @@ def minimise(
         starts: number of first designs, searched in one program: `design0` and Sobol points between the bounds; or
             "stacked" where `design0` has a leading axis of designs.  Starts without finite objective are left out.
         limits: constraints.  Satisfied to 1e-7 of each; else the result is the design with the least violation.
+            Those with a probability are confirmed by samples at the end, or the result is not `ok`.
         check: compare the gradients with finite differences at the first design: two evaluations a variable.
         compile: "auto": without a compiler; where a search was long, the next one compiles beside its evaluations,
             and those after it run what is compiled: none changes within.  "tape", "quick" or "full", as of
@@ -79,6 +81,7 @@ def minimise(
     """
     limits = (limits,) if isinstance(limits, Limit) else tuple(limits)
     _check(steps, tolerance, limits)
+    judged = functools.partial(judge_chances, limits=limits, compile=compile)
     if is_worst := isinstance(objective, Worst):
         objective, limits = bound_formulation(objective, limits)
         _check(steps, tolerance, limits)
@@ -98,7 +101,7 @@ def minimise(
             # small programs where `compile` says so; where they are compiled, optimised: a search runs them often
             how = "auto" if compile == "quick" else compile
             evaluate, values = (jit(f, compile=how) for f in (problem.evaluate, problem.evaluate_values))
-            return search(options, points[0], evaluate, values)
+            return judged(search(options, points[0], evaluate, values))
         checks = [options, *[options._replace(check=False)] * (len(points) - 1)]  # gradients are checked once
         searches = [functools.partial(search, *pair) for pair in zip(checks, points, strict=True)]
         if optimiser == _INTERIOR_POINT and steps > 0:
@@ -106,7 +109,7 @@ def minimise(
             runs = map(from_end, interior_points(problem, begun, tolerance, steps, compile))
             rows = zip(runs, checks, points, strict=True)
             searches = [functools.partial(_search, problem, run, True, one, point) for run, one, point in rows]
-        return best_optimum(run_multistart(searches, problem.evaluate, compile))
+        return judged(best_optimum(run_multistart(searches, problem.evaluate, compile)))
 
 
 class _Options(NamedTuple):

@@ -37,6 +37,23 @@ def test_the_lightest_rod():
     np.testing.assert_allclose(found.limit("margin").price, (ends[0] - ends[1]) / 4.0, rtol=1e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("value", "share"),
+    [
+        (lambda d, x: jnp.maximum(x["a"], x["b"]) - d, 0.029),  # medians on the ridge of a kink
+        (lambda d, x: x["a"] ** 2 + x["b"] ** 2 + x["a"] - d, 0.0031),  # curved
+    ],
+)
+def test_samples_contradict_a_percentile_of_the_first_order(value, share):
+    """Such designs were called ok; shares by a million samples."""
+    two = {"a": Normal(0.0, 1.0), "b": Normal(0.0, 1.0)}
+    limit = Limit("peak", value, upper=0.0, scale=1.0, probability=1e-3, variables=two)
+    found = mbs.minimise(lambda d: d, 5.0, (0.0, 40.0), limits=limit, progress=False, compile="tape")
+    low, high = (float(word) for word in found.reason.split("probability of ")[1].split(" by")[0].split(" to "))
+    assert not found.ok and 1e-3 < low < share < high
+
+
 @pytest.mark.long
 def test_numbers_of_the_design_scatter_and_each_entry_is_held():
     """A width that is made with a deviation, two stresses of it; forward mode; as a limit beside Worst too."""

@@ -131,6 +131,23 @@ def test_a_warm_start_takes_fewer_steps(hessian):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("hessian", ["exact", "bfgs"])
+def test_a_search_in_rounds_is_that_of_one_call(hessian):
+    """To the last bit, with its steps, evaluations and history."""
+    options = {**HS71, "hessian": hessian, "compile": "tape", "history": True}
+    whole, part = interior_point(product, START, **options), interior_point(product, START, **options, steps=3)
+    steps, evaluations, history = int(part.steps), int(part.evaluations), [np.asarray(part.history.values)]
+    assert not part.ok and steps == 3
+    while not part.ok:
+        part = interior_point(product, part.design, **options, steps=3, warm=part)
+        steps, evaluations = steps + int(part.steps), evaluations + int(part.evaluations)
+        history.append(np.asarray(part.history.values)[1:])
+    assert steps == int(whole.steps) and evaluations == int(whole.evaluations)
+    np.testing.assert_array_equal(part.design, whole.design)
+    np.testing.assert_array_equal(np.concatenate(history)[: steps + 1], whole.history.values[: steps + 1])
+
+
+@pytest.mark.slow
 def test_curved_limits_of_small_multipliers_are_followed():
     """The spring of `benchmarks/machine_problems.py` (Arora 1989); IPOPT takes 26 evaluations."""
     from benchmarks.machine_problems import MACHINES
