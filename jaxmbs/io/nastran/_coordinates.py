@@ -35,24 +35,30 @@ class DeckCoordinates(eqx.Module):
 
     def motions(self, positions: AnyArray) -> Float[Array, "others 6 free"]:
         """Displacements and rotations of `others` in basic axes by the free coordinates."""
-        column = {pair: k for k, pair in enumerate(self.free)}
+        columns, found = self.motions_by_columns(positions)
+        return jnp.zeros((*found.shape[:2], len(self.free)), found.dtype).at[:, :, columns].set(found)
+
+    def motions_by_columns(self, positions: AnyArray) -> tuple[np.ndarray, Float[Array, "others 6 columns"]]:
+        """The columns of `motions` that are not zero: of a large deck few, of the nodes that ties refer to."""
         place = {node: k for k, node in enumerate(self.others)}
+        tied = {pair for tie in self.ties.values() for pair in tie.pairs}
+        numbered = [(k, pair) for k, pair in enumerate(self.free) if pair[0] in place or pair in tied]
+        column = {pair: k for k, (_, pair) in enumerate(numbered)}
         own = [(place[pair[0]], pair[1], k) for pair, k in column.items() if pair[0] in place]
-        found = np.zeros((len(self.others), 6, len(self.free)))
+        found = np.zeros((len(self.others), 6, len(column)))
         if own:
             found[tuple(np.array(own).T)] = 1.0
         motions = jnp.asarray(found, positions.dtype)
         if self.ties:
-            dependent, given = self.tied(positions)
+            dependent, given = self._tied(positions, column)
             at = np.array([(place[node], d) for node, d in dependent])
             motions = motions.at[at[:, 0], at[:, 1]].set(given)
         axes = self.axes(positions, self.others)
-        turned = jnp.einsum("nab,nkaq->nkbq", axes, motions.reshape(-1, 2, 3, len(self.free)))
-        return turned.reshape(motions.shape)
+        turned = jnp.einsum("nab,nkaq->nkbq", axes, motions.reshape(len(place), 2, 3, len(column)))
+        return np.array([k for k, _ in numbered], int), turned.reshape(motions.shape)
 
-    def tied(self, positions: AnyArray) -> tuple[list[Pair], Float[Array, "dependent free"]]:
-        """Directions that ties give, and how the free coordinates give them, in the nodes' own axes."""
-        column = {pair: k for k, pair in enumerate(self.free)}
+    def _tied(self, positions, column):
+        """Directions that ties give, and how free coordinates give them, by their columns, in the nodes' own axes."""
         dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
         R, own = self.equations(positions)
         touched = self._touched

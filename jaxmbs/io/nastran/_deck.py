@@ -148,7 +148,8 @@ class Deck(Reported, eqx.Module):
         found = jnp.zeros((*x.shape[:-1], len(self.names), 6), x.dtype).at[..., nodes, directions].set(x[..., rows])
         if self.coordinates.plain:
             return found
-        others = jnp.tensordot(x, self.coordinates.motions(self.positions).astype(x.dtype), axes=(-1, -1))
+        columns, motions = self.coordinates.motions_by_columns(self.positions)
+        others = jnp.tensordot(x[..., columns], motions.astype(x.dtype), axes=(-1, -1))
         return found.at[..., np.array(self.coordinates.others), :].set(others)
 
     def load(self, load: str | None = None, temperature: str | None = None) -> Float[Array, "nodes 6"]:

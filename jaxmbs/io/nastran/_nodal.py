@@ -72,8 +72,9 @@ def rows_without_mass(coordinates: DeckCoordinates, nodal: NodalSums, positions)
         [0.0 if n in apart else nodal.mass_directions[n, d // 3, d % 3, d % 3] for n, d in coordinates.free]
     )
     if apart:
-        motions = np.asarray(coordinates.motions(positions)).reshape(len(apart), 2, 3, len(mass))
-        mass = mass + np.einsum(
+        columns, motions = coordinates.motions_by_columns(positions)
+        motions = np.asarray(motions).reshape(len(apart), 2, 3, len(columns))
+        mass[columns] += np.einsum(
             "okaq,okab,okbq->q", motions, nodal.mass_directions[np.array(coordinates.others)], motions
         )
     return tuple(np.flatnonzero(mass <= 1e-14 * np.max(mass, initial=0.0)).tolist())

@@ -131,7 +131,13 @@ class SdfModels:
     def _place(self, where, element, name, relative_to, on, scope):
         """Enter a pose.  Args: relative_to: full name where the pose says none; scope: of the name that it says."""
         pose = element.find("pose")
-        given = None if pose is None or self._version < (1, 7) else pose.get("relative_to")
+        given = None if pose is None else pose.get("relative_to")
+        if pose is not None and pose.get("frame"):
+            self._faults.append(
+                f"{where}: frame={pose.get('frame')!r} of its pose is not supported; give relative_to="
+            )
+        if given and self._version < (1, 7):
+            self._faults.append(f"{where}: its pose is relative_to={given!r}, which needs version 1.7 of the file")
         self.poses.add(name, NamedPose(pose_of(where, pose, self._faults), _full(scope, given) or relative_to, on))
 
     def _name(self, element, scope, where):

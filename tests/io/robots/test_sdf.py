@@ -130,6 +130,10 @@ FAULTS = {
         '<link name="a"><pose relative_to="b"/></link><link name="b"><pose relative_to="a"/></link>'
     ),
     "the pose of 'a': there is no frame 'z'": model('<link name="a"><pose relative_to="z"/></link>'),
+    "frame='b' of its pose is not supported": model('<link name="a"><pose frame="b">1 0 0 0 0 0</pose></link>'),
+    "relative_to='a', which needs version 1.7": model(
+        '<link name="a"/><link name="b"><pose relative_to="a">1 0 0 0 0 0</pose></link>', "1.6"
+    ),
     "attached to itself": model('<link name="a"/><frame name="f" attached_to="f"/>' + joint(child="f")),
     "it includes other files": model('<include><uri>model://x</uri></include><link name="a"/>'),
     "placement_frame is not supported": model(LINKS, more=' placement_frame="a"'),
