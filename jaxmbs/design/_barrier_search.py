@@ -16,7 +16,7 @@ from ..runtime import with_library_calls
 from ._barrier_derivatives import change_of_solution
 from ._barrier_line_search import line_search, merit_along
 from ._barrier_problem import BarrierProblem, BoundDistances, Iterate, bound_distances
-from ._barrier_step import newton_step, reduced_system
+from ._barrier_step import has_negative_curvature, newton_step, reduced_system
 
 #: Why a search ended, by the number in `BarrierSolution.reason`.
 REASONS = (
@@ -26,9 +26,11 @@ REASONS = (
     "no design near satisfies all limits: their violation is least here",
     "unbounded: the objective falls without end",
     "non-finite",
+    "a saddle or a maximum: the objective falls on both sides of the design found; begin beside it",
 )
-CONVERGED, STEP_LIMIT, STALLED, INFEASIBLE, UNBOUNDED, NOT_FINITE = range(6)
+CONVERGED, STEP_LIMIT, STALLED, INFEASIBLE, UNBOUNDED, NOT_FINITE, SADDLE = range(7)
 _STEEPEST = 100.0  # gradients above this at the start are scaled to it, as IPOPT does
+_FLATTEST = 1e-2  # functions of which value and gradient are below this are scaled to one: they have small units
 _NARROW = 1e-2  # distance of a start to its bounds, over the size of the bound or the width between both
 _FAR = 1e12  # variable, and the square root of the objective, from which a problem has no minimum
 _GIVEN_UP = 8  # steps in turn that do not lead on
@@ -137,9 +139,14 @@ def barrier_search(problem: BarrierProblem, first: SearchState, tolerance: float
     _, e, c = search.found
     violation = jnp.maximum(jnp.max(jnp.abs(e), initial=0.0), jnp.max(c, initial=0.0))
     made = search.steps - done[0] - jnp.where(search.reason == STEP_LIMIT, 1, 0)
+    reason = search.reason
+    if problem.exact:
+        where = bound_distances(problem, search.before.x)
+        falls = has_negative_curvature(search.before, where, search.W, *search.slopes[1:])
+        reason = jnp.where((reason == CONVERGED) & falls, SADDLE, reason)
     return BarrierSolution(
         search.before, search.found[0] / search.factors[0], search.residual, violation, made,
-        search.evaluations - done[1], search.reason, search.factors, search, history,
+        search.evaluations - done[1], reason, search.factors, search, history,
     )  # fmt: skip
 
 
@@ -165,7 +172,7 @@ def _evaluated(problem, carry, tolerance):
     raw, slopes = problem.slopes(carry.at.x)
     factors = carry.factors
     if problem.scaling != "none":
-        first = _factors(slopes, problem.scaling)
+        first = _factors(raw, slopes, problem.scaling)
         factors = jax.tree.map(lambda a, b: jnp.where(is_first, a, b), first, factors)
     found = tuple(factor * part for factor, part in zip(factors, raw, strict=True))
     slopes = tuple(factor[..., None] * rows for factor, rows in zip(factors, slopes, strict=True))
@@ -186,14 +193,24 @@ def _evaluated(problem, carry, tolerance):
     )
 
 
-def _factors(slopes, scaling):
-    """Factors of the functions: to gradients of at most the steepest, or the objective alone to one."""
+def _factors(found, slopes, scaling):
+    """Factors of the functions: to gradients of at most the steepest, all of a kind that are small to one, or the
+    objective alone to one."""
     sizes = [jnp.max(jnp.abs(rows), axis=-1, initial=0.0) for rows in slopes]
     if scaling == "unit":
         usable = (sizes[0] > 0.0) & jnp.isfinite(sizes[0])
         return jnp.where(usable, 1.0 / jnp.where(usable, sizes[0], 1.0), 1.0), *map(jnp.ones_like, sizes[1:])
     finite = [jnp.where(jnp.isfinite(size), size, 1.0) for size in sizes]
-    return tuple(jnp.minimum(1.0, _STEEPEST / jnp.maximum(size, 1e-300)) for size in finite)
+    largest = [
+        jnp.maximum(jnp.max(size, initial=0.0), jnp.max(jnp.where(jnp.isfinite(x), jnp.abs(x), 1.0), initial=0.0))
+        for size, x in zip(finite, found, strict=True)
+    ]
+    return tuple(
+        jnp.where(
+            (one > 1e-30) & (one < _FLATTEST), 1.0 / jnp.maximum(one, 1e-30), jnp.minimum(1.0, _STEEPEST / size)
+        )
+        for size, one in zip([jnp.maximum(size, 1e-300) for size in finite], largest, strict=True)
+    )
 
 
 def _begun(first: Iterate, found, slopes, mu, is_warm) -> Iterate:

@@ -55,17 +55,7 @@ def reduced_system(at: Iterate, where: BoundDistances, W: Array, E: Array, C: Ar
     Source: Waechter and Biegler 2006, On the implementation of an interior-point filter line-search algorithm, 3.1.
     """
     n = W.shape[0]
-    stiffness = at.z / at.s
-    low, high = (jnp.where(mark, m / d, 0.0) for mark, m, d in (
-        (where.has_lower, at.low, where.below), (where.has_upper, at.high, where.above)))  # fmt: skip
-    H = W + (C.T * stiffness[None]) @ C + jnp.diag(low + high)
-    E = E * where.free.astype(E.dtype)[None]
-    both = where.free[:, None] & where.free[None]
-    H = jnp.where(both, H, 0.0) + jnp.diag(jnp.where(where.free, 0.0, 1.0))
-    size = jnp.maximum(jnp.max(jnp.abs(jnp.diagonal(W)), initial=0.0), 1.0)
-    squares = E.T @ E
-    weight = 10.0 * size / jnp.maximum(jnp.max(jnp.abs(squares), initial=0.0), 1e-8)
-
+    H, E, squares, weight, stiffness, low, high = _with_barriers(at, where, W, E, C)
     least = jnp.where(last > 0.0, jnp.maximum(last / 3.0, 1e-20), 1e-4)
 
     def inverted(shift):
@@ -88,6 +78,30 @@ def reduced_system(at: Iterate, where: BoundDistances, W: Array, E: Array, C: Ar
     return ReducedSystem(
         curvature, inverse, schur, E, jnp.where(where.free[None], C, 0.0), stiffness, low, high, weight, shift
     )
+
+
+def has_negative_curvature(at: Iterate, where: BoundDistances, W: Array, E: Array, C: Array) -> Array:
+    """True where the Lagrangian falls to second order along a direction that equations and active limits leave."""
+    H, _, squares, weight, *_ = _with_barriers(at, where, W, E, C)
+    small = 1e-6 * jnp.max(jnp.abs(W), initial=0.0) + 1e-14 * jnp.max(jnp.abs(H), initial=1e-300)
+    inverse = spd_inverse(H + weight * squares + small * jnp.eye(len(W)))
+    return ~jnp.all(jnp.isfinite(inverse)) & jnp.all(jnp.isfinite(H))
+
+
+def _with_barriers(at, where, W, E, C):
+    """Curvature with barriers, equations without variables that are fixed, their squares and their weight, and the
+    stiffness of limits and bounds."""
+    stiffness = at.z / at.s
+    low, high = (jnp.where(mark, m / d, 0.0) for mark, m, d in (
+        (where.has_lower, at.low, where.below), (where.has_upper, at.high, where.above)))  # fmt: skip
+    H = W + (C.T * stiffness[None]) @ C + jnp.diag(low + high)
+    E = E * where.free.astype(E.dtype)[None]
+    both = where.free[:, None] & where.free[None]
+    H = jnp.where(both, H, 0.0) + jnp.diag(jnp.where(where.free, 0.0, 1.0))
+    size = jnp.maximum(jnp.max(jnp.abs(jnp.diagonal(W)), initial=0.0), 1.0)
+    squares = E.T @ E
+    weight = 10.0 * size / jnp.maximum(jnp.max(jnp.abs(squares), initial=0.0), 1e-8)
+    return H, E, squares, weight, stiffness, low, high
 
 
 def newton_step(

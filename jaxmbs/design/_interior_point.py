@@ -120,8 +120,10 @@ def interior_point(
         bounds: as of `minimise`.
         equalities: of a design to numbers, or a pytree of them, that are to be zero.
         inequalities: of a design to numbers that are to be zero or less; `load / allowed - 1` has a good scale.
-        hessian: "exact", by second derivatives of the functions, or "bfgs", for motions and whatever has first ones.
-        tolerance: of the KKT conditions, where gradients at the start are at most a hundred.
+        hessian: "exact", by second derivatives of the functions, or "bfgs", for motions and whatever has first ones:
+            a saddle is told by second ones alone.
+        tolerance: of the KKT conditions, where gradients at the start are at most a hundred, and the objective, the
+            equations and the inequalities are not all below 1e-2 with theirs.
         steps: at most.
         gradient: "reverse" or "forward" mode.
         warm: result of a problem nearby, of which multipliers and curvature serve as well; `design0` is the start

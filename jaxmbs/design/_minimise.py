@@ -24,6 +24,7 @@ from ._multistart import run_multistart
 from ._optimisers import lbfgsb, run_optax
 from ._optimum import Optimum
 from ._problem import DesignProblem, objective_value, trace_problem
+from ._saddle import SADDLE, lower_point
 from ._search import Search
 from ._starts import best_optimum, run_optax_multistart, starting_points
 from ._variables import Variables, read_variables
@@ -151,11 +152,28 @@ def _search(
     try:
         if options.steps > 0 and not search.reason:
             run(search, options.steps)
+        _leave_saddles(search, run, options.steps)
     except KeyboardInterrupt as error:
         search.reason = "interrupted"
         raise SearchError(f"the search was interrupted after {search.steps} steps", optimum()) from error
     judge(search)
     return optimum()
+
+
+def _leave_saddles(search: Search, run: Callable[[Search, int], None], steps: int) -> None:
+    """Go on beside saddles and maxima at which a search converged, or say so where no steps are left."""
+    for count in range(_SADDLES + 1):
+        beside = lower_point(search)
+        if beside is None:
+            return
+        if count == _SADDLES or search.steps + 1 >= steps:
+            search.reason = SADDLE
+            return
+        search.begin_at(beside)
+        run(search, steps - search.steps)
+
+
+_SADDLES = 3  # that a search leaves at most
 
 
 def _at_largest_together(problem: DesignProblem, points: list[Variables], compile: str) -> list[Variables]:

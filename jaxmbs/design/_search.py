@@ -60,6 +60,7 @@ class Search:
         reason: why the search has ended, empty while it goes on.
         tolerance: as of `minimise`.
         kink: slopes of the objective on both sides of a kink that the search has found, else None.
+        points: vectors (n,) of the points that it accepted.
 
     Args:
         evaluate: of a vector to (value, gradient, constraints, Jacobian, values of the limits and `is_outside`).
@@ -82,7 +83,7 @@ class Search:
         self._evaluate, self._evaluate_values, self.tolerance = evaluate, evaluate_values, tolerance
         self._backtracks = False
         self._callback, self._progress = callback, progress
-        self._evaluations, self._history = 0, []
+        self._evaluations, self._history, self.points = 0, [], []
         self.current = self._last = self._best = self._proven = self._first = self.evaluate(variables.start)
         if not self.current.finite:
             self.reason = self._start_error()
@@ -218,7 +219,18 @@ class Search:
     def _design(self, point: Point) -> PyTree:
         return self.variables.unravel(self.variables.clip(point.x))
 
+    def begin_at(self, point: Point) -> None:
+        """Go on from a point, as a step that no optimiser made."""
+        self.current, self.reason = point, ""
+        self.variables = self.variables._replace(start=point.x)
+        self._record()
+
+    def active_rows(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
+        """Multipliers (k,) of the rows of the Jacobian at a point, and the constraints (k,) that these are."""
+        return np.zeros(0), np.zeros(0, int)
+
     def _record(self) -> None:
+        self.points.append(self.current.x)
         self._history.append((self.current.value, self._optimality(self.current), self._evaluations))
 
     def _unbounded_variables(self, point: Point) -> str:

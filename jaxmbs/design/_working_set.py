@@ -82,6 +82,9 @@ class ConstrainedSearch(Search):
         """Multipliers of the working set at a point."""
         return estimate_multipliers(point, self.variables, self.working_set)
 
+    def active_rows(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
+        return self.multipliers(point).limits, self.working_set
+
     def is_optimal(self, tolerance: float) -> bool:
         return self.current.violation <= FEASIBILITY and super().is_optimal(tolerance)
 
