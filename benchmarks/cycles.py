@@ -42,7 +42,10 @@ DIMENSIONS = np.array([1.2, 0.075, 0.004, 2.0, 0.25, 0.06, 3.0, 0.15, 0.5, 8.0])
 def first_cycle(like):
     """The cycle of the machine of `DIMENSIONS`."""
     start = mbs.State.at(like, velocities={"main": 20.0}, guess={"main": 0.0, "slide": 0.65})
-    return mbs.periodic(like, 2.0 * np.pi / 20.0, start, free="period", turns={"main": 1})
+    ask = lambda system: mbs.periodic(
+        system, 2.0 * np.pi / 20.0, start, free="period", turns={"main": 1}, throw=False
+    )
+    return mbs.jit(ask, compile="tape")(like)
 
 
 def crank(quick):
@@ -60,16 +63,20 @@ def crank(quick):
     ts = jnp.linspace(0.0, period, 121)
     d = jnp.asarray(DIMENSIONS)
     asked = {
-        "one motion": mbs.jit(
-            lambda d: mbs.simulate(slider_crank(d, like), near, ts=ts, rtol=1e-11, atol=1e-11).states
-        ),
-        "cycle with pin loads": mbs.jit(peak),
-        "the same with ten slopes": mbs.jit(jax.value_and_grad(peak)),
+        "one motion": lambda d: mbs.simulate(slider_crank(d, like), near, ts=ts, rtol=1e-11, atol=1e-11).states,
+        "cycle with pin loads": peak,
+        "the same with ten slopes": jax.value_and_grad(peak),
     }
-    if quick:
-        asked.popitem()
-    found = common.cpu_seconds({name: lambda f=f: f(d) for name, f in asked.items()}, 2 if quick else 5)
-    return _over_motion("slider-crank", found, {"the same with ten slopes": "10"})
+    rows = []
+    for how, kind in (("on tapes", "tape"), ("compiled", "full"))[: 1 if quick else 2]:
+        programs, start = {name: mbs.jit(f, compile=kind) for name, f in asked.items()}, time.process_time()
+        for f in programs.values():
+            jax.block_until_ready(f(d))
+        begun = time.process_time() - start
+        found = common.cpu_seconds({name: lambda f=f: f(d) for name, f in programs.items()}, 2 if quick else 5)
+        rows += _over_motion(f"slider-crank {how}", found, {"the same with ten slopes": "10"})
+        rows.append(common.row(f"slider-crank {how}", "first answers of all three", begun, "s CPU"))
+    return rows
 
 
 def _over_motion(case, found, goals):
@@ -99,7 +106,7 @@ def harmonics(quick):
 
 
 def batch(quick):
-    """Cycles of 64 and of 1 000 machines in a batch over their one-period motions, warm."""
+    """Cycles of 64 and of 1 000 machines in a batch over their one-period motions, warm, on tapes and compiled."""
     like = slider_crank(jnp.asarray(DIMENSIONS))
     first = first_cycle(like)
     spread = np.random.default_rng(0).normal(size=(1000, 10))
@@ -117,18 +124,21 @@ def batch(quick):
         return mbs.simulate(slider_crank(d, like), near(d), **options).end.coordinates
 
     rows = []
-    for number in (4,) if quick else (64, 1000):
-        ask = lambda f, d=designs[:number]: mbs.batch(f, d, progress=False)
-        found, is_cold = {}, not rows
-        for name, function in (("one motion", motion), ("cycles", cycle)):
-            for _ in range(1 + is_cold):
-                start = time.process_time()
-                answer = ask(function)
-                found[name] = time.process_time() - start
-        print(f"{number} machines: {found}", flush=True)
-        case = f"{number} machines"
-        rows += _over_motion(case, found, {"cycles": "5"})
-        rows.append(common.row(case, "cycles lost", int(np.sum(np.asarray(answer.status) != 0))))
+    counts = {"on tapes": ("tape", (4,) if quick else (64, 1000)), "compiled": ("full", () if quick else (1000,))}
+    for how, (kind, numbers) in counts.items():
+        for number in numbers:
+            ask = lambda f, d=designs[:number], kind=kind: mbs.batch(f, d, progress=False, compile=kind)
+            found, first = {}, {}
+            for name, function in (("one motion", motion), ("cycles", cycle)):
+                for seconds in (first, found):
+                    start = time.process_time()
+                    answer = ask(function)
+                    seconds[name] = time.process_time() - start
+            print(f"{number} machines {how}: {found}, at first {first}", flush=True)
+            case = f"{number} machines {how}"
+            rows.append(common.row(case, "first answers of cycles", first["cycles"], "s CPU"))
+            rows.append(common.row(case, "cycles lost", int(np.sum(np.asarray(answer.status) != 0))))
+            rows += _over_motion(case, found, {"cycles": "5"})
     return rows
 
 

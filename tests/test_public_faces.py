@@ -114,9 +114,9 @@ FACES = {
         CrankTrain CylinderPressure Flywheel Orders flywheel orders
     """,
     "jaxmbs.rotors": """
-        Bearing BearingTable CriticalSpeeds Disk Orbit PlainBearing Resonance Rotor RunUp Shaft UnbalanceResponse
-        WhirlSpeeds critical_speed_map critical_speeds resonance run_up separation_margin unbalance_response
-        whirl_speeds
+        Bearing BearingTable BearingValidity CriticalSpeeds Disk Orbit PlainBearing Resonance Rotor RunUp Shaft
+        UnbalanceResponse WhirlSpeeds critical_speed_map critical_speeds resonance run_up separation_margin
+        unbalance_response whirl_speeds
     """,
     "jaxmbs.blocksparse": """
         BlockMatrix BlockOperator BlockSolver Factor Pattern Plan analyse assemble factor is_finite

@@ -252,6 +252,9 @@ MADE = {
         *((1, 3), ("x",), ("stop",)),
     ),
     "Orders": lambda: mbs.engines.Orders(numbers(3), complexes(3)),
+    "BearingValidity": lambda: mbs.rotors.BearingValidity(
+        F, {"bearing 0": mbs.rotors.BearingTable(0, [1.0, 9.0], *numbers(2, 2, 2, 2)).validity(F)}
+    ),
     "CriticalSpeeds": lambda: mbs.rotors.CriticalSpeeds(complexes(3), numbers(3)),
     "Orbit": lambda: mbs.rotors.Orbit(F, numbers(3), numbers(3), numbers(3)),
     "Resonance": lambda: mbs.rotors.Resonance(*map(jnp.asarray, (50.0, 1e-3, 49.0, 51.0))),

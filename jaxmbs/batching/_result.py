@@ -9,18 +9,19 @@ from ..analysis import Equilibrium
 from ..assembly._state import State
 from ..motion._motion import Motion
 from ..reaction import Reactions
+from ..rotors import BearingValidity
 from ..status import Status, succeeded
 
 #: Kinds of results that have a result code of their own.
-_JUDGED = (Motion, Reactions, Equilibrium)
+_JUDGED = (Motion, Reactions, Equilibrium, BearingValidity)
 
 
 def design_status(values: PyTree) -> Array:
     """Status code () of the results for one design.
 
-    The worst result among its motions, reactions and equilibria; NOT_ASSEMBLED for a state that is not ok, BRANCH for
-    states that are not all on the branch of the first of them; NOT_FINITE if they succeeded but some other number is
-    not finite.  That is not checked after an event: the motion then has unused entries.
+    The worst result among its motions, reactions, equilibria and bearings; NOT_ASSEMBLED for a state that is not ok,
+    BRANCH for states that are not all on the branch of the first of them; NOT_FINITE if they succeeded but some other
+    number is not finite.  That is not checked after an event: the motion then has unused entries.
     """
     parts = jax.tree.leaves(values, is_leaf=lambda x: isinstance(x, (*_JUDGED, State)))
     codes = [_part_status(part) for part in parts]

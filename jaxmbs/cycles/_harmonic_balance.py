@@ -72,7 +72,7 @@ def harmonic_balance(
     faults = _number_faults(omega, numbers, harmonics, samples)
     if faults:
         raise ModelError(faults, "the harmonic balance")
-    first = system(omega[0]) if callable(system) else system
+    first = _first_of(system, omega)
     found, names = _laws(first, laws)
     loads = _loads(first, forces, numbers, omega)
     guess = jnp.zeros((found.directions.shape[1], len(numbers)), complex)
@@ -84,6 +84,15 @@ def harmonic_balance(
     samples = samples or 8 * max(max(numbers), 2)
     labels = tuple(first.label(k) for k in range(first.num_rows))
     return _warned(_balance(system, omega, loads, found, numbers, samples, guess, labels, names))
+
+
+def _first_of(system, omega):
+    """The linear part at the first frequency; that at the highest one is asked for too, since it may warn."""
+    if not callable(system):
+        return system
+    if is_concrete(omega):
+        system(jnp.max(omega))
+    return system(omega[0])
 
 
 def _warned(found):

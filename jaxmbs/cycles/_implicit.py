@@ -14,7 +14,7 @@ from ..assembly._state import State
 from ..model._system import System
 from ..ode._loop import stop_gradients
 from ._chart import Chart
-from ._newton import search
+from ._newton import FINE, search, with_tolerance
 from ._shooting import Shooting
 from ._slope import slope_at
 
@@ -78,9 +78,7 @@ def _implicit(moving: Any, place: _Place, z: Array, least: int) -> Array:
 @_implicit.def_fwd
 def _forward(perturbed, moving, place, z, least):
     numbers, fixed = _parted(moving, perturbed)
-    rows, back = jax.vjp(_rows_of(fixed, place, least), numbers, z)
-    z = z - place.inverse @ rows
-    return z, (z, back)
+    return z, (z, jax.vjp(_rows_of(fixed, place, least), numbers, z)[1])
 
 
 @_implicit.def_bwd
@@ -97,7 +95,14 @@ def _parted(moving, perturbed):
 
 
 def _rows_of(fixed, place, least):
-    return lambda numbers, z: _rows(eqx.combine(numbers, fixed), place, z, "reverse", least)
+    """Function of the numbers and z: the rows of coarser motions, which serve for derivatives alone."""
+
+    def rows(numbers, z):
+        shooting, *others = eqx.combine(numbers, fixed)
+        fine = with_tolerance(shooting, jnp.asarray(FINE[z.dtype.itemsize], z.dtype))
+        return _rows((fine, *others), place, z, "reverse", least)
+
+    return rows
 
 
 @eqx.filter_custom_jvp

@@ -25,8 +25,9 @@ FINE, _COARSE, _OF_SQUARE = {8: 1e-9, 4: 3e-5}, {8: 1e-5, 4: 1e-3}, 1e-3
 _LEAST_TOLERANCE = 1e-14
 #: Errors of the place at which the search ends, of the size of the motion.
 _ENOUGH, _OF_TOLERANCE = {8: 1e-10, 4: 3e-4}, 0.1
-#: Least steps of a motion over the period, and in a time in which small deviations change by their size.
-_LEAST_STEPS, _STEPS_BY_RATE = 24, 1.0
+#: Least steps of a motion over the period, and in a time in which small deviations change by their size: with half a
+#: one Dopri8 misses a hundredth of them, which secants mend.
+_LEAST_STEPS, _STEPS_BY_RATE = 24, 0.5
 
 
 class NewtonSearch(NamedTuple):

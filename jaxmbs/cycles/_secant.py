@@ -47,9 +47,13 @@ class SecantSteps(NamedTuple):
 
     @classmethod
     def begin(cls, linear: Linear, tolerance: Array, exact: Array, is_fine: Array, motions: Array) -> "SecantSteps":
-        """Those from the point of a slope, which was taken with a tolerance ()."""
+        """Those from the point of a slope, which was taken with a tolerance ().
+
+        A step that is not above the errors of its rows is none: they are looked at again, at the same point.
+        """
         inverse = linear.decomposition.inverse
         step = -inverse @ linear.rows
+        step = jnp.where(jnp.max(jnp.abs(step), initial=0.0) <= _OF_NOISE * tolerance, 0.0 * step, step)
         descent = linear.rows @ (linear.matrix @ step)
         state = jnp.where(jnp.all(jnp.isfinite(step)), GOES_ON, LOST).astype(jnp.int32)
         none, no = jnp.zeros_like(step), jnp.asarray(False)
@@ -97,7 +101,8 @@ class SecantSteps(NamedTuple):
     def _judged(self, before, enough):
         """The same with its state, by the step before."""
         size, last = self.size, before.size
-        ratio = jnp.minimum(size / jnp.where(last > 0.0, last, 1.0), _CONTRACTION)
+        ratio = jnp.where(last > 0.0, size / jnp.where(last > 0.0, last, 1.0), _CONTRACTION)
+        ratio = jnp.minimum(ratio, _CONTRACTION)
         shrinks = (size <= _CONTRACTION * last) | (size <= _OF_NOISE * before.error)
         is_asked = self.error <= self.exact
         is_last = is_asked & (ratio / (1.0 - ratio) * size <= enough)

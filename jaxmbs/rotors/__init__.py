@@ -14,11 +14,13 @@ if TYPE_CHECKING:
     from ._run_up import RunUp, run_up
     from ._shaft import Shaft
     from ._unbalance import Orbit, UnbalanceResponse, unbalance_response
+    from ._validity import BearingValidity
     from ._whirl import WhirlSpeeds, whirl_speeds
 
 __all__ = [
     "Bearing",
     "BearingTable",
+    "BearingValidity",
     "CriticalSpeeds",
     "Disk",
     "Orbit",

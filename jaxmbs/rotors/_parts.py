@@ -8,9 +8,11 @@ from jaxtyping import Float
 
 from ..checks import any_concrete, faults_if
 from ..errors import ModelError
+from ..forces._validity import Margin
 from ..math._interpolation import hermite, spline_slopes
 from ..runtime import as_array
 from ..typing import ArrayLike, Convertible, ScalarLike
+from ._validity import distance_to
 
 MOST = 10_000  # stations of a shaft, and elements between two: matrices of more are not made
 
@@ -57,7 +59,7 @@ class Bearing(eqx.Module):
 
 class BearingTable(eqx.Module):
     """A bearing at a station, its coefficients given by speed, or by speed and frequency of the whirl: cubic splines
-    between, constant beyond.
+    between, constant beyond, of which results warn (`validity`).
 
     Attributes:
         station: its number, from 0 (static).
@@ -107,6 +109,19 @@ class BearingTable(eqx.Module):
         rows = rows.reshape(-1, 8)
         found = rows[0] if self.speeds.size == 1 else _between(self.speeds, rows, speed)
         return found[:4].reshape(2, 2), found[4:].reshape(2, 2)
+
+    def validity(self, speed: ScalarLike, omega: ScalarLike | None = None) -> dict[str, Margin]:
+        """Margins to the ends of the table, by speed and by frequency [rad/s]."""
+        whirl = speed if omega is None else omega
+        rows = [("turns", "speed", self.speeds, speed)] if self.speeds.size > 1 else []
+        rows += [] if self.omegas is None else [("whirls", "frequency", self.omegas, whirl)]
+        found = {}
+        for does, what, points, x in rows:
+            first, last = points[0], points[-1]
+            least, most = distance_to(x, first, last), -distance_to(x, last, last)
+            found[f"least {what}"] = Margin(least, "rad/s", f"{does} slower than the first {what} of its table")
+            found[f"largest {what}"] = Margin(most, "rad/s", f"{does} faster than the last {what} of its table")
+        return found
 
 
 def _row_faults(name, row, least):

@@ -7,9 +7,11 @@ from jax import Array, lax
 from jaxtyping import Float
 
 from ..errors import ModelError
+from ..forces._validity import Margin
 from ..runtime import as_array
 from ..typing import Convertible, ScalarLike
 from ._parts import _check
+from ._validity import distance_to
 
 _ROUNDS = 60  # of bisection: the eccentricity is then known to rounding
 
@@ -18,9 +20,9 @@ class PlainBearing(eqx.Module):
     """A plain journal bearing, short or long against its diameter, under a steady load along -y.
 
     Pressure falls along the bearing alone (short: length below half of the diameter) or around it alone (long: length
-    above twice the diameter); between these both carry more than the bearing does.  The film is where the gap
-    narrows, half of the circle.  The journal rests at the eccentricity at which the film carries the load; stiffness
-    and damping are the slopes of its forces there.
+    above twice the diameter); between these both carry more than the bearing does, of which results warn.  The film
+    is where the gap narrows, half of the circle.  The journal rests at the eccentricity at which the film carries the
+    load; stiffness and damping are the slopes of its forces there.
     Source: Ocvirk, Short-bearing approximation for full journal bearings, NACA TN 2808 (1952); Friswell and others,
     Dynamics of rotating machines (2010), 5.5; Sommerfeld (1904), half of its film, with squeeze.
 
@@ -107,3 +109,13 @@ class PlainBearing(eqx.Module):
         at, rest = self.place(speed), jnp.zeros(2, self.clearance.dtype)
         by_place, by_velocity = jax.jacfwd(self.film_force, (0, 1))(at, rest, speed)
         return -by_place, -by_velocity
+
+    def validity(self, speed: ScalarLike) -> dict[str, Margin]:
+        """Margin of the length to those that the film is for [m]."""
+        if self.film == "short":
+            most = 0.5 * self.diameter
+            end = "is longer than half of its diameter, and its short film carries more than it does"
+            return {"length": Margin(-distance_to(self.length, most, most), "m", end)}
+        least = 2.0 * self.diameter
+        end = "is shorter than twice its diameter, and its long film carries more than it does"
+        return {"length": Margin(distance_to(self.length, least, least), "m", end)}

@@ -16,7 +16,8 @@ from ..reports import Report, Reported
 from ..runtime import as_array, jit
 from ..typing import ArrayLike
 from ._rotor import Rotor
-from ._unbalance import orbit_of, unbalance_response, whirl_at
+from ._unbalance import orbit_of, unbalance_places, whirl_at
+from ._validity import BearingValidity, bearing_validity, fault_of, tell
 
 _GRID = 400  # speeds between which the peak is looked for
 _ROUNDS = 60  # of golden section and bisection
@@ -28,12 +29,14 @@ class Resonance(Reported, eqx.Module):
     Attributes:
         speed: () of the peak [rad/s]; amplitude: [m].
         below, above: () speeds at which the amplitude is 0.707 of it [rad/s]; NaN where it does not fall so far.
+        validity: of the bearings' models, at both ends of the range.
     """
 
     speed: Float[Array, ""]
     amplitude: Float[Array, ""]
     below: Float[Array, ""]
     above: Float[Array, ""]
+    validity: BearingValidity | None = None
 
     def report(self) -> Report:
         return Report(
@@ -41,7 +44,8 @@ class Resonance(Reported, eqx.Module):
                 Quantity("critical speed", self.speed, "rad/s"),
                 Quantity("amplitude", self.amplitude, "m"),
                 Quantity("amplification factor", self.amplification_factor, ""),
-            ]
+            ],
+            fault=fault_of(self.validity),
         )
 
     @property
@@ -80,14 +84,17 @@ def resonance(
 
     Args: unbalance: as of `unbalance_response`; station: whose orbit it is.
 
-    NaN where the largest amplitude is at an end of the range.  Raises: as `unbalance_response`.
+    NaN where the largest amplitude is at an end of the range.  Warns of bearings beyond the ends of their models.
+    Raises: as `unbalance_response`.
     """
     low, high = (as_array(x) for x in between)
     if low.ndim or high.ndim or any_concrete(lambda a, b: ~((a >= 0) & (b > a) & np.isfinite(b)), low, high):
         raise ModelError(["between= takes two speeds [rad/s], the lower one first"], "the resonance")
-    unbalance_response(rotor, jnp.stack([high]), unbalance).orbit(station)  # its arguments are judged there
-    values = jnp.stack([jnp.asarray(x, complex) for x in unbalance.values()])
-    return _resonance(rotor, low, high, tuple(int(k) for k in unbalance), values, int(station))
+    places, values = unbalance_places(rotor, unbalance)
+    rotor.column(station)  # which judges it
+    found = _resonance(rotor, low, high, places, values, int(station))
+    tell("resonance", found.validity)
+    return found
 
 
 @jit
@@ -118,7 +125,8 @@ def _resonance(rotor, low, high, places, values, station):
     last = jnp.minimum(after, _GRID - 1)
     above = _root(part, grid[jnp.maximum(last - 1, k)], grid[last], both, both_fixed, after < _GRID)
     none = jnp.asarray(jnp.nan, top.dtype)
-    return Resonance(*(jnp.where(inside, x, none) for x in (peak, top, below, above)))
+    validity = bearing_validity(rotor.bearings, jnp.stack([low, high]))
+    return Resonance(*(jnp.where(inside, x, none) for x in (peak, top, below, above)), validity)
 
 
 def _root(function, a, b, moving, fixed, exists):

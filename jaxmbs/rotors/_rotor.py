@@ -16,6 +16,7 @@ from ._bearing_groups import coefficients_of
 from ._parts import Bearing, BearingTable, Disk
 from ._plain_bearing import PlainBearing
 from ._shaft import Shaft
+from ._validity import bearing_validity, tell
 
 _OF_DISKS = "mass", "diametral", "polar"
 
@@ -29,7 +30,8 @@ class Rotor(eqx.Module):
         shaft: a `Shaft`; disks: each a `Disk`.
         bearings: `Bearing`, `BearingTable`, `PlainBearing`, or another with a `station` and `coefficients(speed)`:
             stiffness and damping (2, 2) of x and y; where `depends_on_frequency` is true, at
-            `coefficients(speed, omega)`, omega of the whirl.
+            `coefficients(speed, omega)`, omega of the whirl.  Of one with a `validity` of the same arguments, margins
+            by name, results tell where its model ends.
 
     Raises: ModelError for stations that the shaft has not, parts of another kind.
     """
@@ -86,9 +88,10 @@ class Rotor(eqx.Module):
         """The rotor at a speed () [rad/s] as a linear system, gyroscopic terms within its damping.
 
         Bearings by frequency are those of whirl once a turn.  Coordinates are "3 x" and "3 slope x" of a station,
-        "3.1 x" of the first node after it.
+        "3.1 x" of the first node after it.  Warns of bearings beyond the ends of their models.
         """
         speed = as_array(speed)
+        tell("at_speed", bearing_validity(self.bearings, speed[None]))
         M, G, K = self.inertias()
         stiffness, damping = self.supports(speed)
         first = [self.shaft.node(k) for k in range(self.shaft.stations.size)]

@@ -19,6 +19,7 @@ from ..runtime import as_array, jit, lapack
 from ..typing import ArrayLike
 from ._rotor import Rotor
 from ._unbalance import unbalance_places
+from ._validity import BearingValidity, bearing_validity, fault_of, tell
 
 _MOST = 10_000  # substeps
 
@@ -28,11 +29,13 @@ class RunUp(Reported, eqx.Module):
 
     Attributes:
         ts: (T,) [s]; speeds: (T,) [rad/s]; deflections: (T, N, 2) [m] of all stations along x and y.
+        validity: of the bearings' models.
     """
 
     ts: Float[Array, " T"]
     speeds: Float[Array, " T"]
     deflections: Float[Array, "T N 2"]
+    validity: BearingValidity | None = None
 
     def report(self) -> Report:
         time, plane = Axis("time", np.asarray(self.ts), "s"), Axis("axis", ("x", "y"))
@@ -42,7 +45,8 @@ class RunUp(Reported, eqx.Module):
                 Quantity("speed", self.speeds, "rad/s", (time,)),
                 Quantity("deflection", self.deflections, "m", (time, station, plane)),
             ],
-            fault=failures(jnp.all(jnp.isfinite(self.deflections), axis=(-2, -1)), "instants without an answer"),
+            fault=failures(jnp.all(jnp.isfinite(self.deflections), axis=(-2, -1)), "instants without an answer")
+            or fault_of(self.validity),
         )
 
     def amplitude(self, station: int) -> Float[Array, " T"]:
@@ -74,6 +78,7 @@ def run_up(
     Steps are those of the trapezoidal rule, which damps nothing by itself; their error falls with the square of the
     step.
 
+    Warns of bearings beyond the ends of their models.
     Raises: ModelError for stations, numbers or times that are none.
     Source: Genta, Dynamics of rotating systems (2005); Newmark (1959).
     """
@@ -88,7 +93,9 @@ def run_up(
         check_count("modes", modes, 1)
         if modes > rotor.num_coordinates:
             raise ModelError([f"modes must be at most {rotor.num_coordinates}, of all coordinates"], "the run-up")
-    return _run(rotor, speed, places, values, ts, substeps, modes)
+    found = _run(rotor, speed, places, values, ts, substeps, modes)
+    tell("run_up", found.validity)
+    return found
 
 
 def _is_even(t):
@@ -134,7 +141,8 @@ def _run(rotor, speed, places, values, ts, substeps, modes):
     moved = lax.scan(between, (ts[0], zero, none, none, begin), None, length=ts.shape[0] - 1)[1]
     columns = np.array([[rotor.column(k, axis) for axis in "xy"] for k in range(rotor.shaft.stations.size)])
     q = jnp.concatenate([none[None], moved]) @ T.T
-    return RunUp(ts, jax.vmap(speed)(ts), q[:, columns])
+    speeds = jax.vmap(speed)(ts)
+    return RunUp(ts, speeds, q[:, columns], bearing_validity(rotor.bearings, speeds))
 
 
 def _basis(rotor, M, K, speed, modes):

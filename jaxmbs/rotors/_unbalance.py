@@ -17,6 +17,7 @@ from ..reports import Report, Reported, failures
 from ..runtime import jit
 from ..typing import ArrayLike
 from ._rotor import Rotor
+from ._validity import BearingValidity, bearing_validity, fault_of, tell
 from ._whirl import complex_of, row_of_speeds
 
 
@@ -57,11 +58,13 @@ class UnbalanceResponse(Reported, eqx.Module):
         speeds: (S,) [rad/s].
         deflections: (S, N, 2) [m] of all stations along x and y.
         forces: (S, b, 2) [N] of the shaft on each bearing.
+        validity: of the bearings' models.
     """
 
     speeds: Float[Array, " S"]
     deflections: Complex[Array, "S N 2"]
     forces: Complex[Array, "S b 2"]
+    validity: BearingValidity | None = None
 
     def report(self) -> Report:
         speed, plane = Axis("speed", np.asarray(self.speeds), "rad/s"), Axis("axis", ("x", "y"))
@@ -71,7 +74,8 @@ class UnbalanceResponse(Reported, eqx.Module):
                 Quantity("deflection", self.deflections, "m", (speed, station, plane)),
                 Quantity("bearing force", self.forces, "N", (speed, bearing, plane)),
             ],
-            fault=failures(jnp.all(jnp.isfinite(self.deflections), axis=(-2, -1)), "speeds without an answer"),
+            fault=failures(jnp.all(jnp.isfinite(self.deflections), axis=(-2, -1)), "speeds without an answer")
+            or fault_of(self.validity),
         )
 
     @property
@@ -117,11 +121,14 @@ def unbalance_response(
 
     Args: unbalance: station -> mass times eccentricity [kg m], complex for a phase: on the axis that is x at t = 0.
 
+    Warns of bearings beyond the ends of their models.
     Raises: ModelError for unknown stations, none, or numbers that are not finite; ValueError for speeds.
     Source: Nelson and McVaugh (1976).
     """
     speeds = row_of_speeds(speeds)
-    return _response(rotor, speeds, *unbalance_places(rotor, unbalance))
+    found = _response(rotor, speeds, *unbalance_places(rotor, unbalance))
+    tell("unbalance_response", found.validity)
+    return found
 
 
 def unbalance_places(rotor: Rotor, unbalance: Mapping[int, ArrayLike | complex]) -> tuple[tuple[int, ...], Array]:
@@ -147,7 +154,7 @@ def _response(rotor, speeds, places, values):
     forces = jax.vmap(lambda speed, q: _bearing_forces(rotor, speed, q))(speeds, q)
     stations = np.arange(rotor.shaft.stations.size)
     columns = np.array([[rotor.column(int(k), axis) for axis in "xy"] for k in stations])
-    return UnbalanceResponse(speeds, q[:, columns], forces)
+    return UnbalanceResponse(speeds, q[:, columns], forces, bearing_validity(rotor.bearings, speeds))
 
 
 def whirl_at(

@@ -16,6 +16,7 @@ from ..reports import Report, Reported, failures
 from ..runtime import as_array, jit
 from ..typing import ArrayLike
 from ._rotor import Rotor
+from ._validity import BearingValidity, bearing_validity, fault_of, tell
 
 _MORE = 4  # roots beside those asked for: bearings that stiffen with the frequency move some in
 _ROUNDS = 32  # of bisection of the frequency at which bearings are taken; a Newton step follows
@@ -28,11 +29,13 @@ class WhirlSpeeds(Reported, eqx.Module):
         speeds: (S,) [rad/s].
         roots: (S, m) [rad/s], of each conjugate pair the one with positive imaginary part.
         sense: (S, m) of the orbit where it is largest: 1 a circle forward, -1 one backward, 0 a straight line.
+        validity: of the bearings' models, at the frequency of each root.
     """
 
     speeds: Float[Array, " S"]
     roots: Complex[Array, "S m"]
     sense: Float[Array, "S m"]
+    validity: BearingValidity | None = None
 
     def report(self) -> Report:
         axes = Axis("speed", np.asarray(self.speeds), "rad/s"), numbered("mode", self.roots.shape[-1])
@@ -42,7 +45,8 @@ class WhirlSpeeds(Reported, eqx.Module):
                 Quantity("damping ratio", self.damping_ratios, "", axes),
                 Quantity("sense", self.sense, "", axes),
             ],
-            fault=failures(jnp.all(jnp.isfinite(self.roots), axis=-1), "speeds without roots"),
+            fault=failures(jnp.all(jnp.isfinite(self.roots), axis=-1), "speeds without roots")
+            or fault_of(self.validity),
         )
 
     @property
@@ -70,13 +74,15 @@ def whirl_speeds(rotor: Rotor, speeds: ArrayLike, count: int = 6) -> WhirlSpeeds
 
     Args: count: number of roots.
 
+    Warns of bearings beyond the ends of their models.
     Raises: ModelError, ValueError for speeds that are no row, a count that is none.
     Source: Nelson and McVaugh, The dynamics of rotor-bearing systems using finite elements (1976).
     """
     speeds = row_of_speeds(speeds)
     check_number_of_roots(rotor, count)
-    roots, sense = _whirl(rotor, speeds, count)
-    return WhirlSpeeds(speeds, roots, sense)
+    found = WhirlSpeeds(speeds, *_whirl(rotor, speeds, count))
+    tell("whirl_speeds", found.validity)
+    return found
 
 
 def check_number_of_roots(rotor: Rotor, count: int) -> None:
@@ -111,7 +117,8 @@ def _whirl(rotor, speeds, count):
         own = lambda k: _at_own_frequency(lambda w: roots_at(speed, w, more), k, 2.0 * jnp.max(jnp.abs(roots)))
         return jax.vmap(own)(jnp.arange(count))
 
-    return lax.map(at, speeds)
+    roots, sense = lax.map(at, speeds)
+    return roots, sense, bearing_validity(rotor.bearings, speeds, roots.imag)
 
 
 def _at_own_frequency(roots_at, k, high):
