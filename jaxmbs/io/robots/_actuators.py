@@ -21,7 +21,7 @@ def add_actuators(builder, model, joints, tendons, site_frames, controls) -> lis
         own = model.actuator(a).name or f"actuator{a}"
         name = names(own)
         on_site, at = _site(model, a), _transmission(model, a, joints, tendons)
-        why = at.reason if on_site is None else ""
+        why = _why_off(model, a) or (at.reason if on_site is None else "")
         why = why or _unsupported_reason(model, a, on_site is not None)
         if why:
             dropped.append(f"the actuator {name!r}: {why}")
@@ -36,6 +36,16 @@ def add_actuators(builder, model, joints, tendons, site_frames, controls) -> lis
         place_of("actuator", name, made)
     dropped += [f"the name of the actuator {old!r}, called {new!r} here" for new, old in names.renamed.items()]
     return dropped + _limits_of_several(model, joints)
+
+
+def _why_off(model, a) -> str:
+    """That the file switches an actuator off, by all of them or by its group; "" where it does not."""
+    import mujoco
+
+    group = int(model.actuator_group[a])
+    by_group = 0 <= group < 31 and model.opt.disableactuator >> group & 1
+    off = by_group or model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    return "the file switches it off" if off else ""
 
 
 def _transmission(model, a, joints, tendons) -> Transmission:

@@ -20,7 +20,7 @@ def add_springs(builder, model, joints, rotors: bool, friction: str) -> list[str
             curved.append(name)
         if np.any(spring) or np.any(damper):
             _spring(builder, model, j, name, spring, damper)
-        inertia, loss = armature(model, dof), float(model.dof_frictionloss[dof])
+        inertia, loss = armature(model, dof), friction_loss(model, dof)
         if inertia and rotors and scalar:
             add_rotor(builder, f"{name}.rotor", inertia, {name: 1.0}, f"{name}.gear")
         elif inertia:
@@ -51,6 +51,14 @@ def damper_numbers(model, at, of: str = "dof") -> np.ndarray:
     for a, squared in actuators_on(model, at, of):
         own = own + squared * _polynomial(model, "actuator_damping", a)
     return (0.0 if off else 1.0) * own
+
+
+def friction_loss(model, at, of: str = "dof") -> float:
+    """Friction loss of a freedom or tendon, none where the file switches them off."""
+    import mujoco
+
+    off = mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    return 0.0 if model.opt.disableflags & off else float(getattr(model, f"{of}_frictionloss")[at])
 
 
 def armature(model, at, of: str = "dof") -> float:

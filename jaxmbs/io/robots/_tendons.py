@@ -8,7 +8,7 @@ from ...model._pose import Pose
 from ._friction import friction_law
 from ._imported import quote_names
 from ._mujoco_model import rotation_of_quaternion
-from ._springs import add_rotor, armature, damper_numbers, spring_law, spring_numbers
+from ._springs import add_rotor, armature, damper_numbers, friction_loss, spring_law, spring_numbers
 from ._transmissions import Transmission
 
 
@@ -30,7 +30,7 @@ def add_tendons(builder, model, home, joints, names, stops, friction: str) -> tu
         if np.any(spring) or np.any(damper):
             what = "spring" if np.any(spring) else "damper"
             at.add(builder, f"{name}.{what}", spring_law(spring, damper, lower, upper))
-        loss = float(model.tendon_frictionloss[k])
+        loss = friction_loss(model, k, "tendon")
         if loss and friction == "smooth":
             at.add(builder, f"{name}.friction", friction_law(loss))
         elif loss:

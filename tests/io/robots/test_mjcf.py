@@ -70,6 +70,25 @@ def test_drives_that_were_read(tmp_path):
         assert part in left, left
 
 
+SWITCHED = """<worldbody><body name="b"><joint name="j" frictionloss="2"/><geom size=".1"/></body></worldbody>
+<actuator><motor name="m" joint="j"/><motor name="n" joint="j" group="3"/></actuator>"""
+
+
+@pytest.mark.parametrize(
+    ("option", "forces"),
+    [
+        ("<option/>", {"j.friction", "m", "n"}),
+        ('<option actuatorgroupdisable="3"/>', {"j.friction", "m"}),
+        ('<option><flag actuation="disable"/></option>', {"j.friction"}),
+        ('<option><flag frictionloss="disable"/></option>', {"m", "n"}),
+    ],
+)
+def test_what_the_file_switches_off(option, forces, tmp_path):
+    found = mbs.io.read_mjcf(written(tmp_path, f"<mujoco>{option}{SWITCHED}</mujoco>"))
+    assert set(found.builder.declared.forces) == forces
+    assert sum("the file switches it off" in part for part in found.dropped) == 2 - len(forces & {"m", "n"})
+
+
 def test_an_actuator_saturates_and_lags():
     servo = ServoActuator(2.0, (3.0, 0.5, 0.0), (0.1, -1.0, -0.2), 2.0, (-1.0, 1.0), (-2.5, 2.5))
     np.testing.assert_allclose(servo.effort(0.4, 0.1, 0.0), 2 * min(2.5, 3.0 + 0.5 * 0.8 + 0.1 - 0.8 - 0.04))
