@@ -4,8 +4,11 @@ A method is right where it is within a factor of 1.5 of the reference; what it g
 an engineer would have believed it.
 """
 
+import os
 import time
 import warnings
+
+os.environ["JAXMBS_BENCHMARK_ENVIRONMENT"] = "user"  # cold: with the flags of benchmarks RP63 compiles for minutes
 
 from common import parser, report, row  # first: sets what JAX reads at import
 

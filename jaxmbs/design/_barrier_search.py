@@ -150,7 +150,7 @@ def barrier_search(problem: BarrierProblem, first: SearchState, tolerance: float
     )  # fmt: skip
 
 
-def first_state(problem: BarrierProblem, first: Iterate, curvature: Array | None, mu: Array) -> SearchState:
+def first_state(problem: BarrierProblem, first: Iterate, curvature: Array | None, mu: Array | float) -> SearchState:
     """The state before the first step.
 
     curvature: (n, n) the first BFGS matrix, of a problem nearby; None: that of the first step.

@@ -193,6 +193,8 @@ def _unconfirmed(probability, sampled) -> tuple[str, ...]:
     low, high = interval(sampled["probability"], sampled["error"], NORMAL_999)
     if low <= probability <= high:
         return ()
+    if np.isnan(high):
+        return (f"no sample about the design point fails, of a probability of {probability:.3g}",)
     return (f"samples about the design point give {low:.3g} to {high:.3g}, not {probability:.3g}",)
 
 
