@@ -3,7 +3,7 @@
 import jax
 
 from . import _written  # noqa: F401  (registers the rules)
-from ._flatten import CALLS
+from ._flatten import CALLS, FORMULAS
 from ._pair_rules import PAIR_RULES
 from ._writer import RULES
 
@@ -18,5 +18,5 @@ def missing_primitives() -> list[str]:
     """Names of the primitives of `jax.lax` that tapes do not have; XLA compiles programs with one of them."""
     faces = (jax.lax, jax.lax.linalg)
     every = {value.name for face in faces for name, value in vars(face).items() if name.endswith("_p")}
-    known = {*RULES, *PAIR_RULES, *CALLS, *_OF_DEVICES, "custom_linear_solve", "linear_solve"}
+    known = {*RULES, *PAIR_RULES, *CALLS, *FORMULAS, *_OF_DEVICES, "custom_linear_solve", "linear_solve"}
     return sorted(every - known)

@@ -26,7 +26,7 @@ def _horner(x, *coefficients):
 
 
 #: Operations of JAX 0.12 that are formulas of others.
-_FORMULAS: dict[str, Callable] = {"polynomial": _horner, "one_minus_square": lambda x: (1.0 + x) * (1.0 - x)}
+FORMULAS: dict[str, Callable] = {"polynomial": _horner, "one_minus_square": lambda x: (1.0 + x) * (1.0 - x)}
 #: Types of the numbers of tapes.
 DTYPES = tuple(map(np.dtype, ("bool", "int32", "uint32", "int64", "float64")))
 
@@ -204,9 +204,9 @@ def called(equation: Any, args: Sequence[Any]) -> tuple[Any, list] | None:
         return jax.make_jaxpr(lambda *x: jax.tree.leaves(own.expand(*jax.tree.unflatten(own.in_tree, x))))(
             *shapes
         ), list(args)
-    if name in _FORMULAS:
+    if name in FORMULAS:
         shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
-        return jax.make_jaxpr(_FORMULAS[name])(*shapes), list(args)
+        return jax.make_jaxpr(FORMULAS[name])(*shapes), list(args)
     if name in _SMALL_PROGRAMS:
         shapes = [jax.ShapeDtypeStruct(atom.shape, atom.dtype) for atom in args]
         return jax.make_jaxpr(lambda *x: equation.primitive.impl(*x, **params))(*shapes), list(args)

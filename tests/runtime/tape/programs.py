@@ -27,6 +27,16 @@ def each(names, module=jnp):
     return lambda x: [getattr(module, name)(x) for name in names]
 
 
+def slopes(names):
+    """First and second derivatives: JAX 0.12 writes some with operations of their own."""
+
+    def second(function):
+        slope = lambda x: jax.jvp(function, (x,), (jnp.ones_like(x),))[1]
+        return lambda x: [slope(x), jax.vjp(slope, x)[1](jnp.ones_like(x))[0]]
+
+    return lambda x: [second(getattr(jnp, name))(x) for name in names]
+
+
 def loop(body, x, turns=4):
     return lax.fori_loop(0, turns, body, x)
 
@@ -50,6 +60,8 @@ def triangular(S, B):
 #: Function and arguments of each.
 PROGRAMS = {
     "smooth": (each(_SMOOTH), (0.4 * np.tanh(X),)),
+    "slopes of smooth": (slopes(_SMOOTH), (0.4 * np.tanh(X),)),
+    "slopes of complex": (slopes(["tanh", "arctanh", "sin", "exp", "log1p"]), (0.4 * np.tanh(X) + 0.2j,)),
     "rough": (each(_ROUGH), (SPECIAL,)),
     "more functions": (
         lambda x: [

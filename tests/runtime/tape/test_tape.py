@@ -49,6 +49,15 @@ def test_the_programs_have_every_operation():
     assert {name for name, code in CODE.items() if code not in used} == set()
 
 
+@pytest.mark.skipif(not hasattr(lax, "polynomial"), reason="an operation of JAX 0.12")
+def test_a_polynomial():
+    x = np.linspace(-2.0, 2.0, 9)
+    function = lambda x: [lax.polynomial(x, [1.0, -5.0, 2.0, 0.25], unroll=4), lax.polynomial(x, [x, 3.0 * x])]
+    tape = Tape(jax.make_jaxpr(function)(x))
+    for a, b in zip(tape(x), function(x), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-14)
+
+
 def test_a_loop_changes_its_log_in_place():
     """Nothing is copied: the log of a motion is written row by row, in loops and branches inside of each other."""
 
