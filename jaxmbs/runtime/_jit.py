@@ -82,19 +82,22 @@ def jit(function: Callable | None = None, *, compile: str = "auto", known: Any =
             compiled, inner, known or function, lambda f, known: jit(f, compile=compile, known=known)
         )
 
+    def on_tapes():
+        named = compile == "tape"  # the environment decides for who names none
+        return compile != "full" and (named or FIXED != "full") and tapes_work()
+
     @functools.wraps(function)
     def compiled(*args, **kwargs):
         start_listening()
         if not not_tracing():
-            on_tapes = compile != "full" and FIXED != "full" and tapes_work()
-            if on_tapes and is_differentiating() and not closes_over_traced(function):
+            if on_tapes() and is_differentiating() and not closes_over_traced(function):
                 return differentiable()(args, kwargs)
             return inner(*args, **kwargs)
         with evaluated_plainly():
             return run(args, kwargs)
 
     def run(args, kwargs):
-        if compile != "full" and FIXED != "full" and tapes_work():
+        if on_tapes():
             found = UNSUPPORTED
             may_give_up = time_limit(compile == "auto" and FIXED == "auto")
             highest = jax.default_matmul_precision("highest")

@@ -113,7 +113,7 @@ from jaxmbs.runtime._tiers import kept_tiers
 heard = []
 jax.monitoring.register_event_duration_secs_listener(lambda event, *_, **__: heard.append(event))
 function = jit(lambda x: jnp.linalg.inv(x @ x.T + jnp.eye(8)) @ jnp.sin(x))
-print(float(function(np.ones((8, 8))).sum()), sum("backend_compile" in event for event in heard))
+print(np.asarray(function(np.ones((8, 8)))).sum(), sum("backend_compile" in event for event in heard))
 """
 
 
@@ -141,3 +141,8 @@ def test_twenty_processes_end_in_order():
 def test_unknown_tiers_are_refused():
     done = _run("fast", "import jaxmbs")
     assert done.returncode and "JAXMBS_COMPILE='fast' must be auto, tape or full" in done.stderr
+
+
+def test_a_call_that_names_a_tier_is_not_overruled_by_the_environment():
+    done = _run("full", PROGRAM.replace("jit(lambda", "jit(compile='tape')(lambda"))
+    assert done.stdout.split()[1] == "0", done.stderr
