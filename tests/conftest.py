@@ -24,7 +24,6 @@ jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
-AS_USERS = ("long", "user")  # run the programs that users run, without any flag of ours
 KINDS = ("slow", "long", "user")
 _SMALL_LOOPS = "xla_cpu_small_while_loop_byte_threshold"
 
@@ -37,11 +36,11 @@ _CHECKED = [f"jaxmbs.{path.stem}" for path in _PACKAGE.iterdir() if path.stem no
 
 def pytest_configure(config):
     chosen = config.option.markexpr
-    # One tier from begin to end: tapes in the quick suites, XLA where programs are to be those that it compiles.
-    os.environ.setdefault("JAXMBS_COMPILE", "full" if chosen in AS_USERS else "tape")
+    # One tier from begin to end: tapes, which users have first; XLA where programs are to be those that it compiles.
+    tier = os.environ.setdefault("JAXMBS_COMPILE", "full" if chosen == "user" else "tape")
     if not hasattr(config, "workerinput"):
         _build_machine_anew()
-    if chosen not in AS_USERS:
+    if tier == "tape":  # else programs are those of users, without any flag of ours
         _compile_cheaply()
     if os.environ.get("JAXMBS_TYPES") == "check":
         install_import_hook(_CHECKED, "beartype.beartype")

@@ -1,5 +1,6 @@
 """Programs compiled as users compile them, without a flag of the tests: motions, gradients and batches of every kind
-of system.  `python -m pytest -m user` runs these; all other tests compile cheaply, apart from the long ones."""
+of system.  `python -m pytest -m user` runs these, and `JAXMBS_COMPILE=full python -m pytest -m long` of this file the
+long ones; all other tests run on tapes, and compile cheaply."""
 
 import os
 

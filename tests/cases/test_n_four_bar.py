@@ -95,7 +95,8 @@ def test_long_rows_follow_the_exact_equation(n):
     start, angle = models.n_four_bar_state(system, 0.0), models.n_four_bar_angle(n, 0.0, 10.0)
     rate = -np.sqrt(1.0 + 2.0 * models.n_four_bar_acceleration(n, np.pi / 2) * (1.0 - np.cos(angle)))  # energy
     assert system.topology.linear_solver == "frontal"
-    for tolerance, largest in ((1e-9, 1e-7), (3e-10, 6e-8), (1e-10, 3e-8)):
+    every = ((1e-9, 1e-7), (3e-10, 6e-8), (1e-10, 3e-8))
+    for tolerance, largest in every if n == 40 else every[1:2]:  # a step of 160 loops costs four of 40
         motion = mbs.simulate(system, start, ts=np.array([0.0, 10.0]), rtol=tolerance, atol=tolerance)
         assert bool(motion.ok) and int(motion.diagnostics.num_steps) <= 600
         check(float(motion.states.coordinates[-1, 0]), angle, largest)
