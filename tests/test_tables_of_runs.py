@@ -25,7 +25,8 @@ def test_parts_of_tolerances(tmp_path, capsys):
     compared._found.clear()
     (tmp_path / "log.main").write_text("3 0.5 tests/a.py::x\n4 0.25 tests/a.py::y[b c]\n1 0.9 tests/b.py::z\n")
     compared.main(str(tmp_path / "log"))
-    assert capsys.readouterr().out.splitlines()[2:] == [
+    rows = capsys.readouterr().out.splitlines()[2:]
+    assert rows == [
         "| `tests/a.py` | 2 | 7 | 0.5 |",
         "| `tests/b.py` | 1 | 1 | 0.9 |",
     ]
