@@ -1,7 +1,9 @@
 """Costs of cycles beside those of one period's motion, and of harmonic balance, in CPU seconds."""
 
+import os
 import time
 
+os.environ.setdefault("JAXMBS_COMPILE", "tape")  # what runs compiled says so itself
 import common
 import equinox as eqx
 import jax
@@ -36,6 +38,7 @@ class Motor(eqx.Module):
         return self.slope * (20.0 - speed)
 
 
+KINDS = {"on tapes": "tape", "compiled": "full"}
 DIMENSIONS = np.array([1.2, 0.075, 0.004, 2.0, 0.25, 0.06, 3.0, 0.15, 0.5, 8.0])
 
 
@@ -48,7 +51,7 @@ def first_cycle(like):
     return mbs.jit(ask, compile="tape")(like)
 
 
-def crank(quick):
+def crank(quick, how="on tapes"):
     """A slider-crank's cycle with all pin loads, and its gradient by ten dimensions, over one period's motion."""
     like = slider_crank(jnp.asarray(DIMENSIONS))
     first = first_cycle(like)
@@ -67,16 +70,13 @@ def crank(quick):
         "cycle with pin loads": peak,
         "the same with ten slopes": jax.value_and_grad(peak),
     }
-    rows = []
-    for how, kind in (("on tapes", "tape"), ("compiled", "full"))[: 1 if quick else 2]:
-        programs, start = {name: mbs.jit(f, compile=kind) for name, f in asked.items()}, time.process_time()
-        for f in programs.values():
-            jax.block_until_ready(f(d))
-        begun = time.process_time() - start
-        found = common.cpu_seconds({name: lambda f=f: f(d) for name, f in programs.items()}, 2 if quick else 5)
-        rows += _over_motion(f"slider-crank {how}", found, {"the same with ten slopes": "10"})
-        rows.append(common.row(f"slider-crank {how}", "first answers of all three", begun, "s CPU"))
-    return rows
+    programs, start = {name: mbs.jit(f, compile=KINDS[how]) for name, f in asked.items()}, time.process_time()
+    for f in programs.values():
+        jax.block_until_ready(f(d))
+    begun = time.process_time() - start
+    found = common.cpu_seconds({name: lambda f=f: f(d) for name, f in programs.items()}, 2 if quick else 5)
+    rows = _over_motion(f"slider-crank {how}", found, {"the same with ten slopes": "10"})
+    return [*rows, common.row(f"slider-crank {how}", "first answers of all three", begun, "s CPU")]
 
 
 def _over_motion(case, found, goals):
@@ -105,7 +105,7 @@ def harmonics(quick):
     return rows
 
 
-def batch(quick):
+def batch(quick, how="on tapes"):
     """Cycles of 64 and of 1 000 machines in a batch over their one-period motions, warm, on tapes and compiled."""
     like = slider_crank(jnp.asarray(DIMENSIONS))
     first = first_cycle(like)
@@ -123,24 +123,30 @@ def batch(quick):
         options = {"t1": first.period, "rtol": 1e-11, "atol": 1e-11, "throw": False}
         return mbs.simulate(slider_crank(d, like), near(d), **options).end.coordinates
 
-    rows = []
-    counts = {"on tapes": ("tape", (4,) if quick else (64, 1000)), "compiled": ("full", () if quick else (1000,))}
-    for how, (kind, numbers) in counts.items():
-        for number in numbers:
-            ask = lambda f, d=designs[:number], kind=kind: mbs.batch(f, d, progress=False, compile=kind)
-            found, first = {}, {}
-            for name, function in (("one motion", motion), ("cycles", cycle)):
-                for seconds in (first, found):
-                    start = time.process_time()
-                    answer = ask(function)
-                    seconds[name] = time.process_time() - start
-            print(f"{number} machines {how}: {found}, at first {first}", flush=True)
-            case = f"{number} machines {how}"
-            rows.append(common.row(case, "first answers of cycles", first["cycles"], "s CPU"))
-            rows.append(common.row(case, "cycles lost", int(np.sum(np.asarray(answer.status) != 0))))
-            rows += _over_motion(case, found, {"cycles": "5"})
+    rows, counts = [], (4,) if quick else {"on tapes": (64, 1000), "compiled": (1000,)}[how]
+    for number in counts:
+        ask = lambda f, d=designs[:number]: mbs.batch(f, d, progress=False, compile=KINDS[how])
+        found, begun = {}, {}
+        for name, function in (("one motion", motion), ("cycles", cycle)):
+            for seconds in (begun, found) if number == counts[0] else (found,):  # the programs are there by then
+                start = time.process_time()
+                answer = ask(function)
+                seconds[name] = time.process_time() - start
+        print(f"{number} machines {how}: {found}, at first {begun}", flush=True)
+        case = f"{number} machines {how}"
+        rows += [common.row(case, f"first answers of {name}", x, "s CPU") for name, x in begun.items()]
+        rows.append(common.row(case, "cycles lost", int(np.sum(np.asarray(answer.status) != 0))))
+        rows += _over_motion(case, found, {"cycles": "5"})
     return rows
 
 
+CASES = {
+    "harmonics": harmonics,
+    "crank": crank,
+    "batch": batch,
+    "compiled crank": lambda quick: crank(quick, "compiled"),
+    "compiled batch": lambda quick: batch(quick, "compiled"),
+}
+
 if __name__ == "__main__":
-    common.run_cases(__doc__, {"harmonics": harmonics, "crank": crank, "batch": batch})
+    common.run_cases(__doc__, CASES)

@@ -34,10 +34,12 @@ class Solution(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """A root of the equations: its charts (m,) and the inverse of the slope there, without derivatives."""
+    """A root of the equations: its charts (m,), the inverse of the slope there, and the tolerance () of motions whose
+    derivatives are right to a billionth of the whole; without derivatives."""
 
     charts: Chart
     inverse: Array
+    tolerance: Array
 
 
 def solution(shooting: Shooting, system: System, start: tuple[State, Array], gradient: str, least: int) -> Solution:
@@ -50,7 +52,8 @@ def solution(shooting: Shooting, system: System, start: tuple[State, Array], gra
     still = stop_gradients((shooting, system))
     charts = stop_gradients(shooting.charts(system, found.states, found.period))
     slope = stop_gradients(slope_at(*still, charts, found.states, found.period, least))
-    place = _Place(charts, slope.inverse)
+    finest = FINE[found.period.dtype.itemsize]
+    place = _Place(charts, slope.inverse, finest * jnp.minimum(slope.least, 1.0))
     moving = shooting, system, found.period if shooting.is_free else start[1]
     z = jnp.zeros(slope.inverse.shape[0], found.period.dtype)
     z = _corrected_twice(moving, place, z, least) if gradient == "forward" else _implicit(moving, place, z, least)
@@ -99,8 +102,8 @@ def _rows_of(fixed, place, least):
 
     def rows(numbers, z):
         shooting, *others = eqx.combine(numbers, fixed)
-        fine = with_tolerance(shooting, jnp.asarray(FINE[z.dtype.itemsize], z.dtype))
-        return _rows((fine, *others), place, z, "reverse", least)
+        coarser = with_tolerance(shooting, place.tolerance)
+        return _rows((coarser, *others), place, z, "reverse", least)
 
     return rows
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import jaxmbs as mbs
+from jaxmbs.cycles._folds import FoldProbe
 
 from .oscillators import slide
 
@@ -60,3 +61,23 @@ def test_a_fold_is_told_by_name():
     with pytest.warns(UserWarning, match="at a fold, and has no derivatives"):
         found = mbs.periodic(like, 2.0 * np.pi, mbs.State.at(like, x=1.001))
     assert found.is_singular and not found.stable
+
+
+def test_a_probe_looks_at_both_sides():
+    """Of a least singular value `2 x` beside a fold at x = 0, and of one with a kink on its lower side."""
+    for x, bend_below in ((1e-3, 2.0), (1e-3, 50.0)):
+        least = lambda y, x=x, b=bend_below: jnp.asarray(2.0 * x + (2.0 if y >= x else b) * (y - x))
+        probe, place = FoldProbe.none(jnp.zeros(1)), x
+        probe = probe.after(jnp.asarray(False), least(x), least(x), jnp.ones(1))
+        places = []
+        while probe.is_wanted(least(x)):
+            place = x + float(probe.displacement[0])
+            places.append(place)
+            probe = probe.after(jnp.asarray(True), least(x), least(place), jnp.ones(1))
+        assert len(places) == 2 and places[0] - x == x - places[1] > 0.0
+        np.testing.assert_allclose(probe.bend, bend_below, rtol=1e-6)
+        share = 1e-2 * 2.0 * x / bend_below
+        assert not probe.is_at_fold(least(x), jnp.asarray(0.9 * share))
+        assert probe.is_at_fold(least(x), jnp.asarray(1.1 * share))
+    assert FoldProbe.none(jnp.zeros(1)).is_at_fold(jnp.asarray(1e-8), jnp.asarray(0.0))
+    assert not FoldProbe.none(jnp.zeros(1)).is_wanted(jnp.asarray(0.1))

@@ -36,6 +36,26 @@ def test_one_slope_is_enough_near_the_end():
         np.testing.assert_allclose(z, 0.0, atol=1e-11)
 
 
+def test_a_start_within_the_errors_of_coarse_rows():
+    """Their step is noise: the first trial is at the same point, and tells by itself what is left, however small."""
+    slope = jnp.array([[8.0, 6.0], [-3.0, 4.0]])
+    found, z = steps_from(jnp.zeros(2), slope, False)
+    assert found.state == LAST and found.motions == 1
+    np.testing.assert_allclose(z, 0.0, atol=1e-13)
+    for wrong in (0.9, 1.1):
+        found, z = steps_from(jnp.array([2e-6, -1e-6]), wrong * slope, False)
+        assert found.state == LAST and found.motions > 1
+        np.testing.assert_allclose(z, 0.0, atol=1e-11)
+
+
+def test_secants_mend_a_slope_that_is_wrong():
+    """Newton's method with one slope that is 40 % wrong halves errors; secants are at the root in a few steps."""
+    slope = jnp.array([[8.0, 6.0], [-3.0, 4.0]]) @ jnp.array([[1.4, 0.2], [-0.2, 0.8]])
+    found, z = steps_from(jnp.array([1e-3, 2e-3]), slope, False)
+    assert found.state == LAST and found.motions <= 9
+    np.testing.assert_allclose(z, 0.0, atol=1e-11)
+
+
 def test_a_step_that_does_not_help_takes_a_new_slope():
     """A coarse slope at once; a fine one after shorter trials."""
     wrong = -jnp.array([[8.0, 6.0], [-3.0, 4.0]])
