@@ -25,7 +25,13 @@ class MasslessGroup(AbstractElementGroup):
 
     def element(self, numbers: DeckParameters) -> AbstractElement:
         """Without density and mass per length or area."""
-        made = self.of.element(numbers)
+        return self._without_mass(self.of.element(numbers))
+
+    def outline(self, numbers: DeckParameters) -> AbstractElement:
+        """Likewise."""
+        return self._without_mass(self.of.outline(numbers))
+
+    def _without_mass(self, made):
         heavy = [name for name in ("density", "line_mass") if hasattr(made, name)]
         layered = hasattr(made, "layup")
         where = lambda e: [e.layup.area_mass, e.layup.turning_mass] if layered else [getattr(e, n) for n in heavy]
@@ -53,7 +59,7 @@ class LumpedMassGroup(AbstractElementGroup):
     def outline(self, numbers: DeckParameters) -> AbstractElement:
         """Point masses, of plates and solids of one where there is any."""
         lines = isinstance(self.of, BarGroup | RodGroup)
-        return self._masses(self.of.element(numbers), numbers, self._shares if lines else _ones)
+        return self._masses(self.of.outline(numbers), numbers, self._shares if lines else _ones)
 
     def _masses(self, made: Any, numbers, shares):
         nodes = numbers.positions[np.array(self.of.nodes)]

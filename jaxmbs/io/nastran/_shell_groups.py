@@ -73,6 +73,16 @@ class ShellGroup(AbstractElementGroup):
         angles = self._angles(self._partial(bare), numbers)
         return self._partial(eqx.tree_at(lambda e: [e.layup, e.angle], bare, [section, angles]))
 
+    def outline(self, numbers: DeckParameters) -> AbstractElement:
+        """Those of several materials with `outline` of their property: no stiffness of plies is evaluated."""
+        own = numbers.properties[self.property]
+        if own.is_plain and self.offset is None and self.kind < 5:
+            return self._plain(own, numbers)
+        section = jax.tree.map(self._all, own.outline(numbers.materials))
+        if self.offset is not None:
+            section = jax.vmap(ShellSection.shift)(section, self.offset)
+        return self._partial(_LAYERED[self.kind](section, self._all(jnp.asarray(0.0))))
+
     def _partial(self, element):
         return PartialElement(element, self.halves) if self.halves else element
 

@@ -66,6 +66,12 @@ class ShellProperty(eqx.Module):
             area_mass * t**2 / 12,
         )
 
+    def outline(self, materials: dict) -> ShellSection:
+        """A section of ones where there is membrane, bending and mass."""
+        stiff = [bool(name) and bool(np.any(materials[name].plane)) for name in (self.material, self.bending)]
+        density = float(materials[self.material or self.bending].density)
+        return _section_of_ones(*stiff, density > 0 or float(self.area_mass) > 0)
+
     def thermal_forces(self, materials: dict, temperature: Array, thickness: Array) -> Float[Array, "6"]:
         """Forces Nxx ... Mxy per length that a temperature makes where nothing moves, in the axes of the material."""
         if not self.material:
@@ -129,6 +135,11 @@ class LaminateProperty(eqx.Module):
             A, B = 0.0 * A, None
         return ShellSection(A, D, S, B, made.area_mass * mass, made.turning_mass * mass)
 
+    def outline(self, materials: dict) -> ShellSection:
+        """A section of ones where there is membrane, bending and mass."""
+        heavy = any(float(materials[name].density) > 0 for name in set(self.ply_materials))
+        return _section_of_ones(self.option != "BEND", self.bends, heavy or float(self.area_mass) > 0)
+
     def ply_strains(self, materials: dict, temperature: Array) -> Float[Array, "plies 3"]:
         """Strains 11 22 12 of plies that are free at a temperature."""
         strains = jnp.stack([materials[name].plane_expansion for name in self.ply_materials])
@@ -142,6 +153,10 @@ class LaminateProperty(eqx.Module):
         z = made.heights
         N, M = self.thickness @ stress, (z[1:] ** 2 - z[:-1] ** 2) / 2 @ stress
         return jnp.concatenate([N * float(self.option != "BEND"), M * float(self.option in ("", "BEND"))])
+
+
+def _section_of_ones(membrane: bool, bending: bool, mass: bool) -> ShellSection:
+    return ShellSection(membrane * np.eye(3), bending * np.eye(3), bending * np.eye(2), None, float(mass), 0.0)
 
 
 def plate(card: Card, deck: DeckContext) -> ShellProperty:
