@@ -17,6 +17,7 @@ from ..quantities import Axis, Quantity
 from ..reports import Report, Reported, faults_in_short
 from ..runtime import note
 from ..status import Status
+from ..typing import ScalarLike
 
 _ROUNDING = 1e-9  # of the last point of a table, by which speeds may be beyond
 
@@ -78,7 +79,7 @@ def _least(margin):
     return jnp.min(margin.value, axis=tuple(range(1, margin.value.ndim)))
 
 
-def distance_to(x: Array, end: Array, scale: Array) -> Array:
+def distance_to(x: ScalarLike, end: Array, scale: Array) -> Array:
     """Margin `x - end`, zero where it is rounding of a scale."""
     return jnp.where(jnp.abs(x - end) <= _ROUNDING * jnp.abs(scale), 0.0, x - end)
 
@@ -101,9 +102,9 @@ def bearing_validity(bearings: Any, speeds: Array, omegas: Array | None = None) 
     return BearingValidity(speeds, found)
 
 
-def tell(question: str, validity: BearingValidity) -> None:
+def tell(question: str, validity: BearingValidity | None) -> None:
     """Warn of bearings beyond the ends of their models; a search takes note of the status."""
-    if not validity.margins:
+    if validity is None or not validity.margins:
         return
     note(lambda: validity.result)
     if is_concrete(validity) and (faults := validity.faults()):
