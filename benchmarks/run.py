@@ -7,6 +7,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 NAMES = (
+    "tiers",
     "tree_dynamics",
     "trajectory_gradient",
     "energy_drift",

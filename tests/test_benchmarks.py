@@ -12,6 +12,7 @@ import pytest
 FOLDER = Path(__file__).parent.parent / "benchmarks"
 KEYS = {"case", "metric", "value", "unit", "peer", "peer_value", "ratio"}
 PACKAGES = {
+    "tiers": (),
     "tree_dynamics": ("pinocchio",),
     "trajectory_gradient": ("mujoco",),
     "energy_drift": ("mujoco", "matplotlib"),
@@ -53,7 +54,15 @@ PACKAGES = {
     "states": (),
     "study_store": ("xarray", "zarr"),
 }
-LONG = ("reactions", "tree_dynamics", "batch_of_motions", "elastic_bodies", "closed_loop", "trajectory_gradient")
+LONG = (
+    "reactions",
+    "tiers",
+    "tree_dynamics",
+    "batch_of_motions",
+    "elastic_bodies",
+    "closed_loop",
+    "trajectory_gradient",
+)
 LONG += ("vehicles", "validity", "cold_start", "compiler_tricks", "energy_drift")
 LONG += ("openmdao_component", "fmu_calls")
 LONG += (

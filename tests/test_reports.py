@@ -231,7 +231,7 @@ MADE = {
         *[numbers(3)] * 4,
         jnp.zeros(3, int),
         None,
-        *[numbers(3)] * 2,
+        numbers(3),
     ),  # fmt: skip
     "PolynomialChaos": lambda: mbs.design.PolynomialChaos(
         1.0, 0.1, {"a": 1.0}, {"a": 1.0}, {}, {"mean": {"a": {"mean": 1.0}}}, 1e-3, 20, 0, 3, chaos_fit()
@@ -253,7 +253,7 @@ MADE = {
     ),
     "Orders": lambda: mbs.engines.Orders(numbers(3), complexes(3)),
     "BearingValidity": lambda: mbs.rotors.BearingValidity(
-        F, {"bearing 0": mbs.rotors.BearingTable(0, [1.0, 9.0], *numbers(2, 2, 2, 2)).validity(F)}
+        F, {"bearing 0": jax.vmap(mbs.rotors.BearingTable(0, [1.0, 9.0], *numbers(2, 2, 2, 2)).validity)(F)}
     ),
     "CriticalSpeeds": lambda: mbs.rotors.CriticalSpeeds(complexes(3), numbers(3)),
     "Orbit": lambda: mbs.rotors.Orbit(F, numbers(3), numbers(3), numbers(3)),

@@ -112,7 +112,7 @@ def batch(
             chunk takes as long as its slowest design, so designs of similar cost are put in one chunk.  If no motion
             is
             returned, return its steps: `cost=lambda values: values["steps"]`.
-        compile: "auto": up to a thousand designs run at once without a compiler, one on each core, unless that takes
+        compile: "auto": up to a hundred designs run at once without a compiler, one on each core, unless that takes
             longer than compiling; the others are compiled.  "tape": those without a compiler however long they take.
             "quick": as "tape", and more of them compiled in half the time, run two to four times as long.  "full":
             compiled, the same to the last bit whatever the number of designs.  Designs in a `chunk` of yours or on

@@ -106,9 +106,8 @@ FRONT_SHAPES = 24
 RECOVERED_ROWS = 16
 
 # ---------------------------------------------------------------------------------------------------- many designs
-#: Designs that run on tapes, one after another on each core, where that costs less than the compiler; more are worth
-#: it in any case (`first_answers.py`; `cycles.py`: a thousand cycles take less on tapes than the compiler alone).
-TAPE_DESIGNS = 1000
+#: Designs that run on tapes, one after another on each core; more are worth the compiler (`first_answers.py`).
+TAPE_DESIGNS = 100
 #: Functions whose batched programs are kept: those asked last.  They hold their functions, none would go by itself.
 BATCHED_FUNCTIONS = 32
 #: Designs of a batch in one chunk on a CPU: as cheap each as 64, cheaper than 16 or 128 (`batch_of_motions.py`).

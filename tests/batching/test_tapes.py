@@ -75,7 +75,7 @@ def columns(number):
         ({}, tuning.TAPE_DESIGNS + 1, True),
         ({"compile": "tape"}, 7, False),
         ({"compile": "quick"}, 7, False),
-        ({"compile": "quick"}, 2000, True),
+        ({"compile": "quick"}, 200, True),
         ({"compile": "full"}, 7, True),
         ({"chunk": 4}, 7, True),
         ({"devices": jax.devices()[:1]}, 7, True),

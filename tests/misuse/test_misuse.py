@@ -30,6 +30,7 @@ EXEMPT = {
         fem.Group flexible.FloatingFrame constraints.Kic constraints.SecondKic linear.Check
         cycles.HarmonicCycles engines.Flywheel engines.Orders cycles.Branch cycles.StabilityChange cycles.Cycle
         rotors.CriticalSpeeds rotors.Orbit rotors.Resonance rotors.RunUp rotors.UnbalanceResponse rotors.WhirlSpeeds
+        rotors.BearingValidity
         vibration.HarmonicResponse vibration.LinearMotion vibration.LinearState vibration.ModalMotion vibration.Modes
         linear.StaticResponse model.System model.Topology motion.Diagnostics motion.LoadPeaks motion.Motion
         motion.Peak motion.Rates motion.EventRecord motion.PhaseState motion.VectorField reductions.Reduced

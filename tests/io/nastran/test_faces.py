@@ -87,10 +87,11 @@ def test_coupling_of_pshell_is_that_of_the_laminate_it_stands_for(tmp_path):
     plies = "MAT8,8,1.5+7,6.+6,.3,8.+6,,,.0503\nPCOMP,5\n,8,.25,0.,,8,.25,90.\n,8,.25,45.,,8,.25,-45.\n"
     text = SQUARE + "CQUAD4,1,5,1,2,3,4\n"
     laid = deck(text + plies, tmp_path)
-    whole = laid.properties["PCOMP 5"].section(laid.materials, 1.0)
+    one = jnp.asarray(1.0)
+    whole = laid.properties["PCOMP 5"].section(laid.materials, one)
     given = deck(text + EQUIVALENT, tmp_path)
     own = given.properties["PSHELL 5"]
-    found = own.section(given.materials, 1.0)
+    found = own.section(given.materials, one)
     for name in ("membrane", "coupling", "bending"):
         np.testing.assert_allclose(getattr(found, name), getattr(whole, name), rtol=2e-7, atol=1e-3)
     warm = given.materials | {
