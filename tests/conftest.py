@@ -1,6 +1,8 @@
 """Settings of the test run: made here, since importing the library changes none."""
 
 import collections
+import contextlib
+import ctypes
 import gc
 import os
 import runpy
@@ -90,6 +92,7 @@ def pytest_collection_modifyitems(items):
 
 MOST_MAPS = 25_000  # Linux gives a process 65 530 memory maps and ends one that asks for more; a program has 3 to 100
 LOOK_EVERY = 50  # programs
+MOST_BYTES = 3_000_000_000  # of one worker; what is freed stays with the C library until it is told to give it back
 _compiled = collections.Counter()
 
 
@@ -100,11 +103,26 @@ def _count(event, seconds, **_):
 
 def _crowded():
     """Whether the programs kept by this process come near to what the operating system gives it."""
+    if _resident_bytes() > MOST_BYTES:
+        _give_back()
+        return _resident_bytes() > MOST_BYTES / 2
     if _compiled["/jax/core/compile/backend_compile_duration"] < LOOK_EVERY:
         return False
     _compiled.clear()
     maps = Path("/proc/self/maps")
     return maps.exists() and maps.read_bytes().count(b"\n") > MOST_MAPS
+
+
+def _resident_bytes():
+    pages = Path("/proc/self/statm")
+    return int(pages.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
+
+
+def _give_back():
+    """Memory that nothing uses, to the operating system: half of what a worker has after a thousand tests."""
+    gc.collect()
+    with contextlib.suppress(AttributeError, OSError):  # of glibc alone
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 @pytest.fixture(autouse=True)
@@ -113,4 +131,4 @@ def _forget_compiled_functions():
     yield
     if _crowded():
         jax.clear_caches()
-        gc.collect()
+        _give_back()
