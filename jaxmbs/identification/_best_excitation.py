@@ -148,6 +148,7 @@ def best_excitation(
     if not all(_is_positive(x) for x in jax.tree.leaves(deviations)):
         raise ModelError(["deviations must be positive and finite"], "best_excitation")
     lower, upper = _read_stroke(stroke, period, harmonics, largest)
+    period, deviations = float(period), jax.tree.map(lambda s: jnp.asarray(s, float), deviations)
     variables = read_variables(unknowns, None)
     sizes = _sizes(variables.start, variables.lower, variables.upper)
     question = _Question(
@@ -160,7 +161,7 @@ def best_excitation(
     )
     ts = np.arange(SAMPLES * harmonics) * (period / (SAMPLES * harmonics))
     bounds = [_magnitude(x, len(lower), name) for x, name in ((speed, "speed"), (acceleration, "acceleration"))]
-    motion = _random_motion(lower, upper, bounds, float(period), harmonics, ts) if first is None else first
+    motion = _random_motion(lower, upper, bounds, period, harmonics, ts) if first is None else first
     centre, half = 0.5 * (lower + upper), 0.5 * SHARE * (upper - lower)
     holds = [Limit("stroke", functools.partial(_sampled, ts, 0), centre - half, centre + half)]
     for k, (name, bound) in enumerate(zip(("speed", "acceleration"), bounds, strict=True), start=1):
