@@ -68,9 +68,10 @@ class ShellProperty(eqx.Module):
 
     def outline(self, materials: dict) -> ShellSection:
         """A section of ones where there is membrane, bending and mass."""
-        stiff = [bool(name) and bool(np.any(materials[name].plane)) for name in (self.material, self.bending)]
+        is_stiff = lambda name: bool(name) and bool(np.any(materials[name].plane))
         density = float(materials[self.material or self.bending].density)
-        return _section_of_ones(*stiff, density > 0 or float(self.area_mass) > 0)
+        mass = density > 0 or float(self.area_mass) > 0
+        return _section_of_ones(is_stiff(self.material), is_stiff(self.bending), mass)
 
     def thermal_forces(self, materials: dict, temperature: Array, thickness: Array) -> Float[Array, "6"]:
         """Forces Nxx ... Mxy per length that a temperature makes where nothing moves, in the axes of the material."""
