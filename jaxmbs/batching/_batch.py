@@ -113,8 +113,8 @@ def batch(
             is
             returned, return its steps: `cost=lambda values: values["steps"]`.
         compile: "auto": up to a hundred designs run at once without a compiler, one on each core, unless that takes
-            longer than compiling; the others are compiled.  "tape": those without a compiler however long they take.
-            "quick": as "tape", and more of them compiled in half the time, run two to four times as long.  "full":
+            longer than compiling; the others are compiled.  "tape": all without a compiler, however long they take.
+            "quick": as "auto", and more of them compiled in half the time, run two to four times as long.  "full":
             compiled, the same to the last bit whatever the number of designs.  Designs in a `chunk` of yours or on
             `devices` are compiled.
 
@@ -151,7 +151,7 @@ def evaluate_batch(
         on_tape = None
         if compile != "full" and chunk is None and not devices:
             small = batched_function(function, designs, cost, "tape")
-            on_tape = designs_on_tape(small, designs, len(good) if total is None else total)
+            on_tape = designs_on_tape(small, designs, len(good) if total is None else total, compile == "tape")
         if on_tape is None:
             executor = _compiled_executor(batched, designs, chunk, devices, cost)
         else:

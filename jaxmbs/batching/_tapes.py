@@ -27,13 +27,15 @@ class DesignsOnTape:
             self._program.tier.compile(compile)
 
 
-def designs_on_tape(batched: BatchedFunction, designs: PyTree, total: int) -> DesignsOnTape | None:
+def designs_on_tape(
+    batched: BatchedFunction, designs: PyTree, total: int, is_named: bool = False
+) -> DesignsOnTape | None:
     """The program for designs on tapes; None where they are to be compiled: many of them, or ones that take longer on
     tapes than the compiler does, or are compiled by now.
 
-    Args: total: number of designs that the choice is for.
+    Args: total: number of designs that the choice is for; is_named: the caller asks for tapes, whatever they cost.
     """
-    if total > tuning.TAPE_DESIGNS or not num_designs(designs):
+    if (total > tuning.TAPE_DESIGNS and not is_named) or not num_designs(designs):
         return None
     first = [np.asarray(x[0]) for x in jax.tree.leaves(designs)]
     program = batched.traced.on_tape(*first)
@@ -44,4 +46,4 @@ def designs_on_tape(batched: BatchedFunction, designs: PyTree, total: int) -> De
             program.run(*first)
         except UnsupportedError:
             return None
-    return None if program.tier.is_dear(total) else DesignsOnTape(program)
+    return None if program.tier.is_dear(total) and not is_named else DesignsOnTape(program)

@@ -74,6 +74,7 @@ def columns(number):
         ({}, tuning.TAPE_DESIGNS, False),
         ({}, tuning.TAPE_DESIGNS + 1, True),
         ({"compile": "tape"}, 7, False),
+        ({"compile": "tape"}, tuning.TAPE_DESIGNS + 1, False),
         ({"compile": "quick"}, 7, False),
         ({"compile": "quick"}, 200, True),
         ({"compile": "full"}, 7, True),
