@@ -78,5 +78,8 @@ def test_the_best_of_64_starts():
     values = np.asarray(found["value"])
     assert np.sum(found["converged"]) >= 56
     np.testing.assert_allclose(np.min(values), BEST, rtol=1e-6)
-    np.testing.assert_allclose(found["design"][np.argmin(values)], DESIGN, atol=1e-3)
+    design = np.array(found["design"][np.argmin(values)])
+    for angle in (6, 9):  # of the frame and of the first pose: whole turns are the same design
+        design[angle] -= 2 * np.pi * np.round((design[angle] - DESIGN[angle]) / (2 * np.pi))
+    np.testing.assert_allclose(design, DESIGN, atol=1e-3)
     assert np.sum(values < BEST * (1.0 + 1e-6)) >= 6
