@@ -28,7 +28,7 @@ def judge_chances(found: Optimum, limits: Sequence[Limit], compile: str) -> Opti
 
 
 def _doubt(limit: Limit, at_end: LimitResult, design: Any, compile: str) -> str:
-    """What samples say against a limit, in words; empty where they confirm it."""
+    """Why samples do not confirm a limit; empty where they do."""
     options: dict[str, Any] = {"samples": limit.samples, "compile": compile}
     drawn: Reliability = limit.reliability(design, "form", **options)
     if np.isnan(drawn.probability) and limit.samples:  # no slope leads to failure: samples about no point
