@@ -28,7 +28,7 @@ def judge_chances(found: Optimum, limits: Sequence[Limit], compile: str) -> Opti
 
 
 def _doubt(limit: Limit, at_end: LimitResult, design: Any, compile: str) -> str:
-    """Why samples do not confirm a limit; empty where they do."""
+    """A sentence about a limit that samples do not confirm; empty where they do."""
     options: dict[str, Any] = {"samples": limit.samples, "compile": compile}
     drawn: Reliability = limit.reliability(design, "form", **options)
     if np.isnan(drawn.probability) and limit.samples:  # no slope leads to failure: samples about no point
