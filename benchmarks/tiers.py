@@ -37,11 +37,11 @@ def questions_of(machine, gradient):
 
 def rows_of(name, quick):
     questions, mass = questions_of(MACHINES[name], "reverse")
-    found = []
+    found, scale = [], 0.0
     for question, function in questions.items():
         programs = {kind: mbs.jit(function, compile=kind) for kind in ("tape", "full")}
         answers = {kind: np.asarray(program(mass)) for kind, program in programs.items()}
-        scale = np.max(np.abs(answers["full"]))
+        scale = scale or np.max(np.abs(answers["full"]))  # of the motion: some gradients are nearly zero
         calls = {kind: lambda program=program: program(mass) for kind, program in programs.items()}
         seconds = common.cpu_seconds(calls, *((1, 0.0) if quick else (5, 0.2)))
         spent = (1e3 * seconds[kind] for kind in ("tape", "full"))
