@@ -35,7 +35,8 @@ FACES = {
         check_kind chunked_vmap compile_batch compile_kind constant_product content_of explain_error
         export expose fingerprint flag_advice follow_precision forget_with_programs fusion_barrier
         garbage_collection_paused gather_static host_call is_double is_motion is_on jaxpr_function jit
-        kept_tiers kernel_options lapack lazy_where load_program map_chunked missing_primitives
+        kept_tiers kernel_options lapack lazy_where load_program map_chunked may_run_on_tapes
+        missing_primitives
         not_tracing note ON_TAPE one_kernel progress_bar step_bar public_call release_advice remat
         report_compiles reverse_only save_factor segment_sum_static set_quick_flags sets_marks small_call
         store take_notes tracer_errors_in_words trick_states tuning user_jit with_library_calls

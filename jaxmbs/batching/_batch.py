@@ -16,7 +16,7 @@ from ..checks import as_flag
 from ..errors import BatchError
 from ..quantities import Axis, Quantity, entries
 from ..reports import Report, Reported, failures
-from ..runtime import check_kind, step_bar, tuning
+from ..runtime import check_kind, may_run_on_tapes, step_bar, tuning
 from ..status import Status, succeeded
 from ._executor import ChunkExecutor
 from ._program import BatchedFunction, batched_function, round_to_devices
@@ -149,7 +149,7 @@ def evaluate_batch(
     is_quiet = not as_flag("progress", progress)
     with step_bar(len(good), "batch: compiling", is_wanted=not is_quiet, unit=" designs") as bar:
         on_tape = None
-        if compile != "full" and chunk is None and not devices:
+        if may_run_on_tapes(compile) and chunk is None and not devices:
             small = batched_function(function, designs, cost, "tape")
             on_tape = designs_on_tape(small, designs, len(good) if total is None else total, compile == "tape")
         if on_tape is None:

@@ -32,7 +32,7 @@ from ._reverse_only import FORWARD_MODE, reverse_only
 from ._small_call import kernel_options, one_kernel, sets_marks, small_call
 from ._step_bar import step_bar
 from ._store import store
-from ._tiers import kept_tiers
+from ._tiers import kept_tiers, may_run_on_tapes
 from ._traced_function import TracedFunction
 from ._tracer_errors import explain_error, tracer_errors_in_words
 from ._tracing import as_array, as_dtype, as_host_array, not_tracing
@@ -81,6 +81,7 @@ __all__ = [
     "jaxpr_function",
     "jit",
     "kept_tiers",
+    "may_run_on_tapes",
     "kernel_options",
     "lapack",
     "lazy_where",

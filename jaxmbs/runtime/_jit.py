@@ -15,7 +15,7 @@ from ._derivative import Differentiable, is_differentiating
 from ._progress import ON_TAPE
 from ._small_call import MARKING, should_mark
 from ._tape_program import UNSUPPORTED, TapeFunction, tapes_work
-from ._tiers import FIXED
+from ._tiers import FIXED, may_run_on_tapes
 from ._tracer_errors import tracer_errors_in_words
 from ._tracing import closes_over_traced, evaluated_plainly, not_tracing
 from ._tricks import OFF, is_on
@@ -83,8 +83,7 @@ def jit(function: Callable | None = None, *, compile: str = "auto", known: Any =
         )
 
     def on_tapes():
-        named = compile == "tape"  # the environment decides for who names none
-        return compile != "full" and (named or FIXED != "full") and tapes_work()
+        return may_run_on_tapes(compile) and tapes_work()
 
     @functools.wraps(function)
     def compiled(*args, **kwargs):

@@ -18,6 +18,11 @@ _compiling = threading.Lock()  # one program at a time, so that the other cores 
 _KEPT: contextvars.ContextVar[dict["Tier", tuple[bool, bool]] | None] = contextvars.ContextVar("kept", default=None)
 
 
+def may_run_on_tapes(compile: str) -> bool:
+    """True for programs of a kind that tapes may have: the environment decides for who names none."""
+    return compile == "tape" or (compile != "full" and FIXED != "full")
+
+
 @contextlib.contextmanager
 def kept_tiers() -> Iterator[None]:
     """A context in which programs do not change their tier: a search has one from its begin to its end, since tiers

@@ -17,7 +17,7 @@ from ._progress import ON_TAPE
 from ._store_key import question_key
 from ._stored_program import read_shapes, write_shapes
 from ._tape_program import TapeFunction, TapeProgram, tapes_work
-from ._tiers import FIXED
+from ._tiers import may_run_on_tapes
 from ._tracing import not_tracing
 
 
@@ -82,7 +82,7 @@ class TracedFunction:
 
     @property
     def _runs_on_tapes(self):
-        return self._compile != "full" and FIXED != "full" and tapes_work()
+        return may_run_on_tapes(self._compile) and tapes_work()
 
     def _trace(self, on_tape):
         """(equations, shapes of the results); of a function of numbers under a trace there is one."""

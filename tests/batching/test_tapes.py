@@ -10,7 +10,7 @@ import pytest
 
 import jaxmbs as mbs
 from jaxmbs.batching import _program as programs
-from jaxmbs.runtime import _eager, _jit, _tiers, _traced_function, tuning
+from jaxmbs.runtime import _eager, _jit, _tiers, tuning
 from jaxmbs.status import Status
 from jaxmbs.studies import sweep
 
@@ -28,7 +28,7 @@ def compiled(monkeypatch):
         return compile_one(self, *args)
 
     monkeypatch.setattr(programs.BatchedFunction, "_compile", counted)
-    for module in (_tiers, _traced_function, _jit, _eager):
+    for module in (_tiers, _jit, _eager):
         monkeypatch.setattr(module, "FIXED", "auto")
     return found
 

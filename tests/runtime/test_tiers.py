@@ -144,5 +144,13 @@ def test_unknown_tiers_are_refused():
 
 
 def test_a_call_that_names_a_tier_is_not_overruled_by_the_environment():
-    done = _run("full", PROGRAM.replace("jit(lambda", "jit(compile='tape')(lambda"))
-    assert done.stdout.split()[1] == "0", done.stderr
+    rows = """
+import jaxmbs
+for kind in ("tape", "auto"):
+    heard.clear()
+    jaxmbs.batch(lambda x: jnp.sin(x) ** 2, np.arange(3.0), compile=kind, progress=False)
+    print(sum("backend_compile" in event for event in heard))
+"""
+    done = _run("full", PROGRAM.replace("jit(lambda", "jit(compile='tape')(lambda") + rows)
+    _, of_jit, of_batch, of_auto = done.stdout.split()
+    assert of_jit == of_batch == "0" and int(of_auto) > 0, done.stderr
