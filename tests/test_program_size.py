@@ -24,6 +24,7 @@ from jaxmbs.forces import Attachment, BeamSection, Eyelet, FrictionForce, Polyno
 from jaxmbs.friction import LuGre, SmoothCoulomb
 from jaxmbs.joints import AbstractRows
 from jaxmbs.linear import LinearSystem
+from jaxmbs.rotors._validity import bearing_validity
 from jaxmbs.runtime import without_tricks
 from jaxmbs.runtime._jit import SMALL_PROGRAM
 from jaxmbs.runtime.tape import is_available
@@ -601,3 +602,14 @@ def test_equations_of_elements():
         for name, (element, nodes, _) in CASES.items()
     }
     assert not {name: count for name, count in found.items() if count > ELEMENTS[name]}
+
+
+def test_equations_of_the_ends_of_bearing_tables():
+    K = np.ones((9, 2, 2)) * 1e7
+
+    def margins(number):
+        tables = [mbs.rotors.BearingTable(k, np.linspace(10.0, 900.0, 9), K, 1e-3 * K) for k in range(number)]
+        return lambda speeds: jax.tree.leaves(bearing_validity(tables, speeds).margins)
+
+    speeds = jnp.linspace(50.0, 800.0, 5)
+    assert equations(margins(1), speeds) <= 25 and equations(margins(4), speeds) <= 100

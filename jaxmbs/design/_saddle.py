@@ -3,6 +3,8 @@
 A search by slopes that begins on a line of symmetry stays on it: the slope across is zero, whatever the objective
 does there.  Curvatures of the Lagrangian are looked for, by Lanczos' method on differences of gradients, in what
 neither its steps nor the limits and bounds that hold it span; nothing is evaluated where they span all.
+
+Source: Lanczos (1950).
 """
 
 import numpy as np
