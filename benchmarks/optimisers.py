@@ -1,26 +1,32 @@
 """Optimisers under limits: `design.interior_point` beside SLSQP and trust-constr of SciPy and, where `ipyopt` is
 installed, IPOPT, on the problems of `hock_schittkowski` and of `machine_problems`.
 
-    python -m benchmarks.optimisers [problem ... | minimise]
+    python benchmarks/optimisers.py [--only PROBLEM ... | --minimise] [--json FILE]
 
 A problem counts as solved where the objective is within 1e-6 (relative, or absolute below one) of the published one
 and no limit is violated by more than 1e-6, or where its verdict is the right one.
 """
 
+import os
 import sys
 import time
+from pathlib import Path
 from typing import NamedTuple
 
-import jax
+os.environ["JAXMBS_BENCHMARK_ENVIRONMENT"] = "user"
+
+from common import parser, report, row  # first: sets what JAX reads at import
+
+import jax  # isort: skip
 import jax.numpy as jnp
 import numpy as np
 
 import jaxmbs as mbs
 
-from .hock_schittkowski import PROBLEMS, Problem
-from .machine_problems import MACHINES, wishbone
+sys.path.insert(0, str(Path(__file__).parent.parent))  # machines are those of the tests
+from benchmarks.hock_schittkowski import PROBLEMS, Problem
+from benchmarks.machine_problems import MACHINES, wishbone
 
-jax.config.update("jax_enable_x64", True)
 NONE = lambda x: jnp.zeros(0)
 
 
@@ -151,36 +157,27 @@ def optimisers() -> dict:
     return found | {"IPOPT": ipopt}
 
 
-def compare_in_minimise() -> None:
-    """Print the CPU seconds of `minimise` for each machine, compiling included, by SLSQP and by the interior point.
-
-    In brackets where the optimum is not the published one, or not `ok`.
-    """
-    totals = np.zeros((2, 2))
+def compare_in_minimise() -> list:
+    """Rows of CPU seconds of `minimise` of all machines, compiling included, by SLSQP and by the interior point."""
+    rows = []
     for title, problem in MACHINES.items():
-        cells, ends = [], (problem.lower, problem.upper)
-        start = np.array(problem.start, float)
+        ends, start = (problem.lower, problem.upper), np.array(problem.start, float)
         bounds = tuple(np.broadcast_to(np.array(end, float), start.shape) for end in ends)
-        for k, name in enumerate(("SLSQP", "interior point")):
+        for name in ("SLSQP", "interior point"):
             begin = time.process_time()
             limits = mbs.Limit("limits", problem.c, upper=0.0, scale=1.0)
             found = mbs.minimise(problem.f, start, bounds, name, 500, limits=limits, progress=False)
             seconds = time.process_time() - begin
             good = found.ok and abs(found.value - problem.value) <= 1e-6 * max(1.0, abs(problem.value))
-            totals[k] += good, seconds
-            cells.append(f"{seconds:.2f}" if good else f"({seconds:.2f})")
-        print(f"{title:16}" + "".join(f"{cell:>16}" for cell in cells), flush=True)
-    print(f"solved of {len(MACHINES)} {totals[:, 0]}, CPU s {totals[:, 1]}")
+            rows.append((f"minimise {title}", name, good, 0, seconds))
+    return rows
 
 
-def main() -> None:
-    """Print a row for each problem: evaluations, or in brackets those of a problem that was not solved."""
-    runs = optimisers()
+def compare(problems: dict[str, Problem]) -> list:
+    """Rows (problem, optimiser, is solved, evaluations, CPU seconds) of all problems; printed as they come."""
+    runs, rows = optimisers(), []
     print("evaluations of the objective; (not solved)")
     print(f"{'':16}" + "".join(f"{name:>16}" for name in runs), flush=True)
-    totals = {name: [0, 0, 0.0] for name in runs}
-    problems = PROBLEMS | MACHINES | {"wishbone": wishbone()}
-    problems = {name: problems[name] for name in sys.argv[1:] or problems}
     for title, problem in problems.items():
         cells = []
         for name, run in runs.items():
@@ -191,13 +188,31 @@ def main() -> None:
                 outcome = Outcome(np.nan, np.inf, 0, repr(error), 0.0)
             good = is_solved(problem, outcome)
             cells.append(f"{outcome.evaluations}" if good else f"({outcome.evaluations})")
-            totals[name] = [
-                a + b for a, b in zip(totals[name], (good, outcome.evaluations, outcome.seconds), strict=True)
-            ]
+            rows.append((title, name, good, outcome.evaluations, outcome.seconds))
         print(f"{title:16}" + "".join(f"{cell:>16}" for cell in cells), flush=True)
-    for k, label in enumerate((f"solved of {len(problems)}", "evaluations", "CPU s")):
-        print(f"{label:16}" + "".join(f"{row[k]:>16.4g}" for row in totals.values()))
+    return rows
+
+
+def main() -> None:
+    problems = PROBLEMS | MACHINES | {"wishbone": wishbone()}
+    arguments = parser(__doc__, *problems)
+    arguments.add_argument("--minimise", action="store_true", help="only CPU seconds of `minimise` of all machines")
+    options = arguments.parse_args()
+    names = options.only or (("HS71", "gear box") if options.quick else problems)
+    found = compare_in_minimise() if options.minimise else compare({name: problems[name] for name in names})
+    rows = []
+    for title, name, good, evaluations, seconds in found:
+        case = f"{title}, {name}"
+        rows += [row(case, "solved", int(good)), row(case, "running", seconds, "CPU s")]
+        rows += [row(case, "evaluations", evaluations)] if evaluations else []
+    for name in dict.fromkeys(line[1] for line in found):
+        of_it = [line[2:] for line in found if line[1] == name]
+        case = f"{len(of_it)} {'machines in minimise' if options.minimise else 'problems'}, {name}"
+        solved, evaluations, seconds = (sum(column) for column in zip(*of_it, strict=True))
+        rows += [row(case, "solved", int(solved)), row(case, "running", seconds, "CPU s")]
+        rows += [row(case, "evaluations", evaluations)] if evaluations else []
+    report(rows, options)
 
 
 if __name__ == "__main__":
-    compare_in_minimise() if sys.argv[1:] == ["minimise"] else main()
+    main()

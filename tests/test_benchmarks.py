@@ -18,6 +18,7 @@ PACKAGES = {
     "energy_drift": ("mujoco", "matplotlib"),
     "closed_loop": (),
     "iftomm": (),
+    "optimisers": (),
     "solvers": (),
     "rows_of_loops": (),
     "reactions": (),
@@ -75,7 +76,7 @@ LONG += (
     "diffrax_loops",
 )
 LONG += ("cables", "contact", "cycles", "hydraulic_arm", "joint_friction", "kinds", "long_run_energy", "notebooks")
-LONG += ("qualification", "reliability", "shock_records", "states", "study_store")
+LONG += ("optimisers", "qualification", "reliability", "shock_records", "states", "study_store")
 LONG += ("component_chain", "elastic_costs", "rows_of_loops", "accelerator", "iftomm", "solvers", "identify_arm")
 
 

@@ -26,8 +26,10 @@ REASONS = (
     "no further step: the limit state has a kink there, or its values are rough",
     "the limit state has no finite value or gradient at the start",
     "the limit state has no slope: no direction leads to failure",
+    "the limit state is not finite at points tried near the start, though it is there: what it calls fails at them "
+    "(a loop that does not close, a motion that ends): start it anew from the variables",
 )
-CONVERGED, STEP_LIMIT, STALLED, NOT_FINITE, FLAT = range(5)
+CONVERGED, STEP_LIMIT, STALLED, NOT_FINITE, FLAT, LOST = range(6)
 _SHORTEST = 1e-8  # part of a step that is tried last
 _DISTANCE = 3.0  # of first points from the medians, in deviations
 MORE_STARTS = 8  # where no search from the medians ends
@@ -130,8 +132,7 @@ class WorstAtDistance(eqx.Module):
 
 @eqx.filter_custom_jvp
 def find_design_point(
-    problem: NearestFailure | WorstAtDistance, start: Array, tolerance: float, steps: int, reverse: bool,
-    every: bool = False,
+    problem: NearestFailure | WorstAtDistance, start: Array, tolerance: float, steps: int, reverse: bool, every: bool
 ) -> DesignPoint:  # fmt: skip
     """Find a design point from a start; its derivatives by the problem are by the implicit function theorem.
 
@@ -177,7 +178,7 @@ def _search(problem, start, tolerance, steps, reverse):
         shorter = carry._replace(share=0.25 * carry.share)
         is_finite = jnp.isfinite(g) & jnp.all(jnp.isfinite(slope))
         stalled = jnp.where(carry.count == 0, NOT_FINITE, jnp.where(shorter.share < _SHORTEST, STALLED, STEP_LIMIT))
-        shorter = shorter._replace(reason=stalled.astype(jnp.int32))
+        shorter = shorter._replace(reason=stalled.astype(jnp.int32), is_lost=carry.is_lost | ~is_finite)
         better = found.tried <= carry.merit + 1e-4 * carry.share * carry.slope_of_merit
         better = better | (carry.count < problem.unjudged)
         chosen = jax.tree.map(lambda a, b: jnp.where(is_finite & better, a, b), found, shorter)
@@ -185,7 +186,9 @@ def _search(problem, start, tolerance, steps, reverse):
 
     done = lax.while_loop(unfinished, attempt, _start(start))
     answer = problem.answer(done.u, done.g, done.gradient)
-    return DesignPoint(answer, done.u, done.multiplier, done.g, done.gradient, done.count, done.reason)
+    is_lost = done.is_lost & ((done.reason == STEP_LIMIT) | (done.reason == STALLED))
+    reason = jnp.where(is_lost, LOST, done.reason)
+    return DesignPoint(answer, done.u, done.multiplier, done.g, done.gradient, done.count, reason)
 
 
 @find_design_point.def_jvp
@@ -240,6 +243,7 @@ class _State(NamedTuple):
     tried: Any
     count: Any
     reason: Any
+    is_lost: Any  # a point that was tried had no finite value
 
 
 def _start(start):
@@ -247,8 +251,9 @@ def _start(start):
     none = jnp.zeros(n, start.dtype)
     count, reason = jnp.zeros((), jnp.int32), jnp.asarray(STEP_LIMIT, jnp.int32)
     return _State(
-        start, zero, none, jnp.eye(n), none, zero + 1.0, zero, zero + jnp.inf, zero, zero, zero, count, reason
-    )
+        start, zero, none, jnp.eye(n), none, zero + 1.0, zero, zero + jnp.inf, zero, zero, zero, count, reason,
+        jnp.zeros((), bool),
+    )  # fmt: skip
 
 
 def _accepted(problem, carry, u, g, slope, tolerance):
@@ -277,7 +282,7 @@ def _accepted(problem, carry, u, g, slope, tolerance):
     )
     found = _State(
         u, g, slope, inverse, step, jnp.ones_like(g), multiplier, f + weight * jnp.abs(equation),
-        gradient @ step - weight * jnp.abs(equation), weight, tried, carry.count, carry.reason,
+        gradient @ step - weight * jnp.abs(equation), weight, tried, carry.count, carry.reason, carry.is_lost,
     )  # fmt: skip
     is_done = _is_optimal(u, gradient, equation, normal, tolerance)
     if first is not None:

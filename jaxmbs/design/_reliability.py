@@ -204,7 +204,9 @@ def _search(traced, question, variables, starts):
 
     def one(which, start):
         limit = scalar_limit(traced, variables, factor, which)
-        return find_design_point(NearestFailure(limit), start, question.tolerance, question.steps, traced.reverse)
+        return find_design_point(
+            NearestFailure(limit), start, question.tolerance, question.steps, traced.reverse, False
+        )
 
     if traced.size == 1 and len(starts) == 1:
         return jax.tree.map(lambda x: x[None, None], one(0, starts[0]))

@@ -66,7 +66,7 @@ def _of_system(traced, question, starts, which, variables):
     for start, row in zip(starts, which, strict=True):
         limit = scalar_limit(traced, variables, factor, int(row))
         steps = question.steps
-        point = find_design_point(NearestFailure(limit), start, question.tolerance, steps, traced.reverse)
+        point = find_design_point(NearestFailure(limit), start, question.tolerance, steps, traced.reverse, False)
         index = point.answer
         if question.method == "sorm":
             second = second_order(index, curvature_matrix(limit, point, traced.reverse))

@@ -110,18 +110,31 @@ def test_faults_are_said():
         analysis.campbell(system, [2.0, 1.0], "spin")
 
 
-@pytest.mark.long
-def test_no_steady_motion_at_any_speed_is_an_error():
-    """Bristles that hold a mass on a turning disc leave its place open."""
-    b = mbs.SystemBuilder()
+def mass_on_a_turning_disc(axis):
+    b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
     b.body("disc", 1.0, inertia=1.0)
     b.body("mass", 1.0, inertia=1.0)
     b.joint("spin", mbs.Revolute("z"), "ground", "disc")
-    b.joint("out", mbs.Prismatic("x"), "disc", "mass")
-    b.force("spring", mbs.SpringDamper(100.0, free_length=0.5), joint="out")
-    b.force("rub", forces.FrictionForce(mbs.friction.LuGre(1.0, 1e5, 1.0)), joint="out")
+    b.joint("out", mbs.Prismatic(axis), "disc", "mass")
+    return b
+
+
+@pytest.mark.long
+def test_no_steady_motion_at_any_speed_is_an_error():
+    """A mass that falls along the shaft."""
     with pytest.raises(mbs.SimulationError, match=r"no steady motion .* moving=\['spin'\]"):
-        analysis.campbell(b.build(), [1.0, 2.0], "spin")
+        analysis.campbell(mass_on_a_turning_disc("z").build(), [1.0, 2.0], "spin")
+
+
+@pytest.mark.long
+def test_bristles_hold_a_mass_on_a_turning_disc():
+    """They leave its place open within their force; at each the bristles are a spring beside the other one."""
+    b, speeds, stiffness, bristles, damping = mass_on_a_turning_disc("x"), np.array([1.0, 2.0]), 100.0, 1e5, 1.0
+    b.force("spring", mbs.SpringDamper(stiffness, free_length=0.5), joint="out")
+    b.force("rub", forces.FrictionForce(mbs.friction.LuGre(1.0, bristles, damping)), joint="out")
+    found = analysis.campbell(b.build(), speeds, "spin")
+    root = -damping / 2 + 1j * np.sqrt(stiffness + bristles - speeds**2 - damping**2 / 4)
+    np.testing.assert_allclose(found.roots[:, 0], root, rtol=1e-9)
 
 
 def diagram(speeds, frequencies):

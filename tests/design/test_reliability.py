@@ -174,6 +174,8 @@ def test_what_the_first_order_does_not_see_is_told():
     assert len(two.points) == 1 and "samples about the design point give" in two.faults[0]
     gone = reliability(lambda x: jnp.sqrt(x["a"] - 1.0), TWO)
     assert "no finite value" in gone.faults[0]
+    hole = reliability(lambda x: 3.0 - x["a"] + jnp.where(jnp.abs(x["a"] - 2.0) < 1.5, jnp.nan, 0.0), TWO, starts=1)
+    assert "not finite at points tried near the start" in hole.faults[0]
 
 
 @pytest.mark.slow
