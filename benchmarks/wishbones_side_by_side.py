@@ -28,7 +28,7 @@ OF_ALL, CHUNK = 1000, 8
 ROUND, ROUNDS = 2, 60  # steps, and rounds at most
 
 
-def largest_load(z):
+def largest_load(z, factors):
     return z[-1]
 
 
@@ -48,32 +48,15 @@ def limits(z, factors):
     return jnp.concatenate(sides)
 
 
-def search(factors, start, steps, before=None):
-    return mbs.design.interior_point(
-        largest_load, start, (LOWER, UPPER), inequalities=lambda z: limits(z, factors), hessian="bfgs",
-        gradient="forward", tolerance=TOLERANCE, steps=steps, warm=before,
-    )  # fmt: skip
-
-
-def go_on(case):
-    """Some steps from a result with the same or similar loads."""
-    return search(case["factors"], case["before"].design, ROUND, case["before"])
+OPTIONS = {"hessian": "bfgs", "gradient": "forward", "tolerance": TOLERANCE}
 
 
 def side_by_side(factors, first, kind):
-    """Largest loads, steps and verdicts (k,) of wishbones with load factors (k, 7), from the first result."""
-    found = jax.tree.map(lambda x: np.repeat(np.asarray(x)[None], len(factors), axis=0), first)
-    steps, open_ = np.zeros(len(factors), int), np.arange(len(factors))
-    for _ in range(ROUNDS):
-        cases = {"factors": factors[open_], "before": jax.tree.map(lambda x, rows=open_: x[rows], found)}
-        after = mbs.batch(go_on, cases, chunk=CHUNK, progress=False, compile=kind).values
-        for old, new in zip(jax.tree.leaves(found), jax.tree.leaves(after), strict=True):
-            old[open_] = np.asarray(new)
-        steps[open_] += np.asarray(after.steps)
-        open_ = open_[~np.asarray(after.ok)]
-        if not len(open_):
-            break
-    return found.value, steps, found.ok
+    """Optima of wishbones with load factors (k, 7), from the first one."""
+    return mbs.design.interior_point_batch(
+        largest_load, first.design, factors, (LOWER, UPPER), inequalities=limits, warm=first, round_steps=ROUND,
+        steps=ROUND * ROUNDS, chunk=CHUNK, progress=False, compile=kind, **OPTIONS,
+    )  # fmt: skip
 
 
 def by_slsqp(factors, start, margins, slopes):
@@ -97,12 +80,16 @@ def main():
     number, looped, kind = (4, 1, "quick") if options.quick else (OF_ALL, 6, "full")
     factors = np.random.default_rng(0).uniform(0.85, 1.15, (number, 7))
     clock = [time.process_time()]
-    first = mbs.jit(lambda f: search(f, jnp.asarray(START), 200), compile="quick")(jnp.ones(7))
+    mean = jnp.ones(7)
+    first = mbs.design.interior_point(
+        lambda z: z[-1], START, (LOWER, UPPER), inequalities=lambda z: limits(z, mean), compile="quick", **OPTIONS
+    )
     clock.append(time.process_time())
     print("mean loads:", float(first.value), "steps", int(first.steps), "CPU s", clock[1] - clock[0], flush=True)
     side_by_side(factors[:CHUNK], first, kind)
     clock.append(time.process_time())
-    loads, steps, good = side_by_side(factors, first, kind)
+    found = side_by_side(factors, first, kind)
+    loads, steps, good = (np.asarray(part) for part in (found.value, found.steps, found.ok))
     clock.append(time.process_time())
     alone, compiling, batch = np.diff(clock)
     print("compiling", compiling, "running", batch, "steps", np.bincount(steps), flush=True)

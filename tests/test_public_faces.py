@@ -159,8 +159,8 @@ FACES = {
     """,
     "jaxmbs.design": """
         History InteriorPoint Limit LimitResult Optimum ParetoFront PolynomialChaos Reliability Robust SearchError
-        Tolerance Uncertainty Worst interior_point minimise moments pareto percentile polynomial_chaos
-        propagate_uncertainty reliability sensitivities tolerances
+        Tolerance Uncertainty Worst interior_point interior_point_batch minimise moments pareto percentile
+        polynomial_chaos propagate_uncertainty reliability sensitivities tolerances
     """,
     "jaxmbs.experiment": """
         MeasuredModes ModelUpdate SuspensionCheck VirtualPoint add_noise check_suspension coherence_variance

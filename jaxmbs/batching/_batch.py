@@ -140,6 +140,7 @@ def evaluate_batch(
     total: int | None = None,
 ) -> Batch:
     """As `batch`; the same program for all parts of `total` designs that are asked for one after another."""
+    many = num_designs(designs) if total is None else total
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be at least 1, got {chunk}")
     batched = batched_function(function, designs, cost, _COMPILED.get(compile, compile))
@@ -151,9 +152,9 @@ def evaluate_batch(
         on_tape = None
         if may_run_on_tapes(compile) and chunk is None and not devices:
             small = batched_function(function, designs, cost, "tape")
-            on_tape = designs_on_tape(small, designs, len(good) if total is None else total, compile == "tape")
+            on_tape = designs_on_tape(small, designs, many, compile == "tape")
         if on_tape is None:
-            executor = _compiled_executor(batched, designs, chunk, devices, cost)
+            executor = _compiled_executor(batched, designs, many, chunk, devices, cost)
         else:
             executor = ChunkExecutor(on_tape, 1, 1, _num_threads(), designs, small)
         if feasible is not None:
@@ -162,11 +163,11 @@ def evaluate_batch(
         bar.reset()
         found = _run_chunks(executor, good, bar)
     if on_tape is not None and total is None and compile == "auto":
-        on_tape.compile_beside(lambda: _compiled_executor(batched, designs, chunk, devices, cost))
+        on_tape.compile_beside(lambda: _compiled_executor(batched, designs, many, chunk, devices, cost))
     return found
 
 
-def _compiled_executor(batched, designs, chunk, devices, cost) -> ChunkExecutor:
+def _compiled_executor(batched, designs, many, chunk, devices, cost) -> ChunkExecutor:
     threads, turns, number = 1 if devices else _num_threads(), 1, num_designs(designs)
     if chunk is None:
         chunk = round_to_devices(_chunk_size(number, threads), devices)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ._reliability import reliability
     from ._reliability_result import Reliability
     from ._robust import Robust, moments
+    from ._side_by_side import interior_point_batch
     from ._uncertainty import Tolerance, Uncertainty, propagate_uncertainty, sensitivities, tolerances
     from ._worst import Worst
 
@@ -36,6 +37,7 @@ __all__ = [
     "Uncertainty",
     "Worst",
     "interior_point",
+    "interior_point_batch",
     "minimise",
     "moments",
     "pareto",

@@ -1,6 +1,5 @@
 """`interior_point`: minima under equations, inequalities and bounds, as a pure function."""
 
-import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -23,6 +22,7 @@ from ._barrier_search import (
     REASONS,
     STEP_LIMIT,
     BarrierSolution,
+    SearchState,
     barrier_search,
     first_iterate,
     first_state,
@@ -90,7 +90,9 @@ class InteriorPoint(Reported, eqx.Module):
             if jnp.shape(getattr(self, name))[-1]:
                 found.append(entries(f"multiplier of {name}", getattr(self, name), "", axes))
         found += [Quantity("steps", self.steps, "", axes), Quantity("residual", self.residual, "", axes)]
-        ended = REASONS[int(self.reason)] if not shape else "searches did not converge"
+        numbers = np.unique(np.asarray(self.reason))
+        ended = "; ".join(REASONS[k] for k in numbers if k != CONVERGED)
+        ended = f"searches did not converge: {ended}" if shape else ended
         return Report(found, "", failures(self.ok, ended))
 
 
@@ -136,50 +138,65 @@ def interior_point(
     Source: Waechter and Biegler 2006, On the implementation of an interior-point filter line-search algorithm for
     large-scale nonlinear programming; here steps are judged by a merit function.
     """
-    _check(hessian, gradient, tolerance, steps)
+    check_options(hessian, gradient, tolerance, steps)
     has_history = as_flag("history", history)
-    x0, lower, upper, unravel = _variables(design0, bounds)
+    x0, lower, upper, unravel = flat_variables(design0, bounds)
+    functions = lambda x: values_of(objective, equalities, inequalities, unravel(x))
+    exact, reverse = hessian == "exact", gradient == "reverse"
 
-    def functions(x):
-        design = unravel(x)
-        value = jnp.asarray(objective(design), float)
-        if value.ndim:
-            raise ValueError(f"the objective must be one number, it has shape {value.shape}")
-        return value, _flat(equalities, design), _flat(inequalities, design)
+    def solve(x0, lower, upper, at):
+        problem = barrier_problem(functions, lower, upper, exact, reverse, at is not None, has_history)
+        first = first_search(problem, x0, at)
+        return barrier_search(problem, jax.lax.stop_gradient(first), tolerance, steps)
 
-    solve = functools.partial(
-        _solve, functions, hessian == "exact", gradient == "reverse", tolerance, steps, has_history
-    )
     at = None if warm is None else (warm._at, warm._search)
     if not_tracing() and is_concrete(x0, lower, upper, at):
         solve = jit(solve, compile=compile)
-    found = solve(x0, lower, upper, at)
+    return optimum_of(solve(x0, lower, upper, at), unravel)
+
+
+def optimum_of(found: BarrierSolution, unravel: Callable) -> InteriorPoint:
+    """The end of a search in the units of its functions."""
     (unit, of_equations, of_inequalities), at = found.factors, found.at
+    history = History(*(found.history[..., k] for k in range(3))) if len(found.history) else None
     return InteriorPoint(
         unravel(at.x), found.value, at.y * of_equations / unit, at.z * of_inequalities / unit, at.low / unit,
         at.high / unit, found.violation, found.residual, found.steps, found.evaluations, found.reason, at,
-        found.search, _history(found.history) if has_history else None,
+        found.search, history,
     )  # fmt: skip
 
 
-def _history(rows):
-    """The steps, of rows (..., steps + 1, 3)."""
-    return History(rows[..., 0], rows[..., 1], rows[..., 2])
+def values_of(objective: Callable, equalities: Callable | None, inequalities: Callable | None, design: PyTree):
+    """(objective (), equalities (p,), inequalities (m,)) of a design."""
+    value = jnp.asarray(objective(design), float)
+    if value.ndim:
+        raise ValueError(f"the objective must be one number, it has shape {value.shape}")
+    return value, _flat(equalities, design), _flat(inequalities, design)
 
 
-def _solve(functions, exact, reverse, tolerance, steps, has_history, x0, lower, upper, warm) -> BarrierSolution:
-    """The solution, its multipliers those of the scaled problem."""
-    converted = eqx.filter_closure_convert(functions, x0)
-    problem = BarrierProblem(converted, lower, upper, exact, reverse, "steepest", warm is not None, has_history)
-    start = jnp.clip(x0, lower, upper)
+def barrier_problem(
+    functions: Callable,
+    lower: Array,
+    upper: Array,
+    exact: bool,
+    reverse: bool,
+    is_warm: bool,
+    has_history: bool = False,
+) -> BarrierProblem:
+    """The problem of functions of variables (n,)."""
+    converted = eqx.filter_closure_convert(functions, lower)
+    return BarrierProblem(converted, lower, upper, exact, reverse, "steepest", is_warm, has_history)
+
+
+def first_search(problem: BarrierProblem, x0: Array, warm: tuple | None) -> SearchState:
+    """A search that begins at x0, or from (unknowns, search) of one nearby, or goes on with that."""
+    start = jnp.clip(x0, problem.lower, problem.upper)
     if warm is None:
-        first = first_state(problem, first_iterate(problem, start, None), None, _FIRST_MU)
-    else:
-        at, search = warm
-        first = first_state(problem, first_iterate(problem, start, at), search.W / search.factors[0], _WARM_MU)
-        goes_on = (search.reason == STEP_LIMIT) & jnp.all(x0 == at.x)
-        first = jax.tree.map(lambda a, b: jnp.where(goes_on, a, b), search, first)
-    return barrier_search(problem, jax.lax.stop_gradient(first), tolerance, steps)
+        return first_state(problem, first_iterate(problem, start, None), None, _FIRST_MU)
+    at, search = warm
+    first = first_state(problem, first_iterate(problem, start, at), search.W / search.factors[0], _WARM_MU)
+    goes_on = (search.reason == STEP_LIMIT) & jnp.all(x0 == at.x)
+    return jax.tree.map(lambda a, b: jnp.where(goes_on, a, b), search, first)
 
 
 def _flat(function, design):
@@ -189,7 +206,7 @@ def _flat(function, design):
     return jnp.asarray(ravel_pytree(function(design))[0], float)
 
 
-def _variables(design0, bounds):
+def flat_variables(design0, bounds):
     """First design, lower and upper bounds (n,), and the function back to a pytree."""
     require_reals((design0, bounds))
     leaves, structure = jax.tree.flatten(design0)
@@ -213,7 +230,7 @@ def _variables(design0, bounds):
     return x0, lower, upper, unravel
 
 
-def _check(hessian, gradient, tolerance, steps):
+def check_options(hessian, gradient, tolerance, steps):
     faults = count_faults("steps", steps, 1) + number_faults("tolerance", tolerance, positive=True)
     for what, value, known in (
         ("hessian", hessian, ("exact", "bfgs")),
