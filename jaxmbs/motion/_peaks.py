@@ -115,8 +115,9 @@ class _Interpolated(eqx.Module):
         return self.entries(state)[self.entry], state
 
     def slope(self, t):
-        """(slope of the value by the time, value, state, its rate)."""
-        (value, state), (slope, rate) = jax.jvp(self.value, (t,), (jnp.ones_like(t),))
+        """(slope of the value by the time, value, state, its rate, None of what does not depend on the time)."""
+        (value, state), (slope, rate) = eqx.filter_jvp(self.value, (t,), (jnp.ones_like(t),))
+        slope = jnp.zeros_like(value) if slope is None else slope
         return slope, value, state, rate
 
 
@@ -138,9 +139,12 @@ def _peak_near_jvp(primals, tangents):
     end_dot = jnp.zeros_like(time) if knot_dot is None else knot_dot[1]
     time_dot = jnp.where(at_end, end_dot, -moved[0] / jnp.where(bend == 0.0, jnp.nan, bend))
     value_dot = moved[1] + jnp.where(at_end, there[0] * end_dot, 0.0)
-    state_dot = jax.tree.map(
-        lambda x, dot, rate: None if dot is None else dot + rate * time_dot, state, moved[2], there[3]
-    )
+
+    def along(x, dot, rate):  # at a fixed time the time itself does not move
+        moved = None if rate is None else rate * time_dot
+        return dot if moved is None else moved if dot is None else dot + moved
+
+    state_dot = jax.tree.map(along, state, moved[2], there[3])
     return found, (value_dot, time_dot, state_dot)
 
 
