@@ -34,7 +34,7 @@ from ._whole import motion_of_segments, parts_of, repeats, residuals, size_of_mo
 #: Default tolerances of the steps: multipliers and periods are then right to ten digits.
 _TOLERANCE = {8: 1e-11, 4: 3e-5}
 #: Residuals over the size of the motion up to which a motion is a cycle, of states and of rates.
-_CLOSED, _CLOSED_RATES = {8: 1e-7, 4: 1e-2}, {8: 1e-5, 4: 5e-2}
+_CLOSED, _CLOSED_RATES = {8: 1e-6, 4: 1e-2}, {8: 1e-5, 4: 5e-2}
 #: Period, of the first guess, and size, of the system: a free period that leads below them leads to a state of rest.
 _LEAST_PERIOD, _REST = 1e-3, 1e-6
 

@@ -20,6 +20,8 @@ _NOISE, _OF_NOISE = 100.0, 10.0  # of tolerances: rows, and steps, that are smal
 _CONTRACTION = 0.5  # of steps, above which a new slope is taken
 _OF_STEP = 1e-5  # tolerance of a motion, of the step that leads to it
 _LAST_STEP = {8: 1e-7, 4: 1e-2}  # the last one in any case, where a new slope does not make it smaller
+#: Rows, and a step by a fine slope, that leads nowhere: what is left is noise.
+_NO_ROWS, _NO_STEP = {8: 1e-6, 4: 1e-2}, {8: 1e-4, 4: 3e-2}
 _NO_SECANT = 0.1  # change that the slope foretells over that of the rows, below which they tell nothing
 
 
@@ -111,10 +113,17 @@ class SecantSteps(NamedTuple):
         return self._replace(z=jnp.where(is_last, self.z + self.step, self.z), state=state)
 
     def _refused(self):
-        """A shorter trial, or a new slope where that is coarse, or one of secants."""
+        """A shorter trial, or a new slope where that is coarse, or one of secants.
+
+        Where rows are small and a step by a fine slope leads nowhere, the search ends: forces with corners are noise.
+        Whether the motion comes back is judged after it.
+        """
         shorter = 0.5 * self.length
         is_first = self.is_fine & (self.descent != 0.0)
-        state = jnp.where(is_first, jnp.where(shorter < _LEAST_LENGTH, LOST, GOES_ON), NEW_SLOPE)
+        bytes_, gap = self.size.dtype.itemsize, jnp.max(jnp.abs(self.rows), initial=0.0)
+        is_last = (gap <= _NO_ROWS[bytes_]) & (self.size <= _NO_STEP[bytes_])
+        shrunk = jnp.where(shorter < _LEAST_LENGTH, LOST, GOES_ON)
+        state = jnp.where(is_first, jnp.where(is_last, LAST, shrunk), NEW_SLOPE)
         refused = self._replace(length=shorter, is_refused=jnp.asarray(True), motions=self.motions + 1)
         return refused._replace(state=state.astype(jnp.int32))
 
