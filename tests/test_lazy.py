@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from jaxmbs import lazy
+from jaxmbs.verbs._dispatch import Verb
 from tests.test_public_faces import FACES
 
 ROOT = Path(__file__).parent.parent
@@ -236,7 +237,7 @@ def pickled():
         module = importlib.import_module(room)
         for name in module.__all__:
             item = getattr(module, name)
-            if inspect.isfunction(item) or inspect.isclass(item):
+            if inspect.isfunction(item) or inspect.isclass(item) or isinstance(item, Verb):
                 found[f"{room} {name}"] = pickle.dumps(item)
     return found
 

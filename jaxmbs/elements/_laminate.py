@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..checks import any_concrete, faults_if, not_positive
 from ..errors import ModelError
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._base import as_optional_real, as_real
 from ._shell_section import ShellSection, rotation, strain_rotation
@@ -31,6 +32,8 @@ class Laminate(eqx.Module):
     density: Convertible[Float[Array, " plies"]] = eqx.field(converter=as_real)
     bottom: Convertible[Float[Array, ""] | None] = eqx.field(converter=as_optional_real, default=None)
     area_mass: Convertible[Float[Array, ""]] = eqx.field(converter=as_real, default=0.0)
+
+    __repr__ = fields_repr
 
     def __check_init__(self):
         plies = jnp.shape(self.thickness)[:1]

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError
+from ..tables import fields_repr
 from ..typing import Convertible, ScalarLike
 from ._base import as_optional_real, as_real
 from ._shared_matrices import plane_stress
@@ -33,6 +34,8 @@ class ShellSection(eqx.Module):
     coupling: Convertible[Float[Array, "... 3 3"] | None] = eqx.field(converter=as_optional_real, default=None)
     area_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
     turning_mass: Convertible[Float[Array, "..."]] = eqx.field(converter=as_real, default=0.0)
+
+    __repr__ = fields_repr
 
     def __check_init__(self):
         shapes = {"membrane": (3, 3), "bending": (3, 3), "shear": (2, 2), "coupling": (3, 3)}

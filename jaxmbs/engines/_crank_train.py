@@ -11,6 +11,7 @@ from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..math import _square as square
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible
 from ._orders import Orders
 
@@ -30,6 +31,8 @@ class CrankTrain(eqx.Module):
     stiffness: Convertible[Float[Array, " shafts"]] = eqx.field(converter=as_array)
     losses: Convertible[Float[Array, " shafts"]]
     damping: Convertible[Float[Array, " n"]]
+
+    __repr__ = fields_repr
 
     def __init__(
         self, inertias: ArrayLike, stiffness: ArrayLike, losses: ArrayLike = 0.0, damping: ArrayLike = 0.0

@@ -9,6 +9,7 @@ from ..checks import any_concrete, faults_if
 from ..errors import ModelError
 from ..math._interpolation import hermite, spline_slopes
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import Convertible, ScalarLike
 
 _LEAST = 8  # points of a cycle
@@ -38,6 +39,8 @@ class CylinderPressure(eqx.Module):
     strokes: int = eqx.field(static=True, default=4)
     phase: Convertible[Float[Array, ""]] = eqx.field(converter=as_array, default=0.0)
     sense: int = eqx.field(static=True, default=-1)
+
+    __repr__ = fields_repr
 
     def __check_init__(self) -> None:
         k = self.angles.size

@@ -11,6 +11,7 @@ from ..errors import ModelError
 from ..forces._validity import Margin
 from ..math._interpolation import hermite, spline_slopes
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible, ScalarLike
 from ._validity import distance_to
 
@@ -30,6 +31,8 @@ class Disk(eqx.Module):
     diametral: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
     polar: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
+    __repr__ = fields_repr
+
     def __check_init__(self) -> None:
         _check("the disk", self.station, mass=self.mass, diametral=self.diametral, polar=self.polar)
 
@@ -46,6 +49,8 @@ class Bearing(eqx.Module):
     station: int = eqx.field(static=True)
     stiffness: Convertible[Float[Array, "2 2"]]
     damping: Convertible[Float[Array, "2 2"]]
+
+    __repr__ = fields_repr
 
     def __init__(self, station: int, stiffness: ArrayLike, damping: ArrayLike = 0.0) -> None:
         self.station = station
@@ -77,6 +82,8 @@ class BearingTable(eqx.Module):
     omegas: Convertible[Float[Array, " f"] | None] = eqx.field(
         converter=lambda x: None if x is None else as_array(x), default=None
     )
+
+    __repr__ = fields_repr
 
     def __check_init__(self) -> None:
         _check("the bearing", self.station)

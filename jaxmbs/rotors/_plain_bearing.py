@@ -9,6 +9,7 @@ from jaxtyping import Float
 from ..errors import ModelError
 from ..forces._validity import Margin
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import Convertible, ScalarLike
 from ._parts import _check
 from ._validity import distance_to
@@ -41,6 +42,8 @@ class PlainBearing(eqx.Module):
     load: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
 
     film: str = eqx.field(static=True, default="short")
+
+    __repr__ = fields_repr
 
     def __check_init__(self) -> None:
         if self.film not in ("short", "long"):

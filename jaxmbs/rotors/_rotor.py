@@ -11,6 +11,7 @@ from jax.scipy.linalg import block_diag
 from ..errors import ModelError
 from ..linear._system import LinearSystem
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import ArrayLike, ScalarLike
 from ._bearing_groups import coefficients_of
 from ._parts import Bearing, BearingTable, Disk
@@ -39,6 +40,8 @@ class Rotor(eqx.Module):
     shaft: Shaft
     disks: tuple[Disk, ...]
     bearings: tuple[Bearing | BearingTable | PlainBearing, ...]
+
+    __repr__ = fields_repr
 
     def __init__(self, shaft: Shaft, disks: Sequence = (), bearings: Sequence = ()) -> None:
         self.shaft, self.disks, self.bearings = shaft, tuple(disks), tuple(bearings)

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from ..checks import any_concrete, check_count, faults_if
 from ..errors import ModelError
 from ..runtime import as_array
+from ..tables import fields_repr
 from ..typing import ArrayLike, Convertible
 
 _MOST = 10_000
@@ -45,6 +46,8 @@ class Shaft(eqx.Module):
     density: Convertible[Float[Array, ""]] = eqx.field(converter=as_array)
     poisson: Array | None
     divisions: tuple[int, ...] = eqx.field(static=True)
+
+    __repr__ = fields_repr
 
     def __init__(
         self,

@@ -153,8 +153,8 @@ def test_peak_loads_of_every_joint_are_one_table():
 
 @pytest.mark.long
 def test_the_time_of_a_peak_moves_with_what_the_quantity_knows():
-    """A falling weight passes a height c: the time of it by c is one over its speed, through a closure of c; the state
-    there moves along."""
+    """A falling weight passes a height c: the time of it by c is one over its speed, through a closure of c; the
+    state there moves along."""
     b = mbs.SystemBuilder(gravity=(0.0, 0.0, -9.81))
     b.body("weight", 1.0)
     b.joint("z", mbs.Prismatic("z"), "ground", "weight")

@@ -250,7 +250,7 @@ def _newton(step, search, psi):
         k, _, residual, before = carried
         return (k < _PASSES) & (residual > _ROUNDING) & (residual < 0.5 * before)
 
-    def again(carried):
+    def solve_anew(carried):
         k, psi, residual, _ = carried
         following, here = step(psi)
         is_far = (k == 0) & ~(here <= _NEAR)
@@ -258,7 +258,7 @@ def _newton(step, search, psi):
         return k + 1, following, jnp.where(is_far, unknown, here), jnp.where(k > 0, residual, jnp.inf)
 
     unknown = jnp.asarray(1.0, psi.dtype)
-    return jax.lax.while_loop(is_open, again, (jnp.int32(0), psi, unknown, jnp.inf * unknown))[1]
+    return jax.lax.while_loop(is_open, solve_anew, (jnp.int32(0), psi, unknown, jnp.inf * unknown))[1]
 
 
 def _entries(name, shape):
