@@ -17,6 +17,7 @@ NAMES = (
     "solvers",
     "rows_of_loops",
     "reactions",
+    "optimisers",
     "reliability",
     "substructures",
     "component_chain",

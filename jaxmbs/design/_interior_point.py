@@ -206,7 +206,7 @@ def _flat(function, design):
     return jnp.asarray(ravel_pytree(function(design))[0], float)
 
 
-def flat_variables(design0, bounds):
+def flat_variables(design0: PyTree, bounds: PyTree | None) -> tuple[Array, Array, Array, Callable]:
     """First design, lower and upper bounds (n,), and the function back to a pytree."""
     require_reals((design0, bounds))
     leaves, structure = jax.tree.flatten(design0)
@@ -230,7 +230,8 @@ def flat_variables(design0, bounds):
     return x0, lower, upper, unravel
 
 
-def check_options(hessian, gradient, tolerance, steps):
+def check_options(hessian: str, gradient: str, tolerance: float, steps: int) -> None:
+    """Raises: ModelError for options that do not exist or make no sense."""
     faults = count_faults("steps", steps, 1) + number_faults("tolerance", tolerance, positive=True)
     for what, value, known in (
         ("hessian", hessian, ("exact", "bfgs")),
