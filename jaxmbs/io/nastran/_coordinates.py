@@ -50,14 +50,14 @@ class DeckCoordinates(eqx.Module):
             found[tuple(np.array(own).T)] = 1.0
         motions = jnp.asarray(found, positions.dtype)
         if self.ties:
-            dependent, given = self._tied(positions, column)
+            dependent, given = self.tied(positions, column)
             at = np.array([(place[node], d) for node, d in dependent])
             motions = motions.at[at[:, 0], at[:, 1]].set(given)
         axes = self.axes(positions, self.others)
         turned = jnp.einsum("nab,nkaq->nkbq", axes, motions.reshape(len(place), 2, 3, len(column)))
         return np.array([k for k, _ in numbered], int), turned.reshape(motions.shape)
 
-    def _tied(self, positions, column):
+    def tied(self, positions: AnyArray, column: dict[Pair, int]) -> tuple[list[Pair], Array]:
         """Directions that ties give, and how free coordinates give them, by their columns, in the nodes' own axes."""
         dependent = [pair for tie in self.ties.values() for pair in tie.dependent]
         R, own = self.equations(positions)
