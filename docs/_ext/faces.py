@@ -10,8 +10,8 @@ from sphinx.util.docutils import SphinxDirective
 ROOMS = """
     runtime ode blocksparse joints forces friction contact blocks hydraulics elements model fatigue probability linear
     vibration kinematics constraints signal_flow assembly builder fem statics dynamics reaction reductions coupling
-    flexible analysis motion experiment bondgraph batching design identification studies qualification io viz
-    documents adapters adapters.fmi demo
+    flexible analysis motion cycles engines rotors vehicles experiment bondgraph batching design identification studies
+    qualification io viz documents adapters adapters.fmi demo
 """.split()
 
 
@@ -64,6 +64,8 @@ def entry(path, thing):
         return [f".. automodule:: {path}", "   :members:", ""]
     if callable(thing):
         return [f".. autofunction:: {path}", ""]
+    if isinstance(thing, dict):  # `autodata` would give the documentation of `dict`
+        return [f".. py:data:: {path}", ""]
     return [f".. autodata:: {path}", ""]
 
 

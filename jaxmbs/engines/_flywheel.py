@@ -57,6 +57,7 @@ def flywheel(
 
     Raises: ModelError for numbers that are not positive, and where the machine is as even without a flywheel;
         SimulationError where the search does not end.
+
     Source: Shigley and Uicker, Theory of machines and mechanisms, 14.
     """
     faults = number_faults("fluctuation", fluctuation, positive=True) + number_faults("first", first, positive=True)
