@@ -10,13 +10,15 @@ from sphinx.util.docutils import SphinxDirective
 ROOMS = """
     runtime ode blocksparse joints forces friction contact blocks hydraulics elements model fatigue probability linear
     vibration kinematics constraints signal_flow assembly builder fem statics dynamics reaction reductions coupling
-    flexible analysis motion cycles engines rotors vehicles experiment bondgraph batching design identification studies
-    qualification io viz documents adapters adapters.fmi demo
+    flexible analysis motion cycles engines rotors vehicles experiment bondgraph batching design identification
+    studies qualification io viz documents adapters adapters.fmi demo
 """.split()
 
 
 def first_line(thing):
-    """The first sentence of a docstring; a full stop inside of backquotes ends none."""
+    """The first sentence of a docstring; a full stop inside of backquotes ends none.  Numbers have none of their own."""
+    if isinstance(thing, dict):
+        return ""
     words, sentence = " ".join((inspect.getdoc(thing) or "").split("\n\n")[0].split()).split(". "), ""
     for part in words:
         sentence += (". " if sentence else "") + part
