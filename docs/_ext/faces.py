@@ -16,7 +16,7 @@ ROOMS = """
 
 
 def first_line(thing):
-    """The first sentence of a docstring; a full stop inside of backquotes ends none.  Numbers have none of their own."""
+    """The first sentence of a docstring; a full stop inside of backquotes ends none; none of numbers."""
     if isinstance(thing, dict):
         return ""
     words, sentence = " ".join((inspect.getdoc(thing) or "").split("\n\n")[0].split()).split(". "), ""
