@@ -93,6 +93,7 @@ def interior_point_batch(
 
     A batch takes as long as its slowest design.  Therefore all searches go on for a few steps in turn, and after each
     round those that have ended make room for the others; they are the searches of `interior_point`, step by step.
+    Curvatures and slopes of all cases stay in memory: N n (n + p + m) numbers, of n variables, p equations, m limits.
 
     Args:
         objective, equalities, inequalities: as of `interior_point`, of a design and a case.
@@ -108,6 +109,8 @@ def interior_point_batch(
     Returns: InteriorPoint with a leading axis of N cases.  For derivatives of optima call `interior_point` with them.
 
     Raises: TypeError, ValueError, ModelError for what is none of these; TypeError inside of a program.
+
+    Source: that of `interior_point`.
     """
     check_options(hessian, gradient, tolerance, steps)
     if faults := count_faults("round_steps", round_steps, 1):
